@@ -1,0 +1,1 @@
+"""undertow finds the physics your boat model is missing."""

@@ -1,0 +1,1 @@
+"""Physics: axes, motions, vehicles, the force equation, and the catalogue of effects."""

@@ -1,0 +1,136 @@
+"""The force equation, written once: discovery, simulation, reports and exports all call this.
+
+M nu_r_dot = B T + other - C(nu_r) nu_r - D(nu_r) nu_r, with nu_r = nu - R(psi)^T current for a steady irrotational
+current (Fossen 2021, section 10.3), wind as a mean earth-fixed force, a first-order wake memory and a constant yaw trim.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .frames import Array, earth_to_body
+from .matrices import active_terms, mass_matrix, thruster_matrix
+from .motion import Motion
+from .thrusters import first_order_lag
+from .vehicle import Vehicle
+
+Triple = tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Actuation:
+    """What the thrusters do along a motion: force at rest and its loss per advance speed, (thrusters, n) each."""
+
+    thrust: Array
+    load: Array
+
+
+def actuation(vehicle: Vehicle, motion: Motion) -> Actuation:
+    """Thruster forces [N] and advance losses [N s/m] along a motion, with lag, delay, dead zone and scales applied."""
+    pairs = [
+        thruster.response(motion.commands[:, k], motion.time_step) for k, thruster in enumerate(vehicle.thrusters)
+    ]
+    return Actuation(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]))
+
+
+def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple) -> Triple:
+    """Velocity relative to the water [m/s, m/s, rad/s]."""
+    p = vehicle.values
+    if p["current_north"] == 0.0 and p["current_east"] == 0.0:
+        return velocity
+    ahead, starboard = earth_to_body(heading, p["current_north"], p["current_east"])
+    return velocity[0] - ahead, velocity[1] - starboard, velocity[2]
+
+
+def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
+    """The wake memory's filtered sway speed and yaw rate (n,) each along a motion, at rest in its start value."""
+    u_r, v_r, r = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
+    del u_r
+    constant = vehicle.values["memory_time"]
+    return first_order_lag(v_r, constant, motion.time_step), first_order_lag(r, constant, motion.time_step)
+
+
+class ForceEquation:
+    """The force equation of one vehicle, ready to be evaluated many times.
+
+    Everything that does not change from call to call (matrices, active terms) is worked out once.
+    """
+
+    __slots__ = ("_effective", "_mass", "_terms", "_trim", "has_memory", "inverse_mass", "memory", "vehicle")
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        p = vehicle.values
+        self.vehicle = vehicle
+        self._mass = mass_matrix(vehicle)
+        self.inverse_mass = np.linalg.inv(self._mass)
+        self._terms = active_terms(vehicle)
+        self._effective = thruster_matrix(vehicle)
+        self._trim = p["yaw_trim"]
+        self.memory = (p["memory_sway"], p["memory_yaw"])
+        self.has_memory = any(self.memory)
+
+    def force(
+        self,
+        relative: Triple,
+        heading: Array,
+        thrust: Array,
+        load: Array | None = None,
+        memory: tuple[Array, Array] | None = None,
+    ) -> Triple:
+        """Right-hand side tau + other - C nu_r - D nu_r, by axis [N, N, N m].
+
+        Parameters
+        ----------
+        relative : nu_r, three arrays of one shape [m/s, m/s, rad/s]
+        heading : psi, the same shape [rad]
+        thrust : (thrusters, *shape) forces at zero advance [N]
+        load : (thrusters, *shape) loss of thrust per advance speed [N s/m]
+        memory : filtered sway speed and yaw rate of the wake memory
+        """
+        u, v, r = relative
+        if load is not None:
+            thrust = thrust - load * u
+        b, m = self._effective, self._mass
+        total = [np.tensordot(b[axis], thrust, axes=1) for axis in range(3)]
+        c13, c23 = -(m[1, 1] * v + m[1, 2] * r), m[0, 0] * u
+        total[0] = total[0] - c13 * r
+        total[1] = total[1] - c23 * r
+        total[2] = total[2] + c13 * u + c23 * v + self._trim
+        for value, axis, form in self._terms:
+            total[axis] = total[axis] + value * form(u, v, r)
+        p = self.vehicle.values
+        if p["wind_force_north"] or p["wind_force_east"]:
+            ahead, starboard = earth_to_body(heading, p["wind_force_north"], p["wind_force_east"])
+            total[0], total[1] = total[0] + ahead, total[1] + starboard
+        if self.has_memory and memory is not None:
+            total[1] = total[1] - self.memory[0] * memory[0]
+            total[2] = total[2] - self.memory[1] * memory[1]
+        return total[0], total[1], total[2]
+
+    def acceleration(self, force: Triple, relative: Triple, velocity: Triple) -> Triple:
+        """nu_dot over ground from a force: M^-1 force plus the turning of the current, d/dt (R^T current)."""
+        i = self.inverse_mass
+        turn_u, turn_v = velocity[1] - relative[1], -(velocity[0] - relative[0])
+        du = i[0, 0] * force[0] + turn_u * velocity[2]
+        dv = i[1, 1] * force[1] + i[1, 2] * force[2] + turn_v * velocity[2]
+        dr = i[2, 1] * force[1] + i[2, 2] * force[2]
+        return du, dv, dr
+
+
+def modelled_force(vehicle: Vehicle, motion: Motion) -> Array:
+    """Right-hand side tau + other - C nu_r - D nu_r along a motion, (n, 3) [N, N, N m]."""
+    equation = ForceEquation(vehicle)
+    relative = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
+    act = actuation(vehicle, motion)
+    load = act.load if act.load.any() else None
+    memory = memory_states(vehicle, motion) if equation.has_memory else None
+    return np.stack(equation.force(relative, motion.heading, act.thrust, load, memory), axis=-1)
+
+
+def modelled_acceleration(vehicle: Vehicle, motion: Motion) -> Array:
+    """Acceleration over ground that the model predicts along a motion, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+    equation = ForceEquation(vehicle)
+    velocity = tuple(motion.velocity.T)
+    relative = relative_velocity(vehicle, motion.heading, velocity)
+    force = tuple(modelled_force(vehicle, motion).T)
+    return np.stack(equation.acceleration(force, relative, velocity), axis=-1)

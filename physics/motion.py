@@ -1,0 +1,82 @@
+"""The one grammar of a log: a `Motion`, SI units, NED/FRD axes, an even time base."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .errors import LogError
+from .frames import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """One gap-free stretch of measured or simulated motion on an even time base.
+
+    Attributes
+    ----------
+    time : (n,) [s], even steps
+    position : (n, 2) north, east [m]
+    heading : (n,) psi [rad], unwrapped (continuous)
+    velocity : (n, 3) nu = surge speed u, sway speed v [m/s], yaw rate r [rad/s], over ground, body axes
+    commands : (n, thrusters) in the unit of the vehicle's thrusters (newton, pwm [us], normalized, rad_s).
+        A row is the command's mean over the step centred on its time stamp, so that steps keep their
+        area and their instant whatever the log's rate.
+    thrusters : the names of the command columns
+    source : where it came from (file name, or the world that made it)
+
+    Raises
+    ------
+    LogError
+        when shapes disagree, a number is not finite, or the time base is not even.
+    """
+
+    time: Array
+    position: Array
+    heading: Array
+    velocity: Array
+    commands: Array
+    thrusters: tuple[str, ...]
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        n = self.time.shape[0]
+        wanted = {
+            "time": (n,),
+            "position": (n, 2),
+            "heading": (n,),
+            "velocity": (n, 3),
+            "commands": (n, len(self.thrusters)),
+        }
+        for name, shape in wanted.items():
+            array = getattr(self, name)
+            if array.shape != shape:
+                raise LogError(f"motion: expected {name} of shape {shape}, got {array.shape}")
+            if not np.isfinite(array).all():
+                raise LogError(f"motion: {name} holds values that are not finite; drop those rows first")
+        if n < 2:
+            raise LogError(f"motion: expected at least 2 rows, got {n}")
+        steps = np.diff(self.time)
+        if steps.min() <= 0 or np.ptp(steps) > 1e-6 * max(1.0, abs(self.time[-1])):
+            raise LogError("motion: the time base is not even; resample the log first (undertow.prepare)")
+
+    @property
+    def time_step(self) -> float:
+        """The even step of the time base [s]."""
+        return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
+
+    @property
+    def duration(self) -> float:
+        """Length of the stretch [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    def slice(self, start: int, stop: int) -> "Motion":
+        """Rows `start` to `stop` (exclusive) as a motion of its own."""
+        rows = slice(start, stop)
+        return replace(
+            self,
+            time=self.time[rows],
+            position=self.position[rows],
+            heading=self.heading[rows],
+            velocity=self.velocity[rows],
+            commands=self.commands[rows],
+        )

@@ -1,0 +1,265 @@
+"""The vehicle: Fossen's 3-DOF model as a file that a person can read, edit and trust."""
+
+import math
+import os
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from .effects import PARAMETERS, Parameter
+from .errors import VehicleError
+from .files import write_text
+from .terms import parse_form
+from .thrusters import Thruster
+
+_SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
+_THRUSTER_KEYS = ("thrust_scale", "reverse_scale", "dead_zone", "lag", "delay", "advance_loss")
+_AXIS_INDEX = {"surge": 0, "sway": 1, "yaw": 2}
+
+
+def _keys(section: str) -> tuple[str, ...]:
+    return tuple(p.symbol for p in PARAMETERS.values() if p.section == section)
+
+
+class Term(BaseModel):
+    """A force nobody has named: `value` times the monomial `form` (of velocity relative to the water) on one axis."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    axis: Literal["surge", "sway", "yaw"]
+    form: str
+    value: float
+
+    @model_validator(mode="after")
+    def _readable(self) -> "Term":
+        parse_form(self.form)
+        return self
+
+    @property
+    def symbol(self) -> str:
+        """Unique name of the term, for example `yaw:u|r|`."""
+        return f"{self.axis}:{self.form}"
+
+
+class Vehicle(BaseModel):
+    """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
+
+    Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6: hydrodynamic derivatives carry their sign, so
+    damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` [m] ahead of
+    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    name: str = "vehicle"
+    mass: float = Field(gt=0)
+    inertia_z: float = Field(gt=0)
+    x_g: float = 0.0
+    added_mass: dict[str, float] = {}
+    damping: dict[str, float] = {}
+    coupling: dict[str, float] = {}
+    thrusters: tuple[Thruster, ...] = Field(min_length=1)
+    environment: dict[str, float] = {}
+    memory: dict[str, float] = {}
+    terms: tuple[Term, ...] = ()
+    sources: dict[str, Any] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_namespace(cls, data: Any) -> Any:
+        """Put a hydrodynamic derivative that stands under `coupling` or `damping` under its own of the two."""
+        if not isinstance(data, dict):
+            return data
+        data = dict(data)
+        pair = {s: dict(data[s]) for s in ("damping", "coupling") if isinstance(data.get(s), dict)}
+        for here, there in (("damping", "coupling"), ("coupling", "damping")):
+            for symbol in [s for s in pair.get(here, {}) if s in _keys(there)]:
+                if symbol in pair.setdefault(there, {}):
+                    raise ValueError(f"{symbol} stands twice, under damping and under coupling; keep one")
+                pair[there][symbol] = pair[here].pop(symbol)
+        return {**data, **pair}
+
+    @model_validator(mode="after")
+    def _sound(self) -> "Vehicle":
+        for section in _SECTIONS:
+            for key in getattr(self, section):
+                if key not in _keys(section):
+                    raise ValueError(_unknown_key(key, _keys(section), section))
+        names = [t.name for t in self.thrusters]
+        if len(set(names)) < len(names):
+            raise ValueError(f"thruster names must differ, got {', '.join(names)}")
+        m22, m33 = self.mass - self.value("Y_vdot"), self.inertia_z - self.value("N_rdot")
+        m23 = self.mass * self.x_g - self.value("Y_rdot")
+        m11 = self.mass - self.value("X_udot")
+        if not (m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2):
+            raise ValueError(
+                "the mass matrix M = M_RB + M_A is not positive definite: "
+                f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}; added mass carries its sign (X_udot = -2.6 adds 2.6 kg)"
+            )
+        if self.value("memory_time") <= 0:
+            raise ValueError(f"memory_time must be positive, got {self.value('memory_time'):g} s")
+        return self
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Every parameter by symbol, null values included; shared thruster parameters from the first thruster."""
+        flat = {p.symbol: p.null for p in PARAMETERS.values() if "{" not in p.symbol}
+        flat |= {"mass": self.mass, "inertia_z": self.inertia_z, "x_g": self.x_g}
+        for section in _SECTIONS:
+            flat |= getattr(self, section)
+        flat |= {key: getattr(self.thrusters[0], key) for key in _THRUSTER_KEYS}
+        flat |= {f"{t.name}_scale": t.scale for t in self.thrusters}
+        flat |= {t.symbol: t.value for t in self.terms}
+        return flat
+
+    def value(self, symbol: str) -> float:
+        """Value of one parameter; an absent one has its null value.
+
+        Raises
+        ------
+        VehicleError
+            for a symbol that no parameter or term of this vehicle bears.
+        """
+        if symbol not in self.values:
+            if ":" in symbol:
+                return 0.0
+            raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
+        return self.values[symbol]
+
+    def with_values(self, changes: Mapping[str, float], name: str | None = None) -> "Vehicle":
+        """A vehicle with some parameters set, by symbol; `axis:form` symbols set extra terms.
+
+        Nothing is checked here, so that a regression may step outside the limits; `checked` does that.
+        """
+        update: dict[str, Any] = {} if name is None else {"name": name}
+        thrusters = list(self.thrusters)
+        terms = {t.symbol: t for t in self.terms}
+        by_name = {f"{t.name}_scale": k for k, t in enumerate(thrusters)}
+        for symbol, value in changes.items():
+            number = float(value)
+            if ":" in symbol:
+                axis, form = symbol.split(":", 1)
+                terms[symbol] = Term(axis=axis, form=form, value=number)  # type: ignore[arg-type]
+            elif symbol in by_name:
+                k = by_name[symbol]
+                thrusters[k] = thrusters[k].model_copy(update={"scale": number})
+            elif symbol in _THRUSTER_KEYS:
+                thrusters = [t.model_copy(update={symbol: number}) for t in thrusters]
+            elif symbol in ("mass", "inertia_z", "x_g"):
+                update[symbol] = number
+            elif symbol in PARAMETERS:
+                section = PARAMETERS[symbol].section
+                update[section] = {**update.get(section, getattr(self, section)), symbol: number}
+            else:
+                raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
+        update |= {"thrusters": tuple(thrusters), "terms": tuple(terms.values())}
+        copy = self.model_copy(update=update)
+        copy.__dict__.pop("values", None)
+        return copy
+
+    def checked(self) -> "Vehicle":
+        """The same vehicle, validated again after `with_values`.
+
+        Raises
+        ------
+        VehicleError
+            when a limit of the file format is broken.
+        """
+        return vehicle_from_dict(self.model_dump(mode="json"), self.name)
+
+    def parameter(self, symbol: str) -> Parameter:
+        """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own."""
+        if symbol in PARAMETERS:
+            return PARAMETERS[symbol]
+        if symbol in {f"{t.name}_scale" for t in self.thrusters}:
+            return PARAMETERS["{thruster}_scale"]
+        if ":" in symbol:
+            axis, form = symbol.split(":", 1)
+            parsed, index = parse_form(form), _AXIS_INDEX[axis]
+            moment = "N m" if index == 2 else "N"
+            speeds = sum(f.strip("|") != "r" for f in parsed.factors)
+            rates = parsed.degree - speeds
+            unit = " ".join(
+                [moment, *([f"(s/m)^{speeds}"] if speeds else []), *([f"(s/rad)^{rates}"] if rates else [])]
+            )
+            return Parameter(symbol, "coupling", unit, axis=index, form=form)
+        raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed."""
+        data = self.model_dump(mode="json", exclude_defaults=True)
+        ordered = {key: data[key] for key in type(self).model_fields if key in data}
+        write_text(path, yaml.safe_dump(ordered, sort_keys=False, allow_unicode=True, width=120))
+
+
+def _unknown_key(key: str, known: Iterable[str], where: str) -> str:
+    names = sorted(k for k in known if "{" not in k)
+    near = get_close_matches(str(key), names, n=1, cutoff=0.0)
+    return f"unknown key {key!r} in {where}: did you mean {near[0]!r}?" if near else f"unknown key {key!r} in {where}"
+
+
+def vehicle_from_dict(data: Any, where: str) -> Vehicle:
+    """Build a vehicle from plain data.
+
+    Raises
+    ------
+    VehicleError
+        naming `where`, the key, and the nearest known key when one is unknown.
+    """
+    if not isinstance(data, dict):
+        raise VehicleError(f"{where}: expected a mapping of vehicle keys (mass, inertia_z, thrusters ...), got {type(data).__name__}")
+    try:
+        return Vehicle.model_validate(data)
+    except ValidationError as error:
+        lines = []
+        for item in error.errors():
+            path = [str(part) for part in item["loc"] if part not in ("table", "propeller")]
+            if item["type"] == "extra_forbidden":
+                inside = path[:-1]
+                model = Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else Term if inside[:1] == ["terms"] else Vehicle
+                lines.append(_unknown_key(path[-1], model.model_fields, ".".join(inside) or "the vehicle file"))
+            else:
+                message = item["msg"].removeprefix("Value error, ")
+                got = "" if isinstance(item["input"], dict) or item["type"] == "missing" else f", got {item['input']!r}"
+                lines.append(f"{'.'.join(path)}: {message}{got}" if path else message)
+        raise VehicleError(f"{where}: " + "; ".join(lines)) from None
+
+
+def shipped_vehicles() -> tuple[str, ...]:
+    """Names of the vehicle files that come with undertow."""
+    return tuple(sorted(p.name.removesuffix(".yaml") for p in _shipped().iterdir() if p.name.endswith(".yaml")))
+
+
+def _shipped() -> Any:
+    return resources.files(__package__ or "undertow.physics") / "vehicles"
+
+
+def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
+    """Read a vehicle file, or one of the shipped ones by its bare name (`blueboat`, `otter`, ...).
+
+    Raises
+    ------
+    VehicleError
+        when the file is missing, is not YAML, or breaks the format.
+    """
+    text = os.fspath(path)
+    source = Path(text)
+    if not source.exists() and text in shipped_vehicles():
+        return vehicle_from_dict(yaml.safe_load((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
+    if not source.is_file():
+        raise VehicleError(f"vehicle file {text}: no such file; give a YAML file or one of {', '.join(shipped_vehicles())}")
+    try:
+        data = yaml.safe_load(source.read_text("utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise VehicleError(f"vehicle file {text}: not readable as YAML ({reason})") from None
+    return vehicle_from_dict(data, f"vehicle file {text}")
+
+
+def is_finite(vehicle: Vehicle) -> bool:
+    """True when every parameter is a finite number."""
+    return all(math.isfinite(v) for v in vehicle.values.values())
