@@ -1,0 +1,140 @@
+"""Scores from compressed data: per-block Gram matrices stand for all rows, so a model is judged in microseconds.
+
+The rows of [columns, balance] of a block are replaced by their Gram matrix on each axis; least squares, blocked held-out error,
+cluster-robust covariance and the block bootstrap then need only matrices of the size of the model.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.frames import Array
+from .options import Option
+
+_RIDGE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A fitted choice of options.
+
+    Attributes
+    ----------
+    columns : (p,) indices of free columns
+    change : (p,) change of each parameter from its option's start
+    held : (p,) True where a physical limit holds the parameter
+    held_out : (3,) mean square force error on held-out blocks [N^2, N^2, (N m)^2]
+    in_sample : (3,) mean square force error of the full fit
+    """
+
+    columns: np.ndarray
+    change: Array
+    held: np.ndarray
+    held_out: Array
+    in_sample: Array
+
+
+class GramScores:
+    """Per-block Gram matrices of a linearisation, on each axis.
+
+    Parameters
+    ----------
+    columns : (tests, 3, p + 1), the last the balance
+    block : (tests,) block index
+    weight : (3,) weight of a squared force error on each axis
+    """
+
+    def __init__(self, columns: Array, block: np.ndarray, weight: Array) -> None:
+        self.size = columns.shape[2] - 1
+        self.tests = columns.shape[0]
+        self.blocks = int(block.max()) + 1
+        self.weight = weight
+        scale = np.sqrt((columns**2 * weight[:, None]).sum(axis=1).mean(axis=0))
+        self.scale = np.where(scale > 0, scale, 1.0)
+        self.scale[-1] = 1.0
+        scaled = columns / self.scale
+        self.gram = np.zeros((self.blocks, 3, self.size + 1, self.size + 1))
+        for k in range(self.blocks):
+            rows = scaled[block == k]
+            for axis in range(3):
+                part = rows[:, axis]
+                self.gram[k, axis] = part.T @ part
+        self._weighted = np.einsum("kaij,a->kij", self.gram, weight)
+        self._total = self._weighted.sum(axis=0)
+
+    def fit(self, chosen: Sequence[Option]) -> Fit:
+        """Bounded least squares on all blocks and, with the held parameters kept, on all blocks but one."""
+        columns, lower, upper, target = self._layout(chosen)
+        h = self._total[np.ix_(columns, columns)] + _RIDGE * self.tests * np.eye(columns.size)
+        change, held = bounded_solve(h, self._total[columns] @ target, lower, upper)
+        free = ~held
+        per_block = self._weighted[:, columns[:, None], columns[None, :]]
+        right = self._weighted[:, columns] @ target - per_block[:, :, held] @ change[held]
+        solutions = np.tile(change, (self.blocks, 1))
+        if free.any():
+            left = h[np.ix_(free, free)] - per_block[:, free][:, :, free]
+            pull = right.sum(axis=0)[free] - right[:, free]
+            solutions[:, free] = np.linalg.solve(left, pull[..., None])[..., 0]
+        held_out = self._error(columns, target, solutions)
+        in_sample = self._error(columns, target, np.tile(change, (self.blocks, 1)))
+        return Fit(columns, change / self.scale[columns], held, held_out.sum(0) / self.tests, in_sample.sum(0) / self.tests)
+
+    def _layout(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array, Array]:
+        columns, lower, upper = [], [], []
+        target = np.zeros(self.size + 1)
+        target[-1] = 1.0
+        for option in chosen:
+            if option.offset >= 0:
+                target[option.offset] -= self.scale[option.offset]
+            for index, low, high in zip(option.free, option.lower, option.upper, strict=True):
+                if index >= 0:
+                    columns.append(index)
+                    lower.append(low * self.scale[index])
+                    upper.append(high * self.scale[index])
+        return np.array(columns, dtype=int), np.array(lower), np.array(upper), target
+
+    def _error(self, columns: np.ndarray, target: Array, solutions: Array) -> Array:
+        """Squared error (blocks, 3) of each block under its own solution (blocks, p)."""
+        combination = np.tile(target, (self.blocks, 1))
+        combination[:, columns] -= solutions
+        used = np.flatnonzero(np.any(combination != 0.0, axis=0))
+        part = combination[:, used]
+        gram = self.gram[:, :, used[:, None], used[None, :]]
+        return np.einsum("ki,kaij,kj->ka", part, gram, part)
+
+    def block_normal(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array]:
+        """Normal equations of each block: (columns, (blocks, p, p), (blocks, p)), in unscaled parameters."""
+        columns, _, _, target = self._layout(chosen)
+        s = self.scale[columns]
+        left = self._weighted[:, columns[:, None], columns[None, :]] * (s[:, None] * s[None, :])
+        return columns, left, (self._weighted[:, columns] @ target) * s
+
+
+def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[Array, np.ndarray]:
+    """Minimise x^T h x / 2 - right^T x within limits, by holding violators at their limit; small and fast.
+
+    Returns the solution and a mask of the held entries. A held entry whose gradient points inwards is released again.
+    """
+    size = right.size
+    x = np.zeros(size)
+    held = np.zeros(size, dtype=bool)
+    for _ in range(3 * size + 1):
+        free = ~held
+        if free.any():
+            x[free] = np.linalg.solve(h[np.ix_(free, free)], right[free] - h[np.ix_(free, held)] @ x[held])
+        below, above = x < lower, x > upper
+        broken = free & (below | above)
+        if broken.any():
+            past = np.where(below, lower, upper)
+            excess = np.where(broken, np.abs(np.where(broken, past, x) - x) * np.sqrt(np.diag(h)), 0.0)
+            worst = int(np.argmax(excess))
+            x[worst] = lower[worst] if below[worst] else upper[worst]
+            held[worst] = True
+            continue
+        gradient = h @ x - right
+        inward = held & (((x <= lower) & (gradient < 0)) | ((x >= upper) & (gradient > 0))) & (lower < upper)
+        if not inward.any():
+            break
+        held[int(np.argmax(np.abs(gradient) * inward))] = False
+    return x, held

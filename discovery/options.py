@@ -1,0 +1,180 @@
+"""Every effect as a choice: absent, or present in one of its shapes, each with its columns of the force equation.
+
+A column is what the force equation gives when a parameter moves, passed through the weak form. Effects in which the
+force is linear have one present option; those with a shape (lag, delay, dead zone, memory time) have one option for
+each starting value, as a fixed offset of the force plus the derivative about it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.effects import EFFECTS, Effect, Parameter
+from ..physics.frames import Array
+from ..physics.vehicle import Vehicle
+from .weak import WeakForm
+
+_NONLINEAR = {"current_north", "current_east", "lag", "delay", "memory_time", "dead_zone"}
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """An effect, for one thruster where it concerns one, that may be missing from a vehicle.
+
+    Attributes
+    ----------
+    key : unique name, `effect` or `effect[thruster]`
+    effect : the catalogue's entry, or a made-up one for an unnamed term
+    parameters : its parameters with the thruster's name filled in
+    """
+
+    key: str
+    effect: Effect
+    parameters: tuple[Parameter, ...]
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Symbols of the parameters."""
+        return tuple(p.symbol for p in self.parameters)
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One way in which a candidate may stand: columns that are free, an offset that is fixed.
+
+    Attributes
+    ----------
+    key : the candidate's key
+    present : False for "absent"
+    symbols : parameters set or freed
+    start : the parameters' values about which the columns were taken
+    free : indices of the free columns among `symbols` order, -1 for a symbol held at `start`
+    offset : index of the fixed offset column, -1 for none
+    lower, upper : limits of the change of each symbol from `start`
+    """
+
+    key: str
+    present: bool
+    symbols: tuple[str, ...]
+    start: tuple[float, ...]
+    free: tuple[int, ...]
+    offset: int
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+
+def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[Candidate, ...]:
+    """All candidates for a vehicle: one for each effect, one for each thruster where the effect concerns one."""
+    found = []
+    for effect in effects:
+        if effect.per_thruster:
+            for thruster in vehicle.thrusters:
+                named = tuple(_for_thruster(p, thruster.name) for p in effect.parameters)
+                found.append(Candidate(f"{effect.name}[{thruster.name}]", effect, named))
+        elif effect.name != "thrust_scale" or len(vehicle.thrusters) > 1:
+            found.append(Candidate(effect.name, effect, effect.parameters))
+    return tuple(found)
+
+
+def _for_thruster(parameter: Parameter, name: str) -> Parameter:
+    return Parameter(
+        parameter.symbol.format(thruster=name),
+        parameter.section,
+        parameter.unit,
+        parameter.null,
+        parameter.axis,
+        parameter.form,
+        parameter.lower,
+        parameter.upper,
+        parameter.grid,
+        parameter.step,
+    )
+
+
+class Linearisation:
+    """All columns of all candidates about one vehicle.
+
+    Attributes
+    ----------
+    vehicle : the model about which the columns were taken
+    options : candidate key -> its options; the first is how the candidate stands in `vehicle`
+    columns : (tests, 3, columns + 1); the last is the balance, measured minus modelled force
+    """
+
+    def __init__(
+        self,
+        weak: WeakForm,
+        vehicle: Vehicle,
+        nominal: Vehicle,
+        pool: Sequence[Candidate],
+        active: Sequence[str],
+    ) -> None:
+        self.vehicle = vehicle
+        self._weak = weak
+        self._base = weak.balance(vehicle)
+        self._columns: list[Array] = []
+        self.options: dict[str, tuple[Option, ...]] = {}
+        for candidate in pool:
+            absent = {p.symbol: nominal.value(p.symbol) for p in candidate.parameters}
+            if candidate.key in active:
+                now = tuple(vehicle.value(s) for s in candidate.symbols)
+                here = self._present(candidate, vehicle, now, -1)
+                gone = self._add(self._base - weak.balance(vehicle.with_values(absent)))
+                nothing = Option(candidate.key, False, candidate.symbols, tuple(absent.values()), (), gone, (), ())
+                others = self._shapes(candidate, vehicle, absent) if candidate.effect.shapes else ()
+                self.options[candidate.key] = (here, nothing, *others)
+            else:
+                nothing = Option(candidate.key, False, candidate.symbols, tuple(absent.values()), (), -1, (), ())
+                if candidate.effect.shapes:
+                    present = self._shapes(candidate, vehicle, absent)
+                else:
+                    present = (self._present(candidate, vehicle, tuple(absent.values()), -1),)
+                self.options[candidate.key] = (nothing, *present)
+        self.columns = np.stack([*self._columns, self._base], axis=-1)
+
+    def _add(self, column: Array) -> int:
+        self._columns.append(column)
+        return len(self._columns) - 1
+
+    def _shapes(self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float]) -> tuple[Option, ...]:
+        (shape,) = candidate.effect.shapes
+        found = []
+        for value in shape.grid:
+            start = {**absent, shape.symbol: value}
+            moved = vehicle.with_values(start)
+            offset = -1
+            if candidate.effect.fixed_amplitude:
+                offset = self._add(self._base - self._weak.balance(moved))
+            found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
+        return tuple(found)
+
+    def _present(self, candidate: Candidate, about: Vehicle, start: tuple[float, ...], offset: int) -> Option:
+        """Free columns of a candidate about a vehicle in which it stands at `start`."""
+        free, lower, upper = [], [], []
+        amplitudes = [about.value(p.symbol) - p.null for p in candidate.parameters if not p.grid]
+        for parameter, value in zip(candidate.parameters, start, strict=True):
+            low, high = parameter.lower - value, parameter.upper - value
+            if parameter.symbol == "dead_zone" or (parameter.grid and amplitudes and not any(amplitudes)):
+                free.append(-1)
+                low = high = 0.0
+            else:
+                free.append(self._add(self._slope(parameter, about, value)))
+                if parameter.grid:
+                    reach = 0.35 * value + 0.02
+                    low, high = max(low, -reach), min(high, reach)
+            lower.append(low)
+            upper.append(high)
+        return Option(
+            candidate.key, True, candidate.symbols, start, tuple(free), offset, tuple(lower), tuple(upper)
+        )
+
+    def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
+        """Minus the derivative of the balance by one parameter: the force that a unit of it adds, (tests, 3)."""
+        symbol, step = parameter.symbol, parameter.step
+        base = self._base if about is self.vehicle else self._weak.balance(about)
+        up = self._weak.balance(about.with_values({symbol: value + step}))
+        if symbol not in _NONLINEAR or value - step < parameter.lower:
+            return (base - up) / step
+        down = self._weak.balance(about.with_values({symbol: value - step}))
+        return (down - up) / (2.0 * step)

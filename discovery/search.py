@@ -1,0 +1,211 @@
+"""The floating search: add, drop, swap or reshape effects until no change lowers the held-out force error.
+
+Each model is scored by sum over axes of (independent tests / 2) log(held-out error + floor^2), plus a price a
+parameter. The floor is a share of the force scale of the axis: what is smaller does not matter (materiality).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from ..physics.frames import Array
+from ..physics.vehicle import Vehicle
+from .gram import Fit, GramScores
+from .options import Candidate, Linearisation, Option
+from .weak import WeakForm
+
+
+@dataclass(frozen=True, slots=True)
+class SearchSettings:
+    """What a change must be worth.
+
+    Attributes
+    ----------
+    materiality : floor of the force error on an axis, as a share of its force scale
+    price : log-likelihood that a parameter must earn
+    margin : log-likelihood that a change must earn beyond its price
+    rounds : most changes made
+    refinements : Gauss-Newton steps after a change
+    """
+
+    materiality: float = 0.02
+    price: float = 3.0
+    margin: float = 1.0
+    rounds: int = 40
+    refinements: int = 2
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A model during the search: the vehicle, what is active in it, its fit and its score (lower is better)."""
+
+    vehicle: Vehicle
+    active: tuple[str, ...]
+    fit: Fit
+    score: float
+
+
+class Search:
+    """A floating search over candidates on one weak form.
+
+    Parameters
+    ----------
+    weak : the tested balance
+    nominal : the vehicle to be corrected
+    pool : candidates that may be missing
+    settings : what a change must be worth
+    """
+
+    def __init__(self, weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
+        self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
+        self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
+        self.floor = (settings.materiality * self.force_scale) ** 2
+        self.trail: list[str] = []
+
+    def linearise(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> tuple[Linearisation, GramScores]:
+        """Columns and Gram matrices about a vehicle, axes weighted by the error that remains."""
+        linear = Linearisation(self.weak, vehicle, self.nominal, self.pool, active)
+        if error is None:
+            error = (linear.columns[:, :, -1] ** 2).mean(axis=0)
+        return linear, GramScores(linear.columns, self.weak.block, 1.0 / (error + self.floor))
+
+    def score(self, fit: Fit) -> float:
+        """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
+        size = int((~fit.held).sum())
+        likelihood = 0.5 * self.weak.independent * np.log(fit.held_out + self.floor).sum()
+        return float(likelihood + self.settings.price * size)
+
+    def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
+        """Refine a model's parameters by Gauss-Newton and score it."""
+        for _ in range(self.settings.refinements):
+            linear, scores = self.linearise_active(vehicle, active, error)
+            chosen = [linear.options[key][0] for key in active]
+            fit = scores.fit(chosen)
+            moved = apply_fit(vehicle, chosen, fit)
+            settled = _settled(vehicle, moved, chosen)
+            vehicle, error = moved, fit.in_sample
+            if settled:
+                break
+        linear, scores = self.linearise_active(vehicle, active, error)
+        fit = scores.fit([linear.options[key][0] for key in active])
+        return State(vehicle, tuple(active), fit, self.score(fit))
+
+    def linearise_active(self, vehicle: Vehicle, active: Sequence[str], error: Array | None) -> tuple[Linearisation, GramScores]:
+        """As `linearise`, with the columns of the active candidates only."""
+        pool = [c for c in self.pool if c.key in active]
+        linear = Linearisation(self.weak, vehicle, self.nominal, pool, active)
+        if error is None:
+            error = (linear.columns[:, :, -1] ** 2).mean(axis=0)
+        return linear, GramScores(linear.columns, self.weak.block, 1.0 / (error + self.floor))
+
+    def run(self, progress: Callable[[str], None] | None = None) -> State:
+        """Search from the nominal model to a model that no single change, swap or two-for-one improves."""
+        state = self.evaluate(self.nominal, ())
+        refused: set[frozenset[str]] = set()
+        for _ in range(self.settings.rounds):
+            improved = self._step(state, refused)
+            if improved is None:
+                break
+            self.trail.append(_difference(state.active, improved.active))
+            if progress is not None:
+                progress(self.trail[-1])
+            state = improved
+        return self._prune(state)
+
+    def _prune(self, state: State) -> State:
+        """Drop, one at a time, the effect that matters least, as long as it does not matter."""
+        while state.active:
+            trials = []
+            for key in state.active:
+                rest = tuple(k for k in state.active if k != key)
+                option = next(c for c in self.pool if c.key == key)
+                reset = {s: self.nominal.value(s) for s in option.symbols}
+                trial = self.evaluate(state.vehicle.with_values(reset), rest, state.fit.in_sample)
+                trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
+            share, score, key, trial = min(trials, key=lambda item: item[:2])
+            if share >= self.settings.materiality and score > state.score:
+                return state
+            self.trail.append(f"- {key}")
+            state = trial
+        return state
+
+    def _matters(self, before: State, after: State) -> bool:
+        """True unless the change only adds effects whose force is below the material share on every axis."""
+        if not set(before.active) < set(after.active):
+            return True
+        return bool((self.unique_share(before, after) >= self.settings.materiality).any())
+
+    def unique_share(self, without: State, within: State) -> Array:
+        """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
+        return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.force_scale
+
+    def _step(self, state: State, refused: set[frozenset[str]]) -> State | None:
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
+        now = {key: linear.options[key][0] for key in state.active}
+        wide = [False, True]
+        for two_for_one in wide:
+            ranked = sorted(
+                ((self.score(scores.fit(list(change.values()))), n, change) for n, change in enumerate(_changes(linear, now, two_for_one))),
+                key=lambda item: item[:2],
+            )
+            for score, _, change in ranked[:6]:
+                active = tuple(key for key in change if not key.startswith("-"))
+                if score > state.score - self.settings.margin:
+                    break
+                if frozenset(active) in refused and set(active) != set(state.active):
+                    continue
+                fit = scores.fit(list(change.values()))
+                start = apply_fit(_reset(state.vehicle, self.nominal, now, change), list(change.values()), fit)
+                trial = self.evaluate(start, active, fit.in_sample)
+                if trial.score < state.score - self.settings.margin and self._matters(state, trial):
+                    return trial
+                refused.add(frozenset(active))
+        return None
+
+
+def _changes(linear: Linearisation, now: dict[str, Option], two_for_one: bool) -> Iterator[dict[str, Option]]:
+    """Every neighbouring model: one effect added, dropped, reshaped or swapped; or two replaced by one."""
+    absent = {key: options[1] for key, options in linear.options.items() if key in now}
+    new = {key: options[1:] for key, options in linear.options.items() if key not in now}
+    drops = list(combinations(now, 2)) if two_for_one else [(), *((key,) for key in now)]
+    for drop in drops:
+        # A dropped effect leaves its offset behind: the columns were taken with it in place.
+        kept = {key: option for key, option in now.items() if key not in drop}
+        gone = {key: absent[key] for key in drop}
+        if drop:
+            yield {**kept, **{f"-{k}": o for k, o in gone.items()}}
+        for key, options in new.items():
+            for option in options:
+                yield {**kept, key: option, **{f"-{k}": o for k, o in gone.items()}}
+    if not two_for_one:
+        for key in now:
+            for option in linear.options[key][2:]:
+                yield {**now, key: option}
+
+
+def _reset(vehicle: Vehicle, nominal: Vehicle, now: dict[str, Option], change: dict[str, Option]) -> Vehicle:
+    gone = [option for key, option in now.items() if key not in change]
+    return vehicle.with_values({s: nominal.value(s) for option in gone for s in option.symbols})
+
+
+def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
+    """The vehicle with the fitted parameters set."""
+    by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
+    values = {}
+    for option in chosen:
+        for symbol, start, index in zip(option.symbols, option.start, option.free or (-1,) * len(option.symbols), strict=True):
+            values[symbol] = start + by_column.get(index, 0.0)
+    return vehicle.with_values(values)
+
+
+def _settled(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
+    pairs = [(before.value(s), after.value(s)) for option in chosen for s in option.symbols]
+    return all(abs(a - b) <= 1e-4 * (abs(a) + 1e-3) for a, b in pairs)
+
+
+def _difference(before: Sequence[str], after: Sequence[str]) -> str:
+    gone = [f"- {key}" for key in before if key not in after]
+    come = [f"+ {key}" for key in after if key not in before]
+    return ", ".join(come + gone) or "reshaped"
