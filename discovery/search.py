@@ -100,9 +100,9 @@ class Search:
             error = (linear.columns[:, :, -1] ** 2).mean(axis=0)
         return linear, GramScores(linear.columns, self.weak.block, 1.0 / (error + self.floor))
 
-    def run(self, progress: Callable[[str], None] | None = None) -> State:
-        """Search from the nominal model to a model that no single change, swap or two-for-one improves."""
-        state = self.evaluate(self.nominal, ())
+    def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
+        """Search from the nominal model (or from `start`) to one that no single change, swap or two-for-one improves."""
+        state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
         refused: set[frozenset[str]] = set()
         for _ in range(self.settings.rounds):
             improved = self._step(state, refused)
