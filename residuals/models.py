@@ -1,0 +1,61 @@
+"""What every model answers: the acceleration along a measured motion, and an open-loop rollout from a measured start."""
+
+from abc import ABC, abstractmethod
+from typing import Literal, final
+
+import numpy as np
+
+from ..physics.forces import modelled_acceleration
+from ..physics.frames import Array
+from ..physics.motion import Motion
+from ..physics.simulation import Rollouts, rollout
+from ..physics.vehicle import Vehicle
+
+Kind = Literal["physics", "symbolic", "hybrid", "network"]
+
+
+class Model(ABC):
+    """A model of motion under commands.
+
+    Attributes
+    ----------
+    name : how tables call it
+    kind : physics, symbolic, hybrid or network
+    parameters : how many numbers were fitted
+    seconds_to_fit : time that fitting took [s]
+    """
+
+    name: str
+    kind: Kind
+    parameters: int
+    seconds_to_fit: float
+
+    @abstractmethod
+    def acceleration(self, motion: Motion) -> Array:
+        """Acceleration over ground along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+
+    @abstractmethod
+    def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+        """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion."""
+
+
+@final
+class VehicleModel(Model):
+    """A vehicle file as a model."""
+
+    def __init__(
+        self, vehicle: Vehicle, name: str, kind: Kind = "physics", parameters: int = 0, seconds_to_fit: float = 0.0
+    ) -> None:
+        self.vehicle = vehicle
+        self.name = name
+        self.kind = kind
+        self.parameters = parameters
+        self.seconds_to_fit = seconds_to_fit
+
+    def acceleration(self, motion: Motion) -> Array:
+        """See `Model.acceleration`."""
+        return modelled_acceleration(self.vehicle, motion)
+
+    def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+        """See `Model.rollout`."""
+        return rollout(self.vehicle, motion, starts, steps)
