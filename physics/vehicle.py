@@ -142,6 +142,7 @@ class Vehicle(BaseModel):
         for symbol, value in changes.items():
             number = float(value)
             if ":" in symbol:
+                self.parameter(symbol)
                 axis, form = symbol.split(":", 1)
                 terms[symbol] = Term(axis=axis, form=form, value=number)  # type: ignore[arg-type]
             elif symbol in by_name:
@@ -179,6 +180,8 @@ class Vehicle(BaseModel):
             return PARAMETERS["{thruster}_scale"]
         if ":" in symbol:
             axis, form = symbol.split(":", 1)
+            if axis not in _AXIS_INDEX:
+                raise VehicleError(f"term {symbol!r}: expected surge, sway or yaw before the colon, got {axis!r}")
             parsed, index = parse_form(form), _AXIS_INDEX[axis]
             moment = "N m" if index == 2 else "N"
             speeds = sum(f.strip("|") != "r" for f in parsed.factors)

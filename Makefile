@@ -1,0 +1,46 @@
+# make demo, make test: each sets up what it needs in .venv, once, and again when pyproject.toml or constraints.txt change.
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint bench clean
+
+PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
+BIN := .venv/bin
+READY := .venv/undertow-is-set-up
+
+help:
+	@echo "make demo   read a real Gazebo log, find the missing physics, add it, and watch the error fall"
+	@echo "make test   run the tests"
+	@echo "make lint   check style, format and types"
+	@echo "make bench  run the benchmarks, one after the other"
+	@echo "make clean  remove .venv, build leftovers and caches"
+
+demo: $(READY)
+	@$(BIN)/undertow demo
+
+test: $(READY)
+	@$(BIN)/pytest
+
+# The variable keeps pyright from asking the npm registry for a newer version.
+lint: $(READY)
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check
+	@PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
+
+bench: $(READY)
+	@set -e; for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python "$$script"; done
+
+# A venv that works is kept and brought up to date; one that is missing, broken or too old is made anew.
+# .venv/typing shows type checkers the repository root under its package name (pyright's extraPaths).
+$(READY): pyproject.toml constraints.txt
+	@rm -f $@
+	@test -n "$(PYTHON)" || { echo "undertow needs Python 3.11 or newer: no python3.11 or python3 found (try PYTHON=/path/to/python3)" >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and "undertow needs Python 3.11 or newer, found " + sys.version.split()[0] + " (try PYTHON=/path/to/python3.11)")'
+	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes about a minute"
+	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,logs]' -c constraints.txt
+	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
+	@touch $@
+
+clean:
+	rm -rf .venv build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

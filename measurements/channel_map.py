@@ -1,0 +1,88 @@
+"""Channel maps: the user's word on which stream is which channel."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..physics.errors import LogError
+from .channels import COMMAND_UNITS, UNITS, is_canonical
+
+_KEYS = {"from", "scale", "offset", "frame"}
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One line of a channel map: the channel is `scale` times the stream plus `offset`.
+
+    Attributes
+    ----------
+    source : `topic:field`, or a column (or a field that only one topic has)
+    scale, offset : applied to the file's values, before any change of axes
+    frame : "ned", "enu", or None for the frame of the log
+    """
+
+    source: str
+    scale: float = 1.0
+    offset: float = 0.0
+    frame: str | None = None
+
+
+def read_channel_map(path: Path) -> dict[str, Entry | None]:
+    """Read a channel map, a YAML mapping from canonical name to stream.
+
+    .. code-block:: yaml
+
+        u: "/dvl:velocity.ahead"                            # topic:field of a long table
+        psi: {from: heading_deg, scale: 0.017453292519943}  # a column, degrees to radians
+        v: {from: sway_to_port, frame: enu}                 # body FLU instead of FRD
+        newton_port: "/thrusters/1:data"
+        pwm_port: null                                      # leave this channel out
+
+    The channel is `scale * stream + offset` (1 and 0 when absent). `frame: enu` says that the entry is the ENU/FLU
+    channel of that name (x east, y north, psi counter-clockwise from east, v and r to port); without it a ROS-style
+    field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and everything else is in the frame of
+    the log.
+
+    Raises
+    ------
+    LogError
+        when the file is missing, is not such a mapping, or names an unknown channel or key.
+    """
+    if not path.is_file():
+        raise LogError(f"{path}: no such channel map; expected a YAML file of 'channel: topic:field' lines.")
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise LogError(f"{path}: the channel map is not YAML ({error}). Quote names that hold a colon.") from error
+    if not isinstance(content, dict) or not content:
+        raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {content!r}.")
+    return {_name(path, key): None if value is None else _entry(path, key, value) for key, value in content.items()}
+
+
+def _name(path: Path, key: Any) -> str:
+    if not isinstance(key, str) or not is_canonical(key):
+        kinds = ", ".join(f"{kind}_<thruster>" for kind in COMMAND_UNITS)
+        raise LogError(f"{path}: unknown channel {key!r} in the channel map; expected {' '.join(UNITS)}, {kinds}.")
+    return key
+
+
+def _entry(path: Path, key: str, value: Any) -> Entry:
+    if isinstance(value, str):
+        return Entry(value)
+    if not isinstance(value, dict) or not isinstance(value.get("from"), str) or set(value) - _KEYS:
+        raise LogError(
+            f"{path}: channel map entry '{key}' must be 'topic:field', a column, null, or a mapping with 'from' and "
+            f"optionally scale, offset, frame; got {value!r}."
+        )
+    numbers = []
+    for part, null in (("scale", 1.0), ("offset", 0.0)):
+        number = value.get(part, null)
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise LogError(f"{path}: channel map entry '{key}' needs a number as {part}, got {number!r}.")
+        numbers.append(float(number))
+    frame = value.get("frame")
+    if frame not in (None, "ned", "enu"):
+        raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {frame!r}.")
+    return Entry(value["from"], numbers[0], numbers[1], frame)

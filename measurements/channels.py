@@ -1,0 +1,113 @@
+"""The canonical channels: their names, their units, and the values that they may take."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.errors import LogError
+from ..physics.frames import Array
+
+UNITS = {
+    "x": "m",
+    "y": "m",
+    "psi": "rad",
+    "u": "m/s",
+    "v": "m/s",
+    "r": "rad/s",
+    "ax": "m/s^2",
+    "ay": "m/s^2",
+    "qx": "1",
+    "qy": "1",
+    "qz": "1",
+    "qw": "1",
+}
+"""Canonical channels of motion and their units; earth axes NED, body axes FRD."""
+
+COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
+"""Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`."""
+
+LIMITS = {"pwm": (800.0, 2200.0), "normalized": (-1.05, 1.05)}
+"""What a command of a kind may be [its unit]; anything else is another unit or another kind."""
+
+_COMMAND = re.compile(rf"({'|'.join(COMMAND_UNITS)})_(\w+)")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Channel:
+    """One canonical channel of a log.
+
+    Attributes
+    ----------
+    name : canonical name
+    time : (n,) [s], strictly increasing
+    value : (n,) in the unit of the channel, finite
+    origin : where in the file it came from: `topic:field`, or the column
+    """
+
+    name: str
+    time: Array
+    value: Array
+    origin: str
+
+    @property
+    def period(self) -> float:
+        """Usual step of the time stamps [s], gaps and jitter averaged out; zero for a single sample."""
+        if self.time.size < 2:
+            return 0.0
+        steps = np.diff(self.time)
+        middle = float(np.median(steps))
+        usual = steps[np.abs(steps - middle) < 0.5 * middle]
+        return float(usual.mean()) if usual.size else middle
+
+    @property
+    def unit(self) -> str:
+        """The unit of the values."""
+        return unit_of(self.name)
+
+
+def command_kind(name: str) -> tuple[str, str] | None:
+    """Split a name into kind and thruster of a command channel, None for any other name.
+
+    >>> command_kind("rad_s_port")
+    ('rad_s', 'port')
+    """
+    found = _COMMAND.fullmatch(name)
+    return (found.group(1), found.group(2)) if found else None
+
+
+def is_canonical(name: str) -> bool:
+    """Whether `name` is a canonical channel of motion or a command channel."""
+    return name in UNITS or command_kind(name) is not None
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a canonical channel.
+
+    >>> unit_of("r"), unit_of("pwm_port")
+    ('rad/s', 'us')
+    """
+    command = command_kind(name)
+    return COMMAND_UNITS[command[0]] if command else UNITS[name]
+
+
+def check_limits(channel: Channel, where: str) -> None:
+    """Refuse command values that cannot be of the kind that the channel's name says.
+
+    Raises
+    ------
+    LogError
+        for a PWM outside 800 to 2200 us, or a normalized command outside -1 to 1.
+    """
+    command = command_kind(channel.name)
+    if command is None or command[0] not in LIMITS:
+        return
+    low, high = LIMITS[command[0]]
+    outside = np.flatnonzero((channel.value < low) | (channel.value > high))
+    if outside.size:
+        first = int(outside[0])
+        raise LogError(
+            f"{where}: {channel.name} ({channel.origin}) must lie within {low:g} to {high:g} [{channel.unit}], got "
+            f"{channel.value[first]:g} at t = {channel.time[first]:.3f} s ({outside.size} such values). Cut those "
+            f"rows, correct the unit with scale and offset in a channel map, or leave it out: '{channel.name}: null'."
+        )

@@ -1,0 +1,1 @@
+"""One reader a file for every log format; `registry` lists them all."""

@@ -1,0 +1,15 @@
+"""Long CSV: a bag flattened to time, topic, field, value."""
+
+from .base import Format, Head, Recording
+from .tables import is_long, long_recording, read_text
+
+
+def _matches(head: Head) -> bool:
+    return is_long(head.columns)
+
+
+def _read(head: Head) -> Recording:
+    return long_recording(read_text(head), head.path)
+
+
+LONG_CSV = Format("long CSV", _matches, _read)

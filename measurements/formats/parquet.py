@@ -1,0 +1,29 @@
+"""Parquet: a long or a wide table in columns."""
+
+from ...physics.errors import LogError
+from .base import EXPECTED, Format, Head, Recording
+from .tables import is_long, is_wide, long_recording, wide_recording
+
+
+def _matches(head: Head) -> bool:
+    return head.magic == b"PAR1"
+
+
+def _read(head: Head) -> Recording:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise LogError(f"{head.path}: Parquet needs pyarrow; run pip install 'undertow[logs]'.") from error
+    try:
+        frame = pyarrow.parquet.read_table(head.path).to_pandas()
+    except (pyarrow.ArrowException, OSError) as error:
+        raise LogError(f"{head.path}: a broken Parquet file ({error}). Copy the log again.") from error
+    frame.columns = [str(name).strip() for name in frame.columns]
+    columns = tuple(frame.columns)
+    if frame.empty or not (is_long(columns) or is_wide(columns)):
+        raise LogError(f"{head.path}: {EXPECTED}; got {len(frame)} rows of {', '.join(columns) or 'no columns'}.")
+    return long_recording(frame, head.path) if is_long(columns) else wide_recording(frame, head.path)
+
+
+PARQUET = Format("Parquet", _matches, _read)

@@ -1,0 +1,134 @@
+"""The two table shapes, long and wide, cut into streams; shared by the text and the Parquet readers."""
+
+import gzip
+import warnings
+import zlib
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ...physics.errors import LogError
+from ...physics.frames import Array
+from .base import EXPECTED, TIME_COLUMNS, Head, Recording, Stream
+
+_LONG = ("topic", "field", "value")
+_EPOCH = 1e8
+"""A first stamp above this [s] counts from an epoch, not from the start of the log."""
+
+
+def time_column(columns: tuple[str, ...]) -> str | None:
+    """Find the first column that holds the time, None when there is none."""
+    return next((column for column in columns if column.lower() in TIME_COLUMNS), None)
+
+
+def is_long(columns: tuple[str, ...]) -> bool:
+    """Whether the columns are those of a flattened bag."""
+    return time_column(columns) is not None and set(_LONG) <= set(columns)
+
+
+def is_wide(columns: tuple[str, ...]) -> bool:
+    """Whether the columns are one time column and channels."""
+    return time_column(columns) is not None and len(columns) > 1 and not is_long(columns)
+
+
+def read_text(head: Head) -> pd.DataFrame:
+    """Read the text table as a frame with stripped column names; topic and field as categories.
+
+    Raises
+    ------
+    LogError
+        when the text cannot be read as a table.
+    """
+    kinds = dict.fromkeys(("topic", "field"), "category") if is_long(head.columns) else None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            frame = pd.read_csv(
+                head.path,
+                sep=head.separator,
+                compression="gzip" if head.gzipped else None,
+                encoding="utf-8-sig",
+                header=0,
+                names=list(_unique(head.columns)),
+                dtype=kinds,  # type: ignore[arg-type]
+                index_col=False,
+                low_memory=False,
+                skipinitialspace=True,
+            )
+    except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.ParserWarning) as error:
+        raise LogError(f"{head.path}: not a readable table ({error}); {EXPECTED}.") from error
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise LogError(f"{head.path}: a broken gzip file ({error}). Copy the log again.") from error
+    if frame.empty:
+        raise LogError(f"{head.path}: a header but no rows; the log is empty. Was the recording stopped at once?")
+    return frame
+
+
+def long_recording(frame: pd.DataFrame, path: object) -> Recording:
+    """Cut a long table (time, topic, field, value) into one stream per topic and field."""
+    time, notes = _seconds(frame, path)
+    value = _numbers(frame["value"])
+    topic, field = frame["topic"].astype("category").cat, frame["field"].astype("category").cat
+    fields = len(field.categories)
+    key = (topic.codes.to_numpy(np.int64) + 1) * (fields + 1) + field.codes.to_numpy(np.int64) + 1
+    order = np.argsort(key, kind="stable")
+    starts = np.flatnonzero(np.diff(key[order], prepend=-1))
+    streams = []
+    for rows in np.split(order, starts[1:]):
+        which_topic, which_field = divmod(int(key[rows[0]]), fields + 1)
+        if which_field == 0:
+            continue
+        name = str(topic.categories[which_topic - 1]) if which_topic else ""
+        streams.append(
+            Stream(name.strip(), str(field.categories[which_field - 1]).strip(), time[rows], value[rows], rows + 2)
+        )
+    return Recording(tuple(streams), notes)
+
+
+def wide_recording(frame: pd.DataFrame, path: object) -> Recording:
+    """Cut a wide table (one row per time stamp) into one stream per column."""
+    time, notes = _seconds(frame, path)
+    row = np.arange(len(frame), dtype=np.int64) + 2
+    own = time_column(tuple(frame.columns))
+    streams = [Stream("", str(name), time, _numbers(frame[name]), row) for name in frame.columns if name != own]
+    return Recording(tuple(streams), notes)
+
+
+def _unique(columns: tuple[str, ...]) -> tuple[str, ...]:
+    seen: dict[str, int] = {}
+    names = []
+    for column in columns:
+        count = seen.get(column, 0)
+        seen[column] = count + 1
+        names.append(f"{column}.{count}" if count else column)
+    return tuple(names)
+
+
+def _numbers(column: pd.Series) -> Array:
+    if column.dtype == bool:
+        return column.to_numpy(float)
+    numbers = np.asarray(pd.to_numeric(column, errors="coerce"), dtype=float)
+    return np.where(np.isfinite(numbers), numbers, np.nan)
+
+
+def _seconds(frame: pd.DataFrame, path: object) -> tuple[Array, tuple[str, ...]]:
+    name = time_column(tuple(frame.columns))
+    if name is None:
+        raise LogError(f"{path}: no time column among {', '.join(map(str, frame.columns))}; {EXPECTED}.")
+    column = frame[name]
+    if pd.api.types.is_datetime64_any_dtype(column):
+        stamps: NDArray = column.to_numpy("datetime64[ns]").astype(np.int64)
+        per_second = 1e9
+    else:
+        integer = pd.api.types.is_integer_dtype(column) and not column.hasnans
+        stamps = column.to_numpy(np.int64) if integer else _numbers(column)
+        per_second = 1e9 if name.lower() == "timestamp_ns" else 1.0
+    finite = stamps[np.isfinite(stamps)]
+    if finite.size == 0:
+        raise LogError(f"{path}: column '{name}' holds no numbers, got {column.iloc[0]!r}; {EXPECTED}.")
+    first = finite.min()
+    if first / per_second < _EPOCH:
+        return stamps / per_second, ()
+    # Subtracting before the conversion to seconds keeps the nanoseconds of stamps since 1970.
+    return (stamps - first) / per_second, (f"time counts from the first stamp, {name} = {first}",)

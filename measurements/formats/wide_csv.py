@@ -1,0 +1,15 @@
+"""Wide CSV: a row per time stamp, a column per channel."""
+
+from .base import Format, Head, Recording
+from .tables import is_wide, read_text, wide_recording
+
+
+def _matches(head: Head) -> bool:
+    return is_wide(head.columns)
+
+
+def _read(head: Head) -> Recording:
+    return wide_recording(read_text(head), head.path)
+
+
+WIDE_CSV = Format("wide CSV", _matches, _read)

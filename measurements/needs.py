@@ -1,0 +1,121 @@
+"""Which channels a vehicle needs of a log, and what to say when one is not there."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ..physics.errors import LogError
+from .channels import COMMAND_UNITS, Channel, command_kind, unit_of
+from .log import Log
+
+
+class ThrusterLike(Protocol):
+    """A thruster as far as its log channel goes."""
+
+    @property
+    def name(self) -> str:
+        """Name, unique in the vehicle."""
+        ...
+
+    @property
+    def command(self) -> str:
+        """Kind of command: pwm, normalized, rad_s or newton."""
+        ...
+
+
+class VehicleLike(Protocol):
+    """A vehicle as far as its log channels go."""
+
+    @property
+    def thrusters(self) -> Sequence[ThrusterLike]:
+        """All thrusters, in the order of the command columns."""
+        ...
+
+
+def command_channels(vehicle: VehicleLike | None) -> tuple[str, ...]:
+    """Names of the command channels of a vehicle, `<command>_<thruster>`, in its order; none without a vehicle."""
+    return tuple(f"{thruster.command}_{thruster.name}" for thruster in vehicle.thrusters) if vehicle else ()
+
+
+def problems(log: Log, vehicle: VehicleLike | None) -> list[str]:
+    """Everything that keeps a log from being used for a vehicle, as sentences without the file name."""
+    found = []
+    have = log.channels
+    if "psi" not in have:
+        found.append(f"expected a heading (psi or a quaternion), got only {_listed(log)}. Map it with a channel map.")
+    elif have["psi"].time.size < 2:
+        found.append("expected at least 2 samples of psi, got 1.")
+    else:
+        found += _angle_problems(have["psi"], have.get("r"))
+    velocities = [name for name in ("u", "v") if name not in have]
+    if velocities and not {"x", "y"} <= set(have):
+        found.append(
+            f"expected u and v (or x and y, to derive them), but {' and '.join(velocities)} and a position are "
+            f"missing; got {_listed(log)}. Map them with a channel map."
+        )
+    found += [_command_problem(log, name) for name in command_channels(vehicle) if name not in have]
+    found += [
+        f"{name} has one sample in {channel.period:g} s (at least one in 2 s is needed). Is the time column in seconds?"
+        for name, channel in have.items()
+        if command_kind(name) is None and name not in ("ax", "ay") and channel.period > 2.0
+    ]
+    return found
+
+
+def require(log: Log, vehicle: VehicleLike | None) -> None:
+    """Refuse a log that cannot be used for a vehicle.
+
+    Raises
+    ------
+    LogError
+        with the first of `problems`.
+    """
+    found = problems(log, vehicle)
+    if found:
+        raise LogError(f"{log.path}: {found[0]}")
+
+
+def _listed(log: Log) -> str:
+    return " ".join(log.channels) or "no channel"
+
+
+def _command_problem(log: Log, name: str) -> str:
+    kind, thruster = command_kind(name) or ("", name)
+    unit = COMMAND_UNITS.get(kind, "?")
+    others = [other for other in log.channels if (command_kind(other) or ("", ""))[1] == thruster]
+    if others:
+        other = (command_kind(others[0]) or ("", ""))[0]
+        return (
+            f"wrong command kind: the vehicle wants {name} [{unit}] for thruster '{thruster}', the log has "
+            f"{' '.join(others)} [{unit_of(others[0])}]. Give the thruster 'command: {other}' with its curve in the "
+            f"vehicle file, or map a stream of kind {kind} to {name}."
+        )
+    commands = [other for other in log.channels if command_kind(other)]
+    return (
+        f"missing command channel {name} of thruster '{thruster}'; commands in the log: "
+        f"{' '.join(commands) or 'none'}; all channels: {_listed(log)}. Rename the thruster, or map a stream to {name}."
+    )
+
+
+def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
+    """Degrees where radians are due: never converted silently, always refused."""
+    steps = np.abs(np.diff(heading.value))
+    jumps = (steps > 340.0) & (steps < 361.0) & (np.diff(heading.time) < 2.0)
+    cure = "Map it with 'scale: 0.017453292519943'."
+    if jumps.any():
+        return [f"psi ({heading.origin}) must be in radians, but it jumps by 360 as degrees do. {cure}"]
+    if rate is None or rate.time.size < 20 or heading.time.size < 20:
+        return []
+    turning = np.gradient(np.unwrap(heading.value), heading.time)
+    measured = np.interp(heading.time, rate.time, rate.value)
+    if min(turning.std(), measured.std()) < 1e-6 or abs(np.corrcoef(turning, measured)[0, 1]) < 0.5:
+        return []
+    ratio = abs(float(turning @ measured / (measured @ measured)))
+    if 30.0 < ratio < 120.0:
+        return [
+            f"psi ({heading.origin}) turns {ratio:.0f} times as fast as r ({rate.origin}): psi is in degrees. {cure}"
+        ]
+    if 1 / 120.0 < ratio < 1 / 30.0:
+        return [f"r ({rate.origin}) is {1 / ratio:.0f} times the turning of psi: r is in degrees per second. {cure}"]
+    return []

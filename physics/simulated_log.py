@@ -1,0 +1,148 @@
+"""Simulated logs: what the sensors of a world wrote down, beside the truth; to a file, or straight to a `Motion`."""
+
+import gzip
+import io
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .errors import RequestError
+from .frames import Array, wrap_angle
+from .motion import Motion
+from .vehicle import Vehicle
+
+ODOMETRY_FIELDS = ("x", "y", "psi", "u", "v", "r")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedLog:
+    """What was logged in a world, beside the truth.
+
+    Attributes
+    ----------
+    vehicle : the true vehicle, effects included
+    truth : the noise-free motion on the simulation's grid
+    odometry_time : (n,) stamps [s], increasing
+    odometry : (n, 6) north, east [m], psi [rad, continuous], u, v [m/s], r [rad/s], noisy
+    command_time : (m,) stamps [s], increasing; a command is held until the next stamp
+    commands : (m, thrusters) in the thrusters' command units
+    """
+
+    vehicle: Vehicle
+    truth: Motion
+    odometry_time: Array
+    odometry: Array
+    command_time: Array
+    commands: Array
+
+    def motion(self, time_step: float = 0.05) -> Motion:
+        """The logged (noisy) motion on an even grid, without a file in between.
+
+        Measurements are interpolated linearly (over dropouts too), held commands become means over each step.
+
+        Parameters
+        ----------
+        time_step : [s]
+
+        Raises
+        ------
+        RequestError
+            when the log has no two grid points.
+        """
+        stamps = self.odometry_time
+        first, last = np.ceil(stamps[0] / time_step - 1e-6), np.floor(stamps[-1] / time_step + 1e-6)
+        if not time_step > 0 or last <= first:
+            raise RequestError(f"motion: a step of {time_step:g} s does not fit a log of {stamps[-1] - stamps[0]:g} s")
+        time = time_step * np.arange(first, last + 1)
+        columns = [np.interp(time, stamps, column) for column in self.odometry.T]
+        state = np.column_stack(columns)
+        commands = held_mean(self.command_time, self.commands, time, time_step)
+        return Motion(
+            time,
+            state[:, :2].copy(),
+            columns[2],
+            state[:, 3:].copy(),
+            commands,
+            self.truth.thrusters,
+            self.truth.source,
+        )
+
+    def write(self, path: str | os.PathLike[str]) -> Path:
+        """Write the log as a long table `time,topic,field,value` (NED/FRD, seconds), to a temporary name, then renamed.
+
+        Topic `odometry` has the fields x y psi u v r, topic `command` one field `<command>_<thruster>` each. Gzip when
+        the name ends in `.gz`, Parquet when it ends in `.parquet`, CSV otherwise. The same log gives the same bytes.
+
+        Raises
+        ------
+        RequestError
+            when the folder does not exist, or Parquet is asked for without pyarrow.
+        """
+        target = Path(path)
+        if not target.parent.is_dir():
+            raise RequestError(f"cannot write {target}: the folder {target.parent} does not exist; create it first")
+        if target.suffix == ".parquet":
+            data = self._parquet(target)
+        else:
+            text = "".join(["time,topic,field,value\n", *(f"{t:.6f},{a},{b},{x:.9g}\n" for t, a, b, x in self._rows())])
+            data = text.encode("utf-8")
+            data = gzip.compress(data, mtime=0) if target.suffix == ".gz" else data
+        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".tmp")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, target)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+        return target
+
+    def _rows(self) -> list[tuple[float, str, str, float]]:
+        state = self.odometry.copy()
+        state[:, 2] = wrap_angle(state[:, 2])
+        channels = [t.channel for t in self.vehicle.thrusters]
+        rows = [
+            (t, topic, field, x)
+            for topic, names, stamps, table in (
+                ("command", channels, self.command_time, self.commands),
+                ("odometry", ODOMETRY_FIELDS, self.odometry_time, state),
+            )
+            for t, line in zip(stamps.tolist(), table.tolist(), strict=True)
+            for field, x in zip(names, line, strict=True)
+        ]
+        return sorted(rows, key=lambda row: row[0])
+
+    def _parquet(self, target: Path) -> bytes:
+        import pandas as pd
+
+        buffer = io.BytesIO()
+        try:
+            pd.DataFrame(self._rows(), columns=["time", "topic", "field", "value"]).to_parquet(buffer, index=False)
+        except ImportError:
+            raise RequestError(f"cannot write {target}: Parquet needs pyarrow: pip install 'undertow[logs]'") from None
+        return buffer.getvalue()
+
+
+def held_mean(stamps: Array, values: Array, time: Array, window: float) -> Array:
+    """Means of a held (zero-order) series over windows [s] centred on `time`; the ends hold their value.
+
+    Parameters
+    ----------
+    stamps : (m,) increasing [s]
+    values : (m, k), each row held until the next stamp
+    time : (n,) [s]
+
+    Returns
+    -------
+    (n, k)
+    """
+    area = np.vstack([np.zeros(values.shape[1]), np.cumsum(values[:-1] * np.diff(stamps)[:, None], axis=0)])
+    edges = np.concatenate([time - 0.5 * window, time + 0.5 * window])
+    last = np.clip(np.searchsorted(stamps, edges, side="right") - 1, 0, stamps.size - 1)
+    integral = area[last] + values[last] * (edges - stamps[last])[:, None]
+    before, after = np.split(integral, 2)
+    return (after - before) / window

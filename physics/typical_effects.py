@@ -1,0 +1,191 @@
+"""Typical effects: hulls and effect sizes drawn at random, plausible for a vehicle and large enough to matter."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .effects import effect_named
+from .errors import RequestError, VehicleError
+from .frames import Array
+from .hidden_effects import apply_effects
+from .manoeuvres import COMMAND_STEP, command_of, programme
+from .matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
+from .motion import Motion
+from .simulation import rollout, simulate_motion
+from .thrusters import Thruster
+from .vehicle import Vehicle
+
+
+def random_hull(vehicle: Vehicle, rng: np.random.Generator, spread: float = 1.0 / 3.0) -> Vehicle:
+    """A sister of the vehicle: mass, inertia, added masses and damping each varied by up to `spread` of themselves.
+
+    Raises
+    ------
+    RequestError
+        when a hundred draws give no sound vehicle; try a smaller spread.
+    """
+    symbols = ("mass", "inertia_z", *vehicle.added_mass, *vehicle.damping)
+    for _ in range(100):
+        factors = 1.0 + rng.uniform(-spread, spread, len(symbols))
+        try:
+            changes = {s: vehicle.value(s) * float(f) for s, f in zip(symbols, factors, strict=True)}
+            return vehicle.with_values(changes).checked()
+        except VehicleError:
+            continue
+    raise RequestError(f"random_hull: no sound vehicle within {spread:.0%} of {vehicle.name}; try a smaller spread")
+
+
+class _Scales:
+    """What is large for a vehicle: thrust, turning moment, speeds, drags, masses; `motion` is a rich minute and a half.
+
+    `speed` is (top surge speed, 95 % sway speed, 95 % yaw rate); `drag` the modelled damping force at it, per axis.
+    """
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        ends = np.array(
+            [
+                [float(t.curve.thrust(command_of(t, np.array(c)), t.command)) for c in (-1.0, 1.0)]
+                for t in vehicle.thrusters
+            ]
+        )
+        self.thrusts = np.abs(ends).max(axis=1) * np.array([t.scale * t.thrust_scale for t in vehicle.thrusters])
+        effective = np.abs(thruster_matrix(vehicle))
+        self.thrust, self.moment = float(effective[0] @ self.thrusts), float(effective[2] @ self.thrusts)
+        self.motion = commanded_motion(vehicle, programme(vehicle, "rich", 90.0), COMMAND_STEP)
+        speed = np.quantile(np.abs(self.motion.velocity), (1.0, 0.95, 0.95), axis=0).diagonal()
+        self.speed = np.maximum(speed, 1e-3)
+        self.drag = np.maximum(np.abs(np.diag(damping_matrix(vehicle, self.speed))), 1e-6) * self.speed
+        self.mass = np.diag(mass_matrix(vehicle))
+
+
+def _command_for_share(thruster: Thruster, share: float) -> float:
+    """The normalised command ahead that gives a share of full thrust, at most 0.45 (a dead zone ends at 0.5)."""
+    fraction = np.linspace(0.0, 0.45, 91)
+    force = np.abs(thruster.curve.thrust(command_of(thruster, np.append(fraction, 1.0)), thruster.command))
+    return float(np.interp(share * force[-1], np.maximum.accumulate(force[:-1]), fraction))
+
+
+def commanded_motion(vehicle: Vehicle, commands: Array, time_step: float) -> Motion:
+    """Simulate from rest, heading north, under commands (n, thrusters) on an even grid of `time_step` [s]."""
+    n = commands.shape[0]
+    names = tuple(t.name for t in vehicle.thrusters)
+    start = Motion(
+        time_step * np.arange(n), np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3)), commands, names, vehicle.name
+    )
+    return simulate_motion(vehicle, start)
+
+
+def materiality(nominal: Vehicle, changed: Vehicle, motion: Motion) -> Array:
+    """How far two vehicles part in 10 s: rms difference of u, v, r over rollouts from common starts, by their rms (3,).
+
+    Twelve starts are spread over `motion`, which must last longer than 10 s.
+    """
+    steps = round(10.0 / motion.time_step)
+    starts = np.linspace(0, motion.time.size - steps - 1, 12).astype(int)
+    a, b = (rollout(v, motion, starts, steps).states[:, :, 3:] for v in (nominal, changed))
+    return np.sqrt(((a - b) ** 2).mean(axis=(0, 1)) / np.maximum((a**2).mean(axis=(0, 1)), 1e-12))
+
+
+def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, Callable[[], tuple[float, ...]]]:
+    """For each effect, a draw of its parameters' values as `apply_effects` takes them."""
+    u, v, r = s.speed
+    uniform = rng.uniform
+
+    def sign() -> float:
+        return float(rng.choice([-1.0, 1.0]))
+
+    def drag(axis: int, power: float) -> Callable[[], tuple[float, ...]]:
+        return lambda: (-uniform(0.3, 1.0) * s.drag[axis] / power,)
+
+    def linear(axis: int, symbol: str) -> Callable[[], tuple[float, ...]]:
+        def draw() -> tuple[float, ...]:
+            size = uniform(0.25, 0.7) * s.drag[axis] / s.speed[axis]
+            weaker = size < -0.9 * vehicle.value(symbol) and rng.random() < 0.5
+            return (size if weaker else -size,)
+
+        return draw
+
+    def added_mass(axis: int, symbol: str) -> Callable[[], tuple[float, ...]]:
+        def draw() -> tuple[float, ...]:
+            size = uniform(0.2, 0.6) * s.mass[axis]
+            lighter = size < -0.9 * vehicle.value(symbol) and rng.random() < 0.5
+            return (size if lighter else -size,)
+
+        return draw
+
+    def turned(low: float, high: float) -> tuple[float, ...]:
+        size, angle = uniform(low, high), uniform(-np.pi, np.pi)
+        return size * np.cos(angle), size * np.sin(angle)
+
+    # Both couplings below the geometric mean of the two dampings: D stays dissipative (its symmetric part definite).
+    cross = np.sqrt(s.drag[1] / v * s.drag[2] / r)
+    munk = max(float(coriolis_matrix(vehicle, np.array([1.0, 1.0, 0.0]))[2, :2].sum()), 0.2 * s.mass[1])
+    return {
+        "surge_linear_damping": linear(0, "X_u"),
+        "surge_quadratic_damping": drag(0, u * u),
+        "sway_linear_damping": linear(1, "Y_v"),
+        "sway_quadratic_damping": drag(1, v * v),
+        "yaw_linear_damping": linear(2, "N_r"),
+        "yaw_quadratic_damping": drag(2, r * r),
+        "yaw_speed_damping": drag(2, u * r),
+        "sway_yaw_coupling": lambda: (sign() * uniform(0.3, 0.8) * cross, sign() * uniform(0.3, 0.8) * cross),
+        "munk_moment": lambda: (sign() * uniform(0.3, 0.8) * munk,),
+        "sway_lift": lambda: (sign() * uniform(0.3, 0.8) * s.mass[0],),
+        "surge_turn_drag": lambda: (sign() * uniform(0.4, 1.0) * s.mass[1],),
+        "surge_added_mass": added_mass(0, "X_udot"),
+        "sway_added_mass": added_mass(1, "Y_vdot"),
+        "yaw_added_mass": added_mass(2, "N_rdot"),
+        "cg_offset": lambda: (sign() * uniform(0.05, 0.15),),
+        "thrust_scale": lambda: (uniform(0.6, 0.85) if rng.random() < 0.5 else uniform(1.15, 1.4),),
+        "thruster_asymmetry": lambda: (uniform(0.6, 0.9),),
+        "reverse_thrust_loss": lambda: (uniform(0.4, 0.8),),
+        "thrust_dead_zone": lambda: (_command_for_share(vehicle.thrusters[0], uniform(0.06, 0.2)),),
+        "thruster_lag": lambda: (uniform(0.2, 0.8),),
+        "input_delay": lambda: (uniform(0.2, 0.6),),
+        "advance_loss": lambda: (uniform(0.1, 0.3) * float(s.thrusts.max()) / u,),
+        "steady_current": lambda: turned(0.15, 0.4),
+        "mean_wind": lambda: turned(0.1 * s.thrust, 0.25 * s.thrust),
+        "wake_memory": lambda: (*(uniform(0.25, 0.45) * s.drag[k] / s.speed[k] for k in (1, 2)), uniform(0.8, 3.0)),
+        "yaw_trim": lambda: (sign() * uniform(0.05, 0.15) * s.moment,),
+    }
+
+
+def typical_effect(
+    effect_name: str, vehicle: Vehicle, rng: np.random.Generator, floor: float = 0.03
+) -> dict[str, float]:
+    """A material but plausible random size of an effect for a vehicle, by symbol, as `apply_effects` takes it.
+
+    Sizes are shares of what the vehicle itself has: its drag at top speed, its greatest thrust and moment, its masses.
+    A draw that hardly changes the motion (see `materiality`) or that no sound vehicle can bear is drawn again.
+
+    Parameters
+    ----------
+    floor : least share by which 10 s rollouts must change on some axis
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, or when thirty draws change nothing that matters.
+    """
+    effect = effect_named(effect_name)
+    scales = _Scales(vehicle)
+    draw = _draws(vehicle, scales, rng)[effect_name]
+    strong = [
+        t.name
+        for t, force in zip(vehicle.thrusters, scales.thrusts, strict=True)
+        if force >= 0.5 * scales.thrusts.max()
+    ]
+    largest = 0.0
+    for _ in range(30):
+        symbols = tuple(s.replace("{thruster}", str(rng.choice(strong))) for s in effect.symbols)
+        values = {symbol: float(value) for symbol, value in zip(symbols, draw(), strict=True)}
+        try:
+            share = materiality(vehicle, apply_effects(vehicle, values), scales.motion)
+        except RequestError:
+            continue
+        if np.isfinite(share).all() and share.max() >= floor:
+            return values
+        largest = max(largest, float(share.max()))
+    raise RequestError(
+        f"{effect_name}: no draw changes {vehicle.name}'s motion by {floor:.0%} (most: {largest:.1%}); lower the floor"
+    )

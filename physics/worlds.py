@@ -1,0 +1,161 @@
+"""Worlds: a vehicle with a hidden effect drives a programme, and sensors write the log that undertow is to explain."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+
+from .errors import RequestError
+from .frames import Array
+from .hidden_effects import Values, apply_effects, parse_effect
+from .manoeuvres import COMMAND_STEP, programme
+from .motion import Motion
+from .simulated_log import SimulatedLog, held_mean
+from .simulation import SPEED_LIMIT, simulate_motion
+from .typical_effects import random_hull, typical_effect
+from .vehicle import Vehicle
+
+__all__ = [
+    "NOISE",
+    "Sensors",
+    "SimulatedLog",
+    "World",
+    "apply_effects",
+    "parse_effect",
+    "random_hull",
+    "simulate_world",
+    "typical_effect",
+]
+
+FINE_STEP = 0.02
+"""Step of the simulation [s]; it divides the command step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors:
+    """What the log of a world suffers: standard deviations of white noise, and losses.
+
+    Attributes
+    ----------
+    speed : of u and v [m/s]
+    yaw_rate : of r [rad/s]
+    heading : of psi [rad]
+    position : of north and east [m]
+    jitter : of the time stamps [s], cut at 0.4 of the channel's step, so that stamps always increase
+    dropouts : share of odometry rows that are lost
+    odometry_rate : [Hz]
+    """
+
+    speed: float = 0.0
+    yaw_rate: float = 0.0
+    heading: float = 0.0
+    position: float = 0.0
+    jitter: float = 0.0
+    dropouts: float = 0.0
+    odometry_rate: float = 20.0
+
+
+NOISE: dict[str, Sensors] = {
+    "clean": Sensors(),
+    "field": Sensors(speed=0.015, yaw_rate=0.006, heading=0.005, position=0.05, jitter=0.001, dropouts=0.01),
+    "rough": Sensors(speed=0.04, yaw_rate=0.015, heading=0.015, position=0.2, jitter=0.004, dropouts=0.01),
+}
+"""The noise presets."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """A true vehicle and the programme that it drives, from rest, on a heading that the seed draws.
+
+    Attributes
+    ----------
+    vehicle : the true vehicle, hidden effects included
+    programme : one of `manoeuvres.PROGRAMMES`
+    duration : [s]
+    seed : decides the programme's order, the start heading and (apart) the noise
+    """
+
+    vehicle: Vehicle
+    programme: str = "rich"
+    duration: float = 300.0
+    seed: int = 0
+
+    def run(self, sensors: Sensors) -> SimulatedLog:
+        """Simulate the world and log it.
+
+        Raises
+        ------
+        RequestError
+            for an unknown programme, a duration below 1 s, or a world whose motion diverges.
+        """
+        if not 1.0 <= self.duration < np.inf:
+            raise RequestError(f"simulate: expected a duration of at least 1 s, got {self.duration:g} s")
+        held = programme(self.vehicle, self.programme, self.duration, self.seed)
+        stamps = COMMAND_STEP * np.arange(held.shape[0], dtype=float)
+        truth = self._truth(stamps, held)
+        rng = np.random.default_rng([self.seed, 3])
+        period = 1.0 / sensors.odometry_rate
+        time = period * np.arange(int(truth.time[-1] / period + 1e-6) + 1, dtype=float)
+        exact = np.column_stack([truth.position, truth.heading, truth.velocity])
+        deviation = np.array([sensors.position] * 2 + [sensors.heading] + [sensors.speed] * 2 + [sensors.yaw_rate])
+        state = np.column_stack([np.interp(time, truth.time, column) for column in exact.T])
+        state = state + deviation * rng.standard_normal(state.shape)
+        kept = rng.random(time.size) >= sensors.dropouts
+        kept[[0, -1]] = True
+        logged = _jittered(time, sensors.jitter, rng)[kept]
+        return SimulatedLog(self.vehicle, truth, logged, state[kept], _jittered(stamps, sensors.jitter, rng), held)
+
+    def _truth(self, stamps: Array, held: Array) -> Motion:
+        time = FINE_STEP * np.arange(int(self.duration / FINE_STEP + 1e-6) + 1, dtype=float)
+        n = time.size
+        heading = np.full(n, np.random.default_rng([self.seed, 2]).uniform(-np.pi, np.pi))
+        start = Motion(
+            time,
+            np.zeros((n, 2)),
+            heading,
+            np.zeros((n, 3)),
+            held_mean(stamps, held, time, FINE_STEP),
+            tuple(t.name for t in self.vehicle.thrusters),
+            f"simulated: {self.vehicle.name}, {self.programme}, seed {self.seed}",
+        )
+        truth = simulate_motion(self.vehicle, start)
+        if np.abs(truth.velocity).max() >= SPEED_LIMIT:
+            raise RequestError(f"simulate: the motion of {self.vehicle.name} diverges; make the hidden effect smaller")
+        return truth
+
+
+def simulate_world(
+    vehicle: Vehicle,
+    effects: Mapping[str, Values],
+    *,
+    programme: str = "rich",
+    duration: float = 300.0,
+    noise: str = "field",
+    seed: int = 0,
+) -> SimulatedLog:
+    """The log of a world in which `vehicle` has hidden `effects`.
+
+    Parameters
+    ----------
+    effects : by name or symbol, as `apply_effects` takes them; empty for a world without a secret
+    programme : `rich`, `zigzag` or `gentle`
+    duration : [s]
+    noise : `clean`, `field` or `rough` (see `NOISE`)
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, programme or noise preset, values that give no sound vehicle, or a diverging motion.
+    """
+    if noise not in NOISE:
+        near = get_close_matches(noise, NOISE, n=1, cutoff=0.0)
+        raise RequestError(f"unknown noise {noise!r}: did you mean {near[0]!r}? There are: {', '.join(NOISE)}")
+    return World(apply_effects(vehicle, effects), programme, duration, seed).run(NOISE[noise])
+
+
+def _jittered(stamps: Array, deviation: float, rng: np.random.Generator) -> Array:
+    limit = 0.4 * float(stamps[1] - stamps[0])
+    noise = np.clip(deviation * rng.standard_normal(stamps.size), -limit, limit)
+    noise[0] = abs(noise[0])
+    return stamps + noise

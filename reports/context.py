@@ -1,0 +1,133 @@
+"""The sections of the report page around the verdict: corrected parameters, the log, advice, how it was made."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..physics.errors import VehicleError
+from ..physics.vehicle import Vehicle
+from .markup import Html, element, render, table
+from .run_folder import RunFolder
+from .wording import MINUS, number, typeset, unit_text, words
+
+
+def parameter_table(run: RunFolder) -> Html:
+    """The vehicle before and after: what changed on top, what stayed folded away."""
+    before, after = run.nominal.values, run.corrected.values
+    changed, same = [], []
+    for symbol in dict.fromkeys((*before, *after)):
+        old, new = (vehicle.get(symbol, 0.0) for vehicle in (before, after))
+        unit = unit_text(_unit(run.corrected if symbol in after else run.nominal, symbol))
+        if abs(new - old) > 1e-9 * max(abs(old), abs(new)):
+            change = f"{100.0 * (new / old - 1.0):+.0f} %".replace("-", MINUS) if old else "new"
+            changed.append((symbol, _number(old), element("b", _number(new)), unit, change))
+        elif old:
+            same.append((symbol, _number(old), unit))
+    parts = [element("h2", "Corrected parameters")]
+    if changed:
+        inner = [table(("symbol", "nominal", "corrected", "unit", "change"), changed, "lrrl")]
+    else:
+        inner = [element("p", "The corrected vehicle has the same parameters as the nominal one.")]
+    if same:
+        kept = table(("symbol", "value", "unit"), same, "lrl")
+        inner.append(element("details", element("summary", f"{len(same)} parameters kept as they were"), kept))
+    return render(*parts, element("div", *inner, cls="card"))
+
+
+def data(run: RunFolder) -> Html:
+    """What the log is: rows, seconds, split, notes, and the inspection where there is one."""
+    about: Mapping[str, Any] = run.findings.get("data") or {}
+    counts = run.series["part"].value_counts()
+    shares = ", ".join(f"{part} {counts[part]}" for part in ("train", "validation", "test") if part in counts)
+    facts = [
+        ("logs", ", ".join(map(str, run.comparison.get("logs") or []))),
+        ("rows", number(about.get("rows", len(run.series)), 6)),
+        ("length", f"{number(about.get('seconds'), 4)} s"),
+        ("split", str(about.get("split", ""))),
+        ("rows by part", shares),
+        ("vehicle", run.nominal.name),
+    ]
+    rows = [(name, value) for name, value in facts if value]
+    notes = [str(note) for note in (*(about.get("notes") or []), *(run.findings.get("notes") or []))]
+    inner = [table(("the log", ""), rows, "ll"), *_bullets(notes)]
+    if run.inspection:
+        inner.append(element("details", element("summary", "inspection of the log"), *_tree(run.inspection)))
+    return render(element("h2", "The log"), element("div", *inner, cls="card"))
+
+
+def advice(run: RunFolder) -> Html:
+    """Which manoeuvres would settle what this log leaves open."""
+    items = run.findings.get("advice") or []
+    if not items:
+        return Html("")
+    lines = [element("li", element("b", str(item.get("manoeuvre", ""))), f": {item.get('why', '')}") for item in items]
+    return render(element("h2", "What to record next"), element("div", element("ul", *lines), cls="card"))
+
+
+def made(run: RunFolder) -> Html:
+    """How the page was made: what was demanded of an effect, and the files with their digests."""
+    criterion = run.findings.get("criterion") or {}
+    demands = [f"{words(str(name))}: {_plain(value)}" for name, value in criterion.items()]
+    files = [(element("code", name), element("code", digest)) for name, digest in sorted(run.digests.items())]
+    return render(
+        element("h2", "How this was made"),
+        element(
+            "footer",
+            element(
+                "p",
+                "The measured force is compared with the force of the nominal model. Every effect of the catalogue "
+                "competes to explain the difference, effects are selected together, and each must lower the error on "
+                "data it was not fitted to. This page is made only from the files below.",
+            ),
+            *([element("p", element("b", "Demanded of an effect")), *_bullets(demands)] if demands else []),
+            element(
+                "details",
+                element("summary", "files and the start of their SHA-256"),
+                table(("file", "digest"), files, "ll"),
+            ),
+            cls="card",
+        ),
+    )
+
+
+def _unit(vehicle: Vehicle, symbol: str) -> str:
+    try:
+        return vehicle.parameter(symbol).unit
+    except VehicleError:
+        return ""
+
+
+def _number(value: Any) -> str:
+    text = typeset(value, 4)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return _number(value)
+    if isinstance(value, Mapping):
+        return "; ".join(f"{words(str(name))} {_plain(inner)}" for name, inner in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_plain, value))
+    return str(value)
+
+
+def _bullets(texts: list[str]) -> list[Html]:
+    return [element("ul", *(element("li", text) for text in texts))] if texts else []
+
+
+def _tree(inspection: Mapping[str, Any]) -> list[Html]:
+    """Any inspection as tables: a list of records becomes one table, everything else a row of facts."""
+    facts, tables = [], []
+    for name, value in inspection.items():
+        records = (
+            value
+            if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value)
+            else None
+        )
+        if records:
+            head = list(dict.fromkeys(str(key) for item in records for key in item))
+            body = [[_plain(item.get(key, "")) for key in head] for item in records]
+            tables.append(table([words(key) for key in head], body, caption=words(str(name))))
+        elif name != "schema":
+            facts.append((words(str(name)), _plain(value)))
+    return [*([table(("", ""), facts, "ll")] if facts else []), *tables]

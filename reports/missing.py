@@ -1,0 +1,98 @@
+"""The section of the report page that names the missing effects and ranks every effect that was tried."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from .figures import coefficients, ranked_effects
+from .markup import Html, element, figure, lines, render, table
+from .plotted import coefficient_rows
+from .run_folder import RunFolder
+from .wording import MINUS, interval, listing, percent, typeset, unit_text, words
+
+
+def missing_effects(run: RunFolder) -> Html:
+    """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
+    findings = run.findings
+    candidates, missing = findings["candidates"], [str(name) for name in findings["missing"]]
+    chosen = [item for item in candidates if item["effect"] in missing]
+    parts = [element("h2", "What is missing" if chosen else "Nothing is missing that this log can show")]
+    parts += [element("div", *map(_effect, chosen), cls="columns")] * bool(chosen)
+    drawings = []
+    if candidates:
+        caption = "The share of held-out error that each effect removes, and how sure that is. Blue effects were added."
+        drawings.append(figure([ranked_effects(candidates)], caption))
+    rows = coefficient_rows(candidates, missing, run.nominal, run.corrected)
+    if rows:
+        caption = (
+            "From the nominal value (ring) to the corrected one (dot) with its 95 % interval (band). Each row has its "
+            "own scale; the line is zero."
+        )
+        drawings.append(figure([coefficients(rows)], caption))
+    parts.append(element("div", *drawings, cls="columns"))
+    if candidates:
+        parts.append(
+            element(
+                "div", element("h3", "Every effect that was tried, best first"), _candidates(candidates), cls="card"
+            )
+        )
+    unnamed = findings.get("unnamed") or []
+    if unnamed:
+        parts.append(element("div", *_unnamed(unnamed), cls="card"))
+    return render(*parts)
+
+
+def _effect(item: Mapping[str, Any]) -> Html:
+    values = [
+        element("div", element("b", _value(term)), f"  (95 %: {interval(term.get('ci95'))})")
+        for term in item.get("terms") or []
+    ]
+    removed, sure = percent(item.get("error_drop"), minus=MINUS), percent(item.get("confidence"))
+    twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
+    equation = str(item.get("equation") or "")
+    return element(
+        "div",
+        element("h3", words(str(item["effect"])).capitalize()),
+        element("p", unit_text(str(item.get("sentence") or ""))),
+        *[element("div", equation, cls="equation")] * bool(equation),
+        *values,
+        element("p", f"Removes {removed} of the held-out error; confidence {sure}.", cls="facts"),
+        *[element("p", f"This log cannot tell it from {listing(twins)}.", cls="warn")] * bool(twins),
+        cls="card effect",
+    )
+
+
+def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
+    rows = []
+    for item in candidates:
+        verdict, terms = str(item["verdict"]), item.get("terms") or []
+        twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
+        rows.append(
+            (
+                words(str(item["effect"])),
+                element("span", verdict, cls=f"tag {verdict}" if verdict in ("missing", "possible") else "tag"),
+                render(*lines(map(_value, terms))),
+                render(*lines(interval(term.get("ci95")) for term in terms)),
+                percent(item.get("error_drop"), minus=MINUS),
+                percent(item.get("confidence")),
+                render(*lines(twins)),
+            )
+        )
+    head = ("effect", "verdict", "value", "95 % interval", "error removed", "confidence", "not to be told from")
+    return table(head, rows, "llllrrl")
+
+
+def _unnamed(terms: Sequence[Mapping[str, Any]]) -> list[Html]:
+    body = [
+        (str(term.get("axis")), str(term.get("form")), typeset(term.get("value")), interval(term.get("ci95")))
+        for term in terms
+    ]
+    note = "What no named effect explains, as the fewest monomials that do. A term here is a hint, not a cause."
+    return [
+        element("h3", "Terms without a name"),
+        element("p", note, cls="facts"),
+        table(("axis", "form", "value [SI]", "95 % interval"), body, "ll"),
+    ]
+
+
+def _value(term: Mapping[str, Any]) -> str:
+    return f"{term.get('symbol')} = {typeset(term.get('value'))} {unit_text(str(term.get('unit') or ''))}".rstrip()

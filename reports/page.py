@@ -1,0 +1,67 @@
+"""The report: one self-contained HTML page, a pure function of the files in a run folder."""
+
+from pathlib import Path
+
+from ..physics.files import write_text
+from .context import advice, data, made, parameter_table
+from .markup import Html, element, render
+from .missing import missing_effects
+from .run_folder import RunFolder, read_run
+from .sections import falling_error, headline, predictions, where_it_fails
+from .style import CSS
+
+WAVE = Html(
+    '<svg viewBox="0 0 32 18" aria-hidden="true"><g fill="none" stroke-width="2.4" stroke-linecap="round">'
+    '<path d="M2 6q5-6 10 0t10 0 8-2" stroke="var(--before)"/>'
+    '<path d="M2 13q5-6 10 0t10 0 8-2" stroke="var(--after)"/></g></svg>'
+)
+
+
+def write_page(run: Path) -> Path:
+    """Write `report.html` into a run folder, from the other files in it.
+
+    Parameters
+    ----------
+    run : Path
+        A folder with `findings.json`, `comparison.json`, `nominal.yaml`, `model.yaml`, `series.csv` and, where there is
+        one, `inspection.json`.
+
+    Returns
+    -------
+    Path
+        The page: no script, no network, the same bytes for the same files.
+
+    Raises
+    ------
+    RequestError
+        When a file is missing, cannot be read, or is not of the expected schema; no page is written then.
+    """
+    return write_text(Path(run) / "report.html", page(read_run(Path(run))))
+
+
+def page(run: RunFolder) -> str:
+    """The HTML text of the report."""
+    name = run.nominal.name
+    brand = element(
+        "div", WAVE, element("b", "undertow"), element("span", f"what the model of {name} is missing"), cls="brand"
+    )
+    body = element(
+        "main",
+        brand,
+        headline(run),
+        falling_error(run),
+        predictions(run),
+        where_it_fails(run),
+        missing_effects(run),
+        parameter_table(run),
+        data(run),
+        advice(run),
+        made(run),
+    )
+    head = element(
+        "head",
+        Html('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
+        element("title", f"undertow: {name}"),
+        element("style", Html(CSS)),
+    )
+    return "<!doctype html>\n" + render(element("html", head, element("body", body), attributes={"lang": "en"})) + "\n"

@@ -1,0 +1,161 @@
+"""Read a run folder whole, and say clearly what is wrong with it when it cannot be shown."""
+
+import hashlib
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pandas as pd
+import yaml
+
+from ..physics.errors import RequestError, VehicleError
+from ..physics.vehicle import Vehicle, vehicle_from_dict
+
+MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
+SERIES_COLUMNS = (
+    *("time", "log", "part", "psi"),
+    *MEASURED,
+    *(f"{name}_{model}" for model in ("before", "after") for name in MEASURED),
+)
+REMEDY = "run 'undertow discover LOG --vehicle V --out RUN' to write the folder anew"
+
+
+@dataclass(frozen=True, slots=True)
+class RunFolder:
+    """The files that `discover` wrote, read and checked.
+
+    Attributes
+    ----------
+    folder : Path
+    findings, comparison : dict
+        As in `findings.json` and `comparison.json`.
+    nominal, corrected : Vehicle
+        The vehicle before (`nominal.yaml`) and after (`model.yaml`).
+    series : DataFrame
+        `series.csv`, SI units, one row per time step (10 Hz).
+    inspection : dict or None
+        `inspection.json`, where it was written.
+    digests : dict
+        The first 12 hexadecimal digits of each file's SHA-256.
+    """
+
+    folder: Path
+    findings: dict[str, Any]
+    comparison: dict[str, Any]
+    nominal: Vehicle
+    corrected: Vehicle
+    series: pd.DataFrame
+    inspection: dict[str, Any] | None
+    digests: dict[str, str]
+
+
+def read_run(folder: Path) -> RunFolder:
+    """Read a run folder.
+
+    Raises
+    ------
+    RequestError
+        When a file is missing, cannot be read, or is not of the expected schema.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise RequestError(f"expected a run folder at {folder}, but there is none; {REMEDY}")
+    digests: dict[str, str] = {}
+
+    def text(name: str) -> str:
+        try:
+            content = (folder / name).read_bytes()
+            digests[name] = hashlib.sha256(content).hexdigest()[:12]
+            return content.decode()
+        except FileNotFoundError:
+            raise RequestError(f"run folder {folder} has no {name}; {REMEDY}") from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise RequestError(f"{folder / name} cannot be read ({error}); {REMEDY}") from None
+
+    findings = _json(text("findings.json"), "findings", folder)
+    comparison = _json(text("comparison.json"), "comparison", folder)
+    _check_findings(findings, folder / "findings.json")
+    _check_records(comparison, "models", ("name",), folder / "comparison.json")
+    return RunFolder(
+        folder=folder,
+        findings=findings,
+        comparison=comparison,
+        nominal=_vehicle(text("nominal.yaml"), folder / "nominal.yaml"),
+        corrected=_vehicle(text("model.yaml"), folder / "model.yaml"),
+        series=_series(text("series.csv"), folder / "series.csv"),
+        inspection=_json(text("inspection.json"), None, folder) if (folder / "inspection.json").exists() else None,
+        digests=digests,
+    )
+
+
+def _json(text: str, schema: str | None, folder: Path) -> dict[str, Any]:
+    path = folder / f"{schema or 'inspection'}.json"
+
+    def refuse(constant: str) -> NoReturn:
+        raise ValueError(f"{constant} is not JSON")
+
+    try:
+        content = json.loads(text, parse_constant=refuse)
+    except ValueError as error:
+        raise RequestError(f"{path} is not valid JSON ({error}); {REMEDY}") from None
+    if not isinstance(content, dict):
+        raise RequestError(f"{path}: expected a JSON object, got a {type(content).__name__}; {REMEDY}")
+    expected = f"undertow.{schema}/1"
+    if schema and content.get("schema") != expected:
+        raise RequestError(f"{path}: expected schema {expected!r}, got {content.get('schema')!r}; {REMEDY}")
+    return content
+
+
+def _check_findings(findings: Mapping[str, Any], path: Path) -> None:
+    _check_records(findings, "candidates", ("effect", "verdict"), path)
+    _check_records(findings, "steps", ("acceleration_rmse", "rollout_rmse"), path)
+    if not findings["steps"]:
+        raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
+    for step in findings["steps"]:
+        rollout = step["rollout_rmse"]
+        if not all(isinstance(part, dict) for part in (step["acceleration_rmse"], rollout, *rollout.values())):
+            raise RequestError(f"{path}: expected errors by axis and by horizon in every step; {REMEDY}")
+    if not isinstance(findings.get("missing"), list):
+        raise RequestError(f"{path}: expected a list under 'missing', got {findings.get('missing')!r}; {REMEDY}")
+
+
+def _check_records(content: Mapping[str, Any], key: str, keys: tuple[str, ...], path: Path) -> None:
+    records = content.get(key)
+    if not isinstance(records, list) or not all(isinstance(record, dict) for record in records):
+        raise RequestError(f"{path}: expected a list of objects under {key!r}; {REMEDY}")
+    for index, record in enumerate(records):
+        lacking = [name for name in keys if name not in record]
+        if lacking:
+            raise RequestError(f"{path}: {key}[{index}] lacks {', '.join(map(repr, lacking))}; {REMEDY}")
+
+
+def _vehicle(text: str, path: Path) -> Vehicle:
+    try:
+        return vehicle_from_dict(yaml.safe_load(text), str(path))
+    except VehicleError as error:
+        raise RequestError(f"{error}; {REMEDY}") from None
+    except yaml.YAMLError as error:
+        raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
+
+
+def _series(text: str, path: Path) -> pd.DataFrame:
+    try:
+        series = pd.read_csv(io.StringIO(text))
+    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise RequestError(f"{path} is not a readable CSV ({error}); {REMEDY}") from None
+    lacking = [name for name in SERIES_COLUMNS if name not in series.columns]
+    if lacking:
+        raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {REMEDY}")
+    if series.empty:
+        raise RequestError(f"{path} has no rows; {REMEDY}")
+    broken = [
+        name
+        for name in SERIES_COLUMNS
+        if name not in ("part", "log") and not pd.api.types.is_numeric_dtype(series[name])
+    ]
+    if broken:
+        raise RequestError(f"{path}: expected numbers in the column {', '.join(broken)}; {REMEDY}")
+    return series

@@ -1,0 +1,111 @@
+"""The page's style sheet: light paper, dark screen and print from one set of colour roles (Okabe-Ito palette)."""
+
+LIGHT = """
+  --paper: #f6f7f8; --card: #ffffff; --ink: #1b2329; --muted: #5d6a75; --grid: #dfe4e8; --surface: #ffffff;
+  --measured: #b3bec7; --before: #d55e00; --after: #0072b2; --between: #a9bccb;
+  --tint: #eaf3f9; --line: #dfe4e8;
+"""
+DARK = """
+  --paper: #12171c; --card: #1a2127; --ink: #e6ebef; --muted: #9aa8b4; --grid: #313c46; --surface: #1a2127;
+  --measured: #6b7986; --before: #ee7f2d; --after: #56b4e9; --between: #4f6779;
+  --tint: #1d2f3c; --line: #2d3842;
+"""
+CSS = f"""
+:root {{
+  color-scheme: light dark;
+  --font: system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif;
+  --mono: ui-monospace, SFMono-Regular, Menlo, Consolas, "DejaVu Sans Mono", monospace;
+  {LIGHT.strip()}
+}}
+@media (prefers-color-scheme: dark) {{ :root {{ {DARK.strip()} }} }}
+@media print {{ :root {{ color-scheme: light; {LIGHT.strip()} --paper: #ffffff; }} }}
+* {{ box-sizing: border-box; }}
+body {{ margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 var(--font); }}
+main {{ max-width: 1040px; margin: 0 auto; padding: 28px 20px 72px; }}
+h1 {{ font-size: clamp(1.5rem, 4vw, 2.15rem); line-height: 1.2; margin: .3em 0 .45em; max-width: 28em; }}
+h1 {{ letter-spacing: -.015em; text-wrap: balance; }}
+h2 {{ font-size: 1.35rem; letter-spacing: -.01em; margin: 2.6em 0 .7em; }}
+h3 {{ font-size: 1.05rem; margin: 0 0 .3em; }}
+p {{ margin: .4em 0; max-width: 46em; }}
+ul {{ padding-left: 1.2em; margin: .4em 0; }}
+li {{ margin: .3em 0; max-width: 48em; }}
+code {{ font-family: var(--mono); font-size: .88em; overflow-wrap: anywhere; }}
+summary {{ cursor: pointer; color: var(--muted); margin: 10px 0; }}
+.brand {{ color: var(--muted); font-size: .88rem; display: flex; gap: .6em; align-items: center; }}
+.brand svg {{ width: 32px; flex: none; }}
+.brand b {{ color: var(--after); letter-spacing: .02em; }}
+.lead {{ font-size: 1.1rem; color: var(--muted); }}
+.card {{
+  background: var(--card); border: 1px solid var(--line); border-radius: 12px; padding: 18px 20px; margin: 14px 0;
+}}
+.numbers {{ display: flex; flex-wrap: wrap; gap: 6px 28px; align-items: center; margin-top: 22px; }}
+.big {{ display: flex; flex-direction: column; }}
+.big b {{ font-size: clamp(2.3rem, 7vw, 3.5rem); line-height: 1.1; letter-spacing: -.03em; white-space: nowrap; }}
+.big small, .numbers .what {{ color: var(--muted); font-size: .9rem; }}
+.numbers .what {{ flex: 1 1 300px; line-height: 1.5; }}
+.numbers .what strong {{ color: var(--ink); font-size: 1.05rem; }}
+.axes {{ display: flex; flex-wrap: wrap; gap: 0 18px; color: var(--ink); }}
+.before b {{ color: var(--before); }}
+.after b {{ color: var(--after); }}
+.arrow {{ font-size: 2rem; color: var(--muted); }}
+.key {{ display: flex; flex-wrap: wrap; gap: 4px 20px; margin: 0 0 10px; font-size: .9rem; }}
+.key span {{ display: inline-flex; align-items: center; gap: 7px; }}
+.key i {{ width: 22px; height: 4px; border-radius: 2px; }}
+.key .measured i {{ background: var(--measured); height: 7px; border-radius: 4px; }}
+.key .before i {{ background: var(--before); }}
+.key .after i {{ background: var(--after); }}
+figure {{ break-inside: avoid; }}
+figcaption {{ color: var(--muted); font-size: .9rem; margin-top: 10px; max-width: 56em; }}
+svg {{ display: block; width: 100%; height: auto; overflow: visible; }}
+.plots.steps {{ display: grid; grid-template-columns: 472fr 162fr 162fr 162fr; }}
+.plots.steps + .plots {{ margin-top: 8px; }}
+.side {{ align-self: center; color: var(--muted); font-size: .92rem; padding-right: 18%; text-align: right; }}
+.side b {{ color: var(--ink); font-size: 1.05rem; }}
+.plots.pair {{ display: grid; gap: 18px 32px; }}
+.plots.pair {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); }}
+.plots.pair svg {{ max-width: 560px; }}
+.plots.wide {{ overflow-x: auto; }}
+.plots.wide svg {{ min-width: 620px; }}
+.columns {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); gap: 14px; }}
+.columns {{ margin: 14px 0; }}
+.columns > .card {{ margin: 0; min-width: 0; }}
+.effect {{ border-left: 5px solid var(--after); }}
+.equation {{
+  display: inline-block; font-family: var(--mono); font-size: .95rem; background: var(--tint); border-radius: 7px;
+  padding: 5px 11px; margin: 5px 0; overflow-wrap: anywhere;
+}}
+.facts {{ color: var(--muted); font-size: .92rem; }}
+.warn {{ border-left: 3px solid var(--before); padding-left: 10px; font-size: .92rem; }}
+.scroll {{ overflow-x: auto; }}
+table {{ border-collapse: collapse; min-width: min(100%, 36rem); font-size: .9rem; }}
+table {{ font-variant-numeric: tabular-nums; }}
+caption {{ text-align: left; color: var(--muted); padding: 4px 0 8px; }}
+th {{ font-weight: 600; color: var(--muted); font-size: .82rem; vertical-align: bottom; }}
+th, td {{ padding: 6px 9px; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }}
+th:first-child, td:first-child {{ padding-left: 0; }}
+th.text, td.text {{ text-align: left; white-space: normal; }}
+td div {{ white-space: nowrap; }}
+tbody tr:last-child td {{ border-bottom: 0; }}
+.tag {{
+  display: inline-block; border-radius: 99px; padding: 0 9px; font-size: .8rem; border: 1px solid var(--line);
+  color: var(--muted); white-space: nowrap;
+}}
+.tag.missing {{ background: var(--after); border-color: var(--after); color: var(--card); font-weight: 600; }}
+.tag.possible {{ border-color: var(--after); color: var(--after); }}
+footer {{ color: var(--muted); font-size: .9rem; }}
+@media (max-width: 720px) {{
+  main {{ padding: 18px 12px 48px; }}
+  .card {{ padding: 14px; }}
+  h2 {{ margin-top: 2em; }}
+  .plots.steps {{ grid-template-columns: 1fr 1fr 1fr; gap: 6px; }}
+  .plots.steps > :first-child {{ grid-column: 1 / -1; text-align: left; padding: 0; }}
+}}
+@media print {{
+  body {{ font-size: 10.5pt; }}
+  main {{ max-width: none; padding: 0; }}
+  .card {{ break-inside: avoid; }}
+  h2 {{ break-after: avoid; margin-top: 1.6em; }}
+  .scroll, .plots.wide {{ overflow: visible; }}
+  th, td {{ padding: 3px 6px; }}
+}}
+""".strip()

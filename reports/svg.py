@@ -1,0 +1,83 @@
+"""Drawings as inline SVG whose colours are the page's CSS variables.
+
+Colours stand for roles throughout: measured, before (the nominal model), after (the corrected one). A role is drawn
+in a placeholder colour and replaced by `var(--role)`, so one drawing reads well on paper and on a dark screen.
+"""
+
+import html
+import re
+from typing import Any
+
+from .markup import Html
+
+ROLES = {
+    "ink": "#010101",
+    "muted": "#020202",
+    "grid": "#030303",
+    "surface": "#040404",
+    "measured": "#050505",
+    "before": "#060606",
+    "after": "#070707",
+    "between": "#080808",
+}
+STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "text.parse_math": False,
+    "font.family": ["DejaVu Sans"],
+    "font.size": 12.0,
+    "text.color": ROLES["ink"],
+    "axes.edgecolor": ROLES["grid"],
+    "axes.labelcolor": ROLES["muted"],
+    "axes.facecolor": "none",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.unicode_minus": True,
+    "grid.color": ROLES["grid"],
+    "grid.linewidth": 0.6,
+    "xtick.color": ROLES["grid"],
+    "ytick.color": ROLES["grid"],
+    "xtick.labelcolor": ROLES["muted"],
+    "ytick.labelcolor": ROLES["muted"],
+    "xtick.labelsize": 11.0,
+    "ytick.labelsize": 11.0,
+    "xtick.major.size": 0.0,
+    "ytick.major.size": 0.0,
+    "lines.solid_capstyle": "round",
+}
+
+
+def inline(text: str, label: str) -> Html:
+    """Make a matplotlib SVG file part of a page.
+
+    Parameters
+    ----------
+    text : str
+        The file, drawn with `STYLE` in the placeholder colours of `ROLES`.
+    label : str
+        What the drawing shows, for those who cannot see it.
+
+    Returns
+    -------
+    Html
+        One `svg` element without metadata, namespaces or unused names: nothing in it points outside the page.
+    """
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    box = re.search(r'viewBox="([^"]+)"', text)
+    referenced = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
+    text = re.sub(r' id="([^"]+)"', lambda match: match[0] if match[1] in referenced else "", text)
+    tag = f'<svg viewBox="{box[1] if box else ""}" role="img" aria-label="{html.escape(label)}">'
+    text = tag + text[text.index(">") + 1 :]
+    text = re.sub(r"<[^>]*>", lambda tag: re.sub(r"-?\d+\.\d{3,}", _shorter, tag[0]), text)
+    text = re.sub(r"'DejaVu Sans'[^;\"]*", "var(--font)", text)
+    for role, colour in ROLES.items():
+        text = text.replace(colour, f"var(--{role})")
+    return Html(re.sub(r"\n\s*", "\n", text).strip())
+
+
+def _shorter(number: re.Match[str]) -> str:
+    """A coordinate to a hundredth of a pixel."""
+    return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")

@@ -1,0 +1,122 @@
+"""Numbers, units and names as a reader wants to see them, the same on the page, in the figures and on the terminal."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+MINUS = "\N{MINUS SIGN}"
+NARROW = "\N{NO-BREAK SPACE}"
+AXES = ("surge", "sway", "yaw")
+ACCELERATION_UNITS = {"surge": "m/s^2", "sway": "m/s^2", "yaw": "rad/s^2"}
+ROLLOUT_UNITS = {"position": "m", "surge": "m/s", "sway": "m/s", "yaw": "rad/s"}
+
+
+def words(name: str) -> str:
+    """An identifier in plain words.
+
+    Examples
+    --------
+    >>> words("surge_quadratic_damping")
+    'surge quadratic damping'
+    """
+    return name.replace("_", " ")
+
+
+def finite(value: Any) -> float:
+    """The value as a float, NaN for anything that is not a finite number (a diverged rollout is null in the files)."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return math.nan
+    return float(value)
+
+
+def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a") -> str:
+    """A number with `digits` significant digits, an integer whole; no exponent where it can be avoided.
+
+    Examples
+    --------
+    >>> number(-9.1374), number(1234.5), number(0.000123), number(None), number(0.0)
+    ('-9.14', '1234', '0.000123', 'n/a', '0')
+    """
+    if isinstance(value, int) and not isinstance(value, bool):
+        return str(value).replace("-", minus)
+    value = finite(value)
+    if math.isnan(value):
+        return blank
+    if value == 0.0:
+        return "0"
+    magnitude = math.floor(math.log10(abs(value)))
+    if -5 < magnitude < 7:
+        text = f"{value:.{max(digits - 1 - magnitude, 0)}f}"
+    else:
+        text = f"{value:.{digits - 1}e}"
+    return text.replace("-", minus)
+
+
+def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:
+    """A share as a whole percentage that never claims certainty.
+
+    Examples
+    --------
+    >>> [percent(share).replace(NARROW, " ") for share in (0.41, 0.9991, 0.002, -0.03)]
+    ['41 %', '> 99 %', '< 1 %', '-3 %']
+    """
+    value = finite(share)
+    if math.isnan(value):
+        return blank
+    if 0.995 <= value < 1.0:
+        return f">{NARROW}99{NARROW}%"
+    if 0.0 < value < 0.005:
+        return f"<{NARROW}1{NARROW}%"
+    return f"{round(100.0 * value):d}{NARROW}%".replace("-", minus)
+
+
+def typeset(value: Any, digits: int = 3) -> str:
+    """A number for the page, with a true minus sign."""
+    return number(value, digits, minus=MINUS)
+
+
+def interval(ends: Any) -> str:
+    """An interval for the page.
+
+    Examples
+    --------
+    >>> interval([0.78, 0.83])
+    '0.780 to 0.830'
+    """
+    return f"{typeset(ends[0])} to {typeset(ends[1])}" if isinstance(ends, list | tuple) and len(ends) == 2 else "n/a"
+
+
+def unit_text(unit: str) -> str:
+    """A unit, or text with units, with raised exponents; nothing for a pure number.
+
+    Examples
+    --------
+    >>> unit_text("N s^2/m^2"), unit_text("-")
+    ('N s²/m²', '')
+    """
+    return "" if unit in ("-", "1") else unit.replace("^2", "²").replace("^3", "³")
+
+
+def listing(names: Sequence[str]) -> str:
+    """Names as a phrase.
+
+    Examples
+    --------
+    >>> listing(["drag", "lag", "wind"])
+    'drag, lag and wind'
+    """
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def pick_horizon(rollout: Sequence[str], wanted: str = "10") -> str:
+    """The key of the rollout horizon [s] nearest to the wanted one; the wanted one when there is none.
+
+    Examples
+    --------
+    >>> pick_horizon(["2", "10", "30"]), pick_horizon(["5", "20"])
+    ('10', '5')
+    """
+    known = [key for key in rollout if key.replace(".", "", 1).isdigit()]
+    return min(known, key=lambda key: (abs(float(key) - float(wanted)), float(key)), default=wanted)

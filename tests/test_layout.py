@@ -1,0 +1,206 @@
+"""The house keeps its order: packages, floors, rooms, docstrings, pins."""
+
+import ast
+import doctest
+import importlib
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+FLOORS = ("physics", "measurements", "residuals", "discovery", "reports", "exports", "app", "__main__")
+NOT_PACKAGES = {"tests", "examples", "benchmarks", "build", "dist", "runs"}
+
+ROOMS = {
+    "cvxpy": ("discovery/",),
+    "pysindy": ("discovery/",),
+    "matplotlib": ("reports/",),
+    "torch": ("residuals/",),
+    "safetensors": ("residuals/",),
+    "pyarrow": ("measurements/formats/", "physics/worlds"),
+    "rosbags": ("measurements/formats/",),
+    "pymavlink": ("measurements/formats/",),
+    "pyulog": ("measurements/formats/",),
+    "casadi": ("exports/",),
+    "onnx": ("exports/",),
+    "onnxruntime": ("exports/",),
+    "plotly": ("app/",),
+    "nicegui": ("app/",),
+}
+
+
+def source_files() -> list[Path]:
+    """Every source file of the package, relative to the root."""
+    inside = (path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
+    return sorted(p for p in inside if not p.parts[0].startswith(".") and p.parts[0] not in NOT_PACKAGES)
+
+
+def module_name(path: Path) -> str:
+    parts = [part for part in path.with_suffix("").parts if part != "__init__"]
+    return ".".join(["undertow", *parts])
+
+
+def parsed(path: Path) -> ast.Module:
+    return ast.parse((ROOT / path).read_text(encoding="utf-8"), filename=str(path))
+
+
+def absolute_imports(path: Path) -> Iterator[str]:
+    """Dotted names that a file imports absolutely, at any depth."""
+    for node in ast.walk(parsed(path)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            yield node.module or ""
+
+
+def relative_imports(path: Path) -> Iterator[tuple[str, ...]]:
+    """Paths inside the package that a file imports relatively, as parts below the root."""
+    for node in ast.walk(parsed(path)):
+        if isinstance(node, ast.ImportFrom) and node.level > 0:
+            above = path.parts[: len(path.parts) - node.level]
+            module = tuple(node.module.split(".")) if node.module else ()
+            yield from ((*above, *module, alias.name) for alias in node.names)
+
+
+def normalised(requirement: str) -> str:
+    """Bare distribution name of a requirement, as PEP 503 writes it: "dask" for "Dask[distributed]>=2024"."""
+    return re.sub(r"[-_.]+", "-", re.split(r"[^\w.-]", requirement, maxsplit=1)[0]).lower()
+
+
+SOURCES = source_files()
+EVERY_SOURCE = pytest.mark.parametrize("path", SOURCES, ids=str)
+
+
+# The packages
+
+
+def test_pyproject_lists_every_package_once():
+    listed = PROJECT["tool"]["setuptools"]["packages"]
+    in_folders = [module_name(path) for path in SOURCES if path.name == "__init__.py"]
+    assert sorted(listed) == sorted(in_folders)
+
+
+def test_every_source_lies_in_a_package():
+    packages = {path.parent for path in SOURCES if path.name == "__init__.py"}
+    assert [str(path) for path in SOURCES if path.parent not in packages] == []
+
+
+def test_the_root_holds_no_other_module():
+    assert {path.name for path in ROOT.glob("*.py")} <= {"__init__.py", "__main__.py"}
+    assert not (ROOT / "tests" / "__init__.py").exists(), "pytest would import the tests as part of a package"
+
+
+def test_package_data_exists_and_is_small():
+    data = PROJECT["tool"]["setuptools"]["package-data"]
+    total = 0
+    for package, patterns in data.items():
+        folder = ROOT.joinpath(*package.split(".")[1:])
+        for pattern in patterns:
+            files = [path for path in folder.glob(pattern) if path.is_file()]
+            assert files, f"{package}: nothing matches {pattern!r}"
+            total += sum(path.stat().st_size for path in files)
+    total += sum((ROOT / path).stat().st_size for path in SOURCES)
+    assert total < 5_000_000, f"the package should stay under 5 MB, has {total / 1e6:.1f} MB"
+
+
+def test_console_scripts_point_at_functions():
+    for target in PROJECT["project"]["scripts"].values():
+        module, function = target.split(":")
+        path = Path(*module.split(".")[1:]).with_suffix(".py")
+        assert (ROOT / path).exists(), f"{target}: {path} is missing"
+        assert function in {node.name for node in parsed(path).body if isinstance(node, ast.FunctionDef)}
+
+
+# The floors
+
+
+@EVERY_SOURCE
+def test_imports_run_downstairs(path: Path):
+    floor = path.with_suffix("").parts[0]
+    if floor == "__init__":
+        return  # the root's table of public names may name any floor
+    assert floor in FLOORS, f"{floor} is no floor of the house"
+    for target in relative_imports(path):
+        assert target[0] in FLOORS, f"{path} imports {target[0]!r} from the root, which lies above every floor"
+        assert FLOORS.index(target[0]) <= FLOORS.index(floor), f"{path} imports {'.'.join(target)} from upstairs"
+
+
+@EVERY_SOURCE
+def test_the_package_imports_itself_relatively(path: Path):
+    assert [name for name in absolute_imports(path) if name.split(".")[0] in {"undertow", *FLOORS}] == []
+
+
+@EVERY_SOURCE
+def test_heavy_packages_stay_in_their_room(path: Path):
+    for name in absolute_imports(path):
+        rooms = ROOMS.get(name.split(".")[0], ("",))
+        assert path.as_posix().startswith(rooms), f"{path} imports {name}, which belongs in {' or '.join(rooms)}"
+
+
+@pytest.mark.parametrize(
+    ("module", "heavy"),
+    [
+        ("undertow", {"numpy", "scipy", "pandas", "pydantic", "yaml", "typer", "rich"}),
+        ("undertow.__main__", {"scipy", "pandas", "sklearn"}),
+    ],
+)
+def test_loads_nothing_heavy(module: str, heavy: set[str], tmp_path: Path):
+    code = f"import json, sys, {module}; print(json.dumps(sorted(sys.modules)))"
+    run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert (heavy | set(ROOMS)) & set(json.loads(run.stdout)) == set()
+
+
+# The words
+
+
+@EVERY_SOURCE
+def test_every_public_module_says_what_it_is_for(path: Path):
+    if path.stem.startswith("_") and not path.stem.startswith("__"):
+        return
+    assert (ast.get_docstring(parsed(path)) or "").strip(), f"{path} has no docstring"
+
+
+@pytest.mark.parametrize("path", [p for p in SOURCES if ">>> " in (ROOT / p).read_text(encoding="utf-8")], ids=str)
+def test_the_doctests_of(path: Path):
+    # pytest --doctest-modules would load the package a second time, under the name of the checkout's folder.
+    failed, attempted = doctest.testmod(importlib.import_module(module_name(path)))
+    assert attempted > 0
+    assert failed == 0, "see the captured output"
+
+
+# The pins
+
+
+def pins() -> dict[str, str]:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    return dict(line.split("==") for line in lines if line and not line.startswith("#"))
+
+
+def test_constraints_are_plain_pins():
+    for name, version in pins().items():
+        assert name == normalised(name), f"{name} should be written {normalised(name)}"
+        assert re.fullmatch(r"[0-9][0-9a-z.]*", version), f"{name}=={version} is not a plain version"
+
+
+def test_constraints_cover_every_dependency():
+    project = PROJECT["project"]
+    wanted = {normalised(r) for r in project["dependencies"]}
+    for extra in project["optional-dependencies"].values():
+        wanted |= {normalised(r) for r in extra}
+    assert wanted - set(pins()) == set()
+    assert pins()["torch"] == "2.13.0"
+
+
+@pytest.mark.parametrize("name", ["constraints.txt", "pyproject.toml", "Makefile", ".ci/run"])
+def test_no_registry_address(name: str):
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert re.findall(r"index-url|find-links|trusted-host|file://|https?://\S*(?:simple|pypi|npmjs)\S*", text) == []
