@@ -6,6 +6,7 @@ cluster-robust covariance and the block bootstrap then need only matrices of the
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,6 +25,7 @@ class Fit:
     columns : (p,) indices of free columns
     change : (p,) change of each parameter from its option's start
     held : (p,) True where a physical limit holds the parameter
+    held_out_blocks : (blocks, 3) summed squared force error of each block under the fit to the others
     held_out : (3,) mean square force error on held-out blocks [N^2, N^2, (N m)^2]
     in_sample : (3,) mean square force error of the full fit
     """
@@ -31,6 +33,7 @@ class Fit:
     columns: np.ndarray
     change: Array
     held: np.ndarray
+    held_out_blocks: Array
     held_out: Array
     in_sample: Array
 
@@ -41,7 +44,7 @@ class GramScores:
     Parameters
     ----------
     columns : (tests, 3, p + 1), the last the balance
-    block : (tests,) block index
+    block : (tests,) block index, not decreasing
     weight : (3,) weight of a squared force error on each axis
     """
 
@@ -53,14 +56,14 @@ class GramScores:
         scale = np.sqrt((columns**2 * weight[:, None]).sum(axis=1).mean(axis=0))
         self.scale = np.where(scale > 0, scale, 1.0)
         self.scale[-1] = 1.0
-        scaled = columns / self.scale
+        scaled = np.ascontiguousarray((columns / self.scale).transpose(1, 0, 2))
         self.gram = np.zeros((self.blocks, 3, self.size + 1, self.size + 1))
-        for k in range(self.blocks):
-            rows = scaled[block == k]
+        edges = np.searchsorted(block, np.arange(self.blocks + 1))
+        for k, (start, stop) in enumerate(pairwise(edges)):
             for axis in range(3):
-                part = rows[:, axis]
-                self.gram[k, axis] = part.T @ part
-        self._weighted = np.einsum("kaij,a->kij", self.gram, weight)
+                rows = scaled[axis, start:stop]
+                np.matmul(rows.T, rows, out=self.gram[k, axis])
+        self._weighted = np.tensordot(self.gram, weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
 
     def fit(self, chosen: Sequence[Option]) -> Fit:
@@ -78,7 +81,44 @@ class GramScores:
             solutions[:, free] = np.linalg.solve(left, pull[..., None])[..., 0]
         held_out = self._error(columns, target, solutions)
         in_sample = self._error(columns, target, np.tile(change, (self.blocks, 1)))
-        return Fit(columns, change / self.scale[columns], held, held_out.sum(0) / self.tests, in_sample.sum(0) / self.tests)
+        return Fit(
+            columns,
+            change / self.scale[columns],
+            held,
+            held_out,
+            held_out.sum(axis=0) / self.tests,
+            in_sample.sum(axis=0) / self.tests,
+        )
+
+    def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
+        """How much each of several options would lower the weighted in-sample error beside kept ones, (options,).
+
+        One projection of the Gram matrix off the kept columns serves all; limits are honoured for single parameters.
+        """
+        columns, _, _, target = self._layout(kept)
+        left = self._total[:, columns]
+        inner = self._total[np.ix_(columns, columns)] + _RIDGE * self.tests * np.eye(columns.size)
+        projected = self._total - left @ np.linalg.solve(inner, left.T)
+        pull = projected @ target
+        gains = np.zeros(len(others))
+        for n, option in enumerate(others):
+            index = np.array([k for k in option.free if k >= 0], dtype=int)
+            gain, h = 0.0, pull[index]
+            if option.offset >= 0:
+                size = self.scale[option.offset]
+                gain = 2.0 * size * pull[option.offset] - size**2 * projected[option.offset, option.offset]
+                h = h - size * projected[index, option.offset]
+            if index.size == 1:
+                k, limits = int(index[0]), zip(option.free, option.lower, option.upper, strict=True)
+                (low, high) = next((a, b) for free, a, b in limits if free == k)
+                curve = projected[k, k] + _RIDGE * self.tests
+                step = float(np.clip(h[0] / curve, low * self.scale[k], high * self.scale[k]))
+                gain += 2.0 * step * h[0] - step**2 * projected[k, k]
+            elif index.size:
+                inside = projected[np.ix_(index, index)] + _RIDGE * self.tests * np.eye(index.size)
+                gain += float(h @ np.linalg.solve(inside, h))
+            gains[n] = gain
+        return gains
 
     def _layout(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array, Array]:
         columns, lower, upper = [], [], []

@@ -88,7 +88,7 @@ def term_candidate(symbol: str, vehicle: Vehicle) -> Candidate:
     return Candidate(symbol, effect, effect.parameters)
 
 
-def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 5, degree: int = 3) -> tuple[str, ...]:
+def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) -> tuple[str, ...]:
     """Unnamed terms that may explain the balance of a vehicle: at most `most` an axis, as `axis:form` symbols.
 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
@@ -96,7 +96,8 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 5, degree: int = 3) 
     """
     library = TermLibrary(degree)
     states = [
-        np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1) for motion in weak.motions
+        np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1)
+        for motion in weak.motions
     ]
     library.fit(states[0])
     features = weak.average([np.asarray(library.transform(state)) for state in states])
@@ -104,7 +105,9 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 5, degree: int = 3) 
     found: list[str] = []
     for axis, name in enumerate(AXES):
         forms = list(library.forms_)
-        order = sorted(range(len(forms)), key=lambda k: ((axis, _same(forms[k])) not in _NAMED_KEYS, forms[k].degree, k))
+        order = sorted(
+            range(len(forms)), key=lambda k: ((axis, _same(forms[k])) not in _NAMED_KEYS, forms[k].degree, k)
+        )
         keep = _distinct(features, order)
         y = balance[:, axis]
         if not np.any(y):

@@ -5,16 +5,20 @@ force is linear have one present option; those with a shape (lag, delay, dead zo
 each starting value, as a fixed offset of the force plus the derivative about it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..physics.effects import EFFECTS, Effect, Parameter
 from ..physics.frames import Array
+from ..physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ..physics.vehicle import Vehicle
 from .weak import WeakForm
 
+_STEPPED = {"dead_zone"}
+"""Shapes in which the force moves in steps, so that no derivative leads to the best value."""
+_FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
 _NONLINEAR = {"current_north", "current_east", "lag", "delay", "memory_time", "dead_zone"}
 
 
@@ -95,6 +99,8 @@ def _for_thruster(parameter: Parameter, name: str) -> Parameter:
 class Linearisation:
     """All columns of all candidates about one vehicle.
 
+    Columns that do not change from one vehicle to the next are kept in the weak form's memo.
+
     Attributes
     ----------
     vehicle : the model about which the columns were taken
@@ -120,9 +126,9 @@ class Linearisation:
             if candidate.key in active:
                 now = tuple(vehicle.value(s) for s in candidate.symbols)
                 here = self._present(candidate, vehicle, now, -1)
-                gone = self._add(self._base - weak.balance(vehicle.with_values(absent)))
+                gone = self._add(self._removal(candidate, absent, here))
                 nothing = Option(candidate.key, False, candidate.symbols, tuple(absent.values()), (), gone, (), ())
-                others = self._shapes(candidate, vehicle, absent) if candidate.effect.shapes else ()
+                others = self._shapes(candidate, vehicle, absent, near=now) if candidate.effect.shapes else ()
                 self.options[candidate.key] = (here, nothing, *others)
             else:
                 nothing = Option(candidate.key, False, candidate.symbols, tuple(absent.values()), (), -1, (), ())
@@ -137,15 +143,32 @@ class Linearisation:
         self._columns.append(column)
         return len(self._columns) - 1
 
-    def _shapes(self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float]) -> tuple[Option, ...]:
+    def _removal(self, candidate: Candidate, absent: dict[str, float], here: Option) -> Array:
+        """The force that setting a present candidate back to absent adds, (tests, 3)."""
+        if not _NONLINEAR.intersection(candidate.symbols):
+            steps = [
+                (index, absent[s] - now) for s, now, index in zip(here.symbols, here.start, here.free, strict=True)
+            ]
+            return np.asarray(sum(self._columns[index] * step for index, step in steps))
+        return self._base - self._weak.balance(self.vehicle.with_values(absent))
+
+    def _shapes(
+        self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float], near: tuple[float, ...] = ()
+    ) -> tuple[Option, ...]:
+        """One option for each starting value of the shape; about a value found so far, finer ones where needed."""
         (shape,) = candidate.effect.shapes
+        grid = shape.grid
+        if near and shape.symbol in _STEPPED:
+            now = near[candidate.symbols.index(shape.symbol)]
+            grid = (*grid, *(now * factor for factor in _FINER if now * factor < shape.upper))
         found = []
-        for value in shape.grid:
+        for value in grid:
             start = {**absent, shape.symbol: value}
             moved = vehicle.with_values(start)
             offset = -1
             if candidate.effect.fixed_amplitude:
-                offset = self._add(self._base - self._weak.balance(moved))
+                key = ("offset", shape.symbol, value, *self._depends(shape, vehicle))
+                offset = self._add(self._remember(key, lambda m=moved: self._base - self._weak.balance(m)))
             found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
         return tuple(found)
 
@@ -155,19 +178,19 @@ class Linearisation:
         amplitudes = [about.value(p.symbol) - p.null for p in candidate.parameters if not p.grid]
         for parameter, value in zip(candidate.parameters, start, strict=True):
             low, high = parameter.lower - value, parameter.upper - value
-            if parameter.symbol == "dead_zone" or (parameter.grid and amplitudes and not any(amplitudes)):
+            if parameter.symbol in _STEPPED or (parameter.grid and amplitudes and not any(amplitudes)):
                 free.append(-1)
                 low = high = 0.0
             else:
-                free.append(self._add(self._slope(parameter, about, value)))
+                key = ("slope", parameter.symbol, *self._depends(parameter, about))
+                slope = self._remember(key, lambda p=parameter, v=value: self._slope(p, about, v))
+                free.append(self._add(slope))
                 if parameter.grid:
                     reach = 0.35 * value + 0.02
                     low, high = max(low, -reach), min(high, reach)
             lower.append(low)
             upper.append(high)
-        return Option(
-            candidate.key, True, candidate.symbols, start, tuple(free), offset, tuple(lower), tuple(upper)
-        )
+        return Option(candidate.key, True, candidate.symbols, start, tuple(free), offset, tuple(lower), tuple(upper))
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force that a unit of it adds, (tests, 3)."""
@@ -178,3 +201,21 @@ class Linearisation:
             return (base - up) / step
         down = self._weak.balance(about.with_values({symbol: value - step}))
         return (down - up) / (2.0 * step)
+
+    def _remember(self, key: tuple[object, ...], compute: Callable[[], Array]) -> Array:
+        memo = self._weak.memo
+        if key not in memo:
+            memo[key] = compute()
+        return memo[key]
+
+    def _depends(self, parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
+        """What a parameter's column depends on, beside the data: the parameters that multiply it in the force."""
+        p = about.values
+        current = (p["current_north"], p["current_east"])
+        if parameter.symbol in ("current_north", "current_east"):
+            return tuple(p.items())
+        if parameter.section == "thrusters":
+            return (*current, *((t.scale, *(p[key] for key in SHARED)) for t in about.thrusters))
+        if parameter.section == "memory":
+            return (*current, p["memory_time"], *((p["memory_sway"], p["memory_yaw"]) if parameter.grid else ()))
+        return current

@@ -17,6 +17,9 @@ from .options import Candidate, Linearisation, Option
 from .weak import WeakForm
 
 
+_PROMISING = 12
+
+
 @dataclass(frozen=True, slots=True)
 class SearchSettings:
     """What a change must be worth.
@@ -24,7 +27,8 @@ class SearchSettings:
     Attributes
     ----------
     materiality : floor of the force error on an axis, as a share of its force scale
-    price : log-likelihood that a parameter must earn
+    price : log-likelihood that a parameter of a named effect must earn
+    unnamed_price : log-likelihood that a term nobody has named must earn
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
     refinements : Gauss-Newton steps after a change
@@ -32,6 +36,7 @@ class SearchSettings:
 
     materiality: float = 0.02
     price: float = 3.0
+    unnamed_price: float = 8.0
     margin: float = 1.0
     rounds: int = 40
     refinements: int = 2
@@ -64,18 +69,31 @@ class Search:
         self.floor = (settings.materiality * self.force_scale) ** 2
         self.trail: list[str] = []
 
-    def linearise(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> tuple[Linearisation, GramScores]:
+    def linearise(
+        self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None
+    ) -> tuple[Linearisation, GramScores]:
         """Columns and Gram matrices about a vehicle, axes weighted by the error that remains."""
         linear = Linearisation(self.weak, vehicle, self.nominal, self.pool, active)
         if error is None:
             error = (linear.columns[:, :, -1] ** 2).mean(axis=0)
         return linear, GramScores(linear.columns, self.weak.block, 1.0 / (error + self.floor))
 
-    def score(self, fit: Fit) -> float:
+    def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
-        size = int((~fit.held).sum())
         likelihood = 0.5 * self.weak.independent * np.log(fit.held_out + self.floor).sum()
-        return float(likelihood + self.settings.price * size)
+        return float(likelihood + self.price(fit, chosen))
+
+    def price(self, fit: Fit, chosen: Sequence[Option]) -> float:
+        """What the parameters that no limit holds must earn; a fixed shape counts as one parameter."""
+        total, at = 0.0, 0
+        for option in chosen:
+            size = sum(index >= 0 for index in option.free)
+            free = int((~fit.held[at : at + size]).sum())
+            at += size
+            if option.present:
+                each = self.settings.unnamed_price if ":" in option.key else self.settings.price
+                total += each * (free if size else 1)
+        return total
 
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
         """Refine a model's parameters by Gauss-Newton and score it."""
@@ -89,10 +107,13 @@ class Search:
             if settled:
                 break
         linear, scores = self.linearise_active(vehicle, active, error)
-        fit = scores.fit([linear.options[key][0] for key in active])
-        return State(vehicle, tuple(active), fit, self.score(fit))
+        chosen = [linear.options[key][0] for key in active]
+        fit = scores.fit(chosen)
+        return State(vehicle, tuple(active), fit, self.score(fit, chosen))
 
-    def linearise_active(self, vehicle: Vehicle, active: Sequence[str], error: Array | None) -> tuple[Linearisation, GramScores]:
+    def linearise_active(
+        self, vehicle: Vehicle, active: Sequence[str], error: Array | None
+    ) -> tuple[Linearisation, GramScores]:
         """As `linearise`, with the columns of the active candidates only."""
         pool = [c for c in self.pool if c.key in active]
         linear = Linearisation(self.weak, vehicle, self.nominal, pool, active)
@@ -119,10 +140,7 @@ class Search:
         while state.active:
             trials = []
             for key in state.active:
-                rest = tuple(k for k in state.active if k != key)
-                option = next(c for c in self.pool if c.key == key)
-                reset = {s: self.nominal.value(s) for s in option.symbols}
-                trial = self.evaluate(state.vehicle.with_values(reset), rest, state.fit.in_sample)
+                trial = self.without(state, key)
                 trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
             share, score, key, trial = min(trials, key=lambda item: item[:2])
             if share >= self.settings.materiality and score > state.score:
@@ -130,6 +148,26 @@ class Search:
             self.trail.append(f"- {key}")
             state = trial
         return state
+
+    def without(self, state: State, key: str) -> State:
+        """A model without one of its effects, the others fitted again."""
+        return self.restrict(state, tuple(k for k in state.active if k != key))
+
+    def restrict(self, state: State, active: Sequence[str]) -> State:
+        """A model with some of its effects only, fitted again."""
+        gone = [c for c in self.pool if c.key in state.active and c.key not in active]
+        reset = {s: self.nominal.value(s) for c in gone for s in c.symbols}
+        return self.evaluate(state.vehicle.with_values(reset), tuple(active), state.fit.in_sample)
+
+    def replace(self, state: State, old: str, new: str, linear: Linearisation, scores: GramScores) -> State:
+        """A model with one effect in place of another, fitted from the better of its shapes."""
+        now = {key: linear.options[key][0] for key in state.active}
+        rest = {key: option for key, option in now.items() if key != old} | {f"-{old}": linear.options[old][1]}
+        present = [option for option in linear.options[new] if option.present]
+        best = min(({**rest, new: option} for option in present), key=lambda change: self.quick(scores, change))
+        fit = scores.fit(list(best.values()))
+        start = apply_fit(_reset(state.vehicle, self.nominal, now, best), list(best.values()), fit)
+        return self.evaluate(start, [key for key in best if not key.startswith("-")], fit.in_sample)
 
     def _matters(self, before: State, after: State) -> bool:
         """True unless the change only adds effects whose force is below the material share on every axis."""
@@ -141,15 +179,18 @@ class Search:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
         return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.force_scale
 
+    def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
+        """Score of a neighbouring model about the columns at hand, without refinement."""
+        chosen = list(change.values())
+        return self.score(scores.fit(chosen), chosen)
+
     def _step(self, state: State, refused: set[frozenset[str]]) -> State | None:
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
         now = {key: linear.options[key][0] for key in state.active}
-        wide = [False, True]
-        for two_for_one in wide:
-            ranked = sorted(
-                ((self.score(scores.fit(list(change.values()))), n, change) for n, change in enumerate(_changes(linear, now, two_for_one))),
-                key=lambda item: item[:2],
-            )
+        for two_for_one in (False, True):
+            neighbours = enumerate(_changes(linear, scores, now, two_for_one))
+            scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
+            ranked = sorted(scored, key=lambda item: item[:2])
             for score, _, change in ranked[:6]:
                 active = tuple(key for key in change if not key.startswith("-"))
                 if score > state.score - self.settings.margin:
@@ -165,20 +206,24 @@ class Search:
         return None
 
 
-def _changes(linear: Linearisation, now: dict[str, Option], two_for_one: bool) -> Iterator[dict[str, Option]]:
-    """Every neighbouring model: one effect added, dropped, reshaped or swapped; or two replaced by one."""
-    absent = {key: options[1] for key, options in linear.options.items() if key in now}
-    new = {key: options[1:] for key, options in linear.options.items() if key not in now}
+def _changes(
+    linear: Linearisation, scores: GramScores, now: dict[str, Option], two_for_one: bool
+) -> Iterator[dict[str, Option]]:
+    """Neighbouring models worth a score: one effect added, dropped, reshaped or swapped; or two replaced by one.
+
+    For each set of dropped effects, only the most promising additions by in-sample error are given.
+    """
+    new = [option for key, options in linear.options.items() if key not in now for option in options[1:]]
     drops = list(combinations(now, 2)) if two_for_one else [(), *((key,) for key in now)]
     for drop in drops:
         # A dropped effect leaves its offset behind: the columns were taken with it in place.
         kept = {key: option for key, option in now.items() if key not in drop}
-        gone = {key: absent[key] for key in drop}
+        kept |= {f"-{key}": linear.options[key][1] for key in drop}
         if drop:
-            yield {**kept, **{f"-{k}": o for k, o in gone.items()}}
-        for key, options in new.items():
-            for option in options:
-                yield {**kept, key: option, **{f"-{k}": o for k, o in gone.items()}}
+            yield kept
+        gains = scores.screen(list(kept.values()), new)
+        for n in np.argsort(-gains, kind="stable")[:_PROMISING]:
+            yield {**kept, new[n].key: new[n]}
     if not two_for_one:
         for key in now:
             for option in linear.options[key][2:]:
@@ -195,7 +240,9 @@ def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
     by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
     values = {}
     for option in chosen:
-        for symbol, start, index in zip(option.symbols, option.start, option.free or (-1,) * len(option.symbols), strict=True):
+        for symbol, start, index in zip(
+            option.symbols, option.start, option.free or (-1,) * len(option.symbols), strict=True
+        ):
             values[symbol] = start + by_column.get(index, 0.0)
     return vehicle.with_values(values)
 

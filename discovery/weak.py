@@ -46,11 +46,13 @@ class WeakForm:
     time : (tests,) centre of each test function [s]
     block : (tests,) index of the contiguous block each test function belongs to
     independent : effective number of independent tests (total time / half width)
+    memo : results that callers keep with the data they belong to
     """
 
     def __init__(self, motions: Sequence[Motion], settings: WeakSettings) -> None:
         self.settings = settings
         self.motions = tuple(motions)
+        self.memo: dict[tuple[object, ...], Array] = {}
         self._kernels: list[tuple[Array, Array, np.ndarray]] = []
         times = []
         for motion in self.motions:
@@ -90,6 +92,10 @@ class WeakForm:
                 windows = np.lib.stride_tricks.sliding_window_view(values, kernel.size, axis=0)[first]
                 parts.append(windows @ kernel)
         return np.concatenate(parts)
+
+    def noise_gains(self) -> list[float]:
+        """For each motion, the root mean square of the tested derivative of white noise of unit deviation [1/s]."""
+        return [float(np.sqrt((slope**2).sum())) for _, slope, _ in self._kernels]
 
     def balance(self, vehicle: Vehicle) -> Array:
         """Measured minus modelled force, (tests, 3) [N, N, N m]; zero everywhere for a perfect model and log."""

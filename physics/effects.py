@@ -255,7 +255,13 @@ EFFECTS: tuple[Effect, ...] = (
         "thruster",
         (
             Parameter(
-                "delay", "thrusters", "s", lower=0.0, upper=2.0, grid=(0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.1, 1.5), step=0.01
+                "delay",
+                "thrusters",
+                "s",
+                lower=0.0,
+                upper=2.0,
+                grid=(0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.1, 1.5),
+                step=0.01,
             ),
         ),
         "c(t) = command(t - delay)",
@@ -299,7 +305,9 @@ EFFECTS: tuple[Effect, ...] = (
         (
             Parameter("memory_sway", "memory", "N s/m", lower=0.0),
             Parameter("memory_yaw", "memory", "N m s/rad", lower=0.0),
-            Parameter("memory_time", "memory", "s", null=1.0, lower=0.2, upper=10.0, grid=(0.5, 1.0, 2.0, 4.0), step=0.02),
+            Parameter(
+                "memory_time", "memory", "s", null=1.0, lower=0.2, upper=10.0, grid=(0.5, 1.0, 2.0, 4.0), step=0.02
+            ),
         ),
         "(Y, N) -= memory q,  memory_time dq/dt = nu_r - q",
         "The water remembers: sway and yaw forces depend on how the hull moved before.",

@@ -27,9 +27,7 @@ class Actuation:
 
 def actuation(vehicle: Vehicle, motion: Motion) -> Actuation:
     """Thruster forces [N] and advance losses [N s/m] along a motion, with lag, delay, dead zone and scales applied."""
-    pairs = [
-        thruster.response(motion.commands[:, k], motion.time_step) for k, thruster in enumerate(vehicle.thrusters)
-    ]
+    pairs = [thruster.response(motion.commands[:, k], motion.time_step) for k, thruster in enumerate(vehicle.thrusters)]
     return Actuation(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]))
 
 

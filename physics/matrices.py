@@ -77,5 +77,7 @@ def damping_matrix(vehicle: Vehicle, velocity: Array) -> Array:
 
 def thruster_matrix(vehicle: Vehicle) -> Array:
     """B (3, thrusters): tau = B T for thruster forces T [N] (Fossen 2021, section 9.8)."""
-    rows = [[np.cos(t.angle), np.sin(t.angle), t.x * np.sin(t.angle) - t.y * np.cos(t.angle)] for t in vehicle.thrusters]
+    rows = [
+        [np.cos(t.angle), np.sin(t.angle), t.x * np.sin(t.angle) - t.y * np.cos(t.angle)] for t in vehicle.thrusters
+    ]
     return np.array(rows, dtype=float).T

@@ -23,7 +23,9 @@ class TableCurve(BaseModel):
     @model_validator(mode="after")
     def _ordered(self) -> "TableCurve":
         if len(self.command) != len(self.force):
-            raise ValueError(f"command has {len(self.command)} points, force has {len(self.force)}; give one force a command")
+            raise ValueError(
+                f"command has {len(self.command)} points, force has {len(self.force)}; give one force a command"
+            )
         if any(b <= a for a, b in zip(self.command, self.command[1:], strict=False)):
             raise ValueError("command points must increase")
         return self

@@ -19,7 +19,8 @@ from .terms import parse_form
 from .thrusters import Thruster
 
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
-_THRUSTER_KEYS = ("thrust_scale", "reverse_scale", "dead_zone", "lag", "delay", "advance_loss")
+SHARED_THRUSTER_KEYS = ("thrust_scale", "reverse_scale", "dead_zone", "lag", "delay", "advance_loss")
+"""Thruster parameters that an effect moves on every thruster at once."""
 _AXIS_INDEX = {"surge": 0, "sway": 1, "yaw": 2}
 
 
@@ -111,7 +112,7 @@ class Vehicle(BaseModel):
         flat |= {"mass": self.mass, "inertia_z": self.inertia_z, "x_g": self.x_g}
         for section in _SECTIONS:
             flat |= getattr(self, section)
-        flat |= {key: getattr(self.thrusters[0], key) for key in _THRUSTER_KEYS}
+        flat |= {key: getattr(self.thrusters[0], key) for key in SHARED_THRUSTER_KEYS}
         flat |= {f"{t.name}_scale": t.scale for t in self.thrusters}
         flat |= {t.symbol: t.value for t in self.terms}
         return flat
@@ -148,7 +149,7 @@ class Vehicle(BaseModel):
             elif symbol in by_name:
                 k = by_name[symbol]
                 thrusters[k] = thrusters[k].model_copy(update={"scale": number})
-            elif symbol in _THRUSTER_KEYS:
+            elif symbol in SHARED_THRUSTER_KEYS:
                 thrusters = [t.model_copy(update={symbol: number}) for t in thrusters]
             elif symbol in ("mass", "inertia_z", "x_g"):
                 update[symbol] = number
@@ -214,7 +215,9 @@ def vehicle_from_dict(data: Any, where: str) -> Vehicle:
         naming `where`, the key, and the nearest known key when one is unknown.
     """
     if not isinstance(data, dict):
-        raise VehicleError(f"{where}: expected a mapping of vehicle keys (mass, inertia_z, thrusters ...), got {type(data).__name__}")
+        raise VehicleError(
+            f"{where}: expected a mapping of vehicle keys (mass, inertia_z, thrusters ...), got {type(data).__name__}"
+        )
     try:
         return Vehicle.model_validate(data)
     except ValidationError as error:
@@ -223,7 +226,13 @@ def vehicle_from_dict(data: Any, where: str) -> Vehicle:
             path = [str(part) for part in item["loc"] if part not in ("table", "propeller")]
             if item["type"] == "extra_forbidden":
                 inside = path[:-1]
-                model = Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else Term if inside[:1] == ["terms"] else Vehicle
+                model = (
+                    Thruster
+                    if inside[:1] == ["thrusters"] and len(inside) == 2
+                    else Term
+                    if inside[:1] == ["terms"]
+                    else Vehicle
+                )
                 lines.append(_unknown_key(path[-1], model.model_fields, ".".join(inside) or "the vehicle file"))
             else:
                 message = item["msg"].removeprefix("Value error, ")
@@ -254,7 +263,9 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
     if not source.exists() and text in shipped_vehicles():
         return vehicle_from_dict(yaml.safe_load((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
     if not source.is_file():
-        raise VehicleError(f"vehicle file {text}: no such file; give a YAML file or one of {', '.join(shipped_vehicles())}")
+        raise VehicleError(
+            f"vehicle file {text}: no such file; give a YAML file or one of {', '.join(shipped_vehicles())}"
+        )
     try:
         data = yaml.safe_load(source.read_text("utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -58,9 +58,7 @@ def acceleration_score(model: Model, data: DataSet) -> AccelerationScore:
     r2 is 1 - (sum of squared errors) / (sum of squares about the mean), on each axis; with nothing to explain it is NaN.
     """
     measured = np.concatenate([accelerations(motion) for motion in data.motions])
-    modelled = np.concatenate(
-        [same_filter(model.acceleration(motion), motion, data) for motion in data.motions]
-    )
+    modelled = np.concatenate([same_filter(model.acceleration(motion), motion, data) for motion in data.motions])
     error = measured - modelled
     spread = ((measured - measured.mean(axis=0)) ** 2).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):

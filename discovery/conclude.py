@@ -1,0 +1,190 @@
+"""From evidence to words: verdicts, sentences, the headline, and advice where the log cannot tell."""
+
+from collections.abc import Mapping, Sequence
+
+from ..physics.effects import EFFECTS
+from ..physics.vehicle import Vehicle
+from .evidence import Evidence, parameter_total
+from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
+from .options import Candidate
+from .search import Search
+from .uncertainty import Interval
+
+_AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
+_MANOEUVRES = {
+    "reverse_thrust_loss": "an astern run and a few thrust reversals",
+    "thrust_dead_zone": "slow steps of small commands through zero, ahead and astern",
+    "steady_current": "straight legs on four headings",
+    "mean_wind": "straight legs on four headings, at two speeds",
+    "thruster_lag": "sharp steps of the command",
+    "input_delay": "sharp steps of the command",
+}
+
+
+def conclude(
+    search: Search,
+    nominal: Vehicle,
+    corrected: Vehicle,
+    considered: Vehicle,
+    evidence: Sequence[Evidence],
+    intervals: Mapping[str, Interval],
+    kept: Sequence[str],
+    order: Sequence[str | None],
+) -> Findings:
+    """Write the findings.
+
+    Parameters
+    ----------
+    corrected : the model with the kept effects
+    considered : the model with everything that the search selected, sure or not
+    evidence : on every candidate, best first
+    intervals : 95 % intervals of total values by symbol
+    kept : keys of the effects that are sure
+    order : keys in the order in which they are added
+    """
+    pool = {candidate.key: candidate for candidate in search.pool}
+    found = [
+        _effect(pool[e.key], e, nominal, corrected if e.key in kept else considered, intervals, e.key in kept)
+        for e in _one_each(evidence, pool)
+        if ":" not in e.key
+    ]
+    names = [pool[key].effect.name for key in order if key is not None and ":" not in key]
+    missing = tuple(dict.fromkeys(names))
+    rank = {"missing": 0, "possible": 1, "no evidence": 2}
+    found.sort(key=lambda f: (rank[f.verdict], missing.index(f.effect) if f.effect in missing else len(missing)))
+    unnamed = tuple(
+        term
+        for e in evidence
+        if ":" in e.key and e.key in kept
+        for term in _terms(pool[e.key], nominal, corrected, intervals)
+    )
+    open_ends = [e for e in evidence if e.selected and e.key not in kept]
+    verdict = "missing" if missing else "undecided" if open_ends or unnamed else "nothing missing"
+    return Findings(
+        verdict,
+        _headline(missing, unnamed, open_ends),
+        missing,
+        tuple(found),
+        unnamed,
+        _criterion(search),
+        _advice(evidence, open_ends),
+    )
+
+
+def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate]) -> list[Evidence]:
+    """One entry for each effect of the catalogue: every selected thruster of a per-thruster effect, or else the best."""
+    seen: set[str] = set()
+    entries = []
+    for e in evidence:
+        name = pool[e.key].effect.name
+        if e.selected or name not in seen:
+            entries.append(e)
+            seen.add(name)
+    return entries
+
+
+def _effect(
+    candidate: Candidate,
+    e: Evidence,
+    nominal: Vehicle,
+    vehicle: Vehicle,
+    intervals: Mapping[str, Interval],
+    sure: bool,
+) -> FoundEffect:
+    effect = candidate.effect
+    verdict: Verdict = (
+        "missing" if sure else "possible" if e.selected or e.dormant or e.confidence >= 0.5 else "no evidence"
+    )
+    terms = _terms(candidate, nominal, vehicle, intervals) if e.selected else ()
+    sentence = effect.meaning
+    if verdict == "missing":
+        sentence += " " + _numbers(terms)
+    elif e.indistinguishable_from:
+        rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
+        sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
+    elif e.dormant:
+        sentence = f"This log cannot tell: it holds no manoeuvre in which it would show. ({sentence})"
+    elif verdict == "possible":
+        sentence = f"Perhaps: {sentence[0].lower()}{sentence[1:]} The evidence is below what undertow demands."
+    else:
+        sentence = f"Looked for and not found. ({sentence})"
+    rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
+    return FoundEffect(
+        effect.name,
+        sentence,
+        effect.family,
+        effect.equation,
+        verdict,
+        e.confidence,
+        e.error_drop,
+        tuple(dict.fromkeys(rivals_by_name)),
+        terms,
+    )
+
+
+def _terms(
+    candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
+) -> tuple[FoundTerm, ...]:
+    terms = []
+    for parameter in candidate.parameters:
+        symbol = parameter.symbol
+        interval = intervals.get(symbol)
+        shift = nominal.value(symbol) if candidate.effect.added else 0.0
+        moved = None if interval is None else Interval(interval.lower - shift, interval.upper - shift)
+        value = parameter_total(nominal, candidate, vehicle, symbol)
+        axis = axis_name(parameter.axis, _AXIS_OF.get(candidate.effect.family, "all"))
+        terms.append(FoundTerm(symbol, axis, parameter.form, value, parameter.unit, moved))
+    return tuple(terms)
+
+
+def _numbers(terms: Sequence[FoundTerm]) -> str:
+    parts = []
+    for term in terms:
+        unit = "" if term.unit == "1" else f" {term.unit}"
+        interval = "" if term.ci95 is None else f" (95 %: {term.ci95.lower:.3g} to {term.ci95.upper:.3g})"
+        parts.append(f"{term.symbol} = {term.value:.3g}{unit}{interval}")
+    return "; ".join(parts) + "."
+
+
+def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: Sequence[Evidence]) -> str:
+    words = [name.replace("_", " ") for name in missing]
+    if words:
+        listed = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+        more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
+        return f"The model is missing {listed}{more}."
+    if unnamed:
+        return "No named effect is missing for sure, but the log asks for terms that nobody has named."
+    if open_ends:
+        names = ", ".join(e.key.replace("_", " ") for e in open_ends)
+        return f"Undecided: something is missing, but this log cannot tell what for sure ({names})."
+    return "Nothing material is missing: the model explains this log."
+
+
+def _criterion(search: Search) -> dict[str, object]:
+    settings = search.settings
+    return {
+        "materiality": settings.materiality,
+        "certainty": (
+            f"each parameter earns a held-out log-likelihood of {settings.price:g} "
+            f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
+        ),
+        "material": f"it explains at least {settings.materiality:.0%} of the force at work on some axis, alone",
+        "force_scale": {a: float(s) for a, s in zip(("surge", "sway", "yaw"), search.force_scale, strict=True)},
+        "search": f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, {search.weak.settings.blocks} held-out blocks",
+    }
+
+
+def _advice(evidence: Sequence[Evidence], open_ends: Sequence[Evidence]) -> tuple[dict[str, str], ...]:
+    advice = []
+    for e in evidence:
+        if e.dormant or e in open_ends:
+            name = e.key.split("[")[0]
+            manoeuvre = _MANOEUVRES.get(name, "a longer log with more varied speeds and turns")
+            rivals = ", ".join(e.indistinguishable_from).replace("_", " ")
+            why = (
+                f"would tell {name.replace('_', ' ')} from {rivals}"
+                if rivals
+                else f"would show {name.replace('_', ' ')}"
+            )
+            advice.append({"manoeuvre": manoeuvre, "why": why})
+    return tuple(advice)

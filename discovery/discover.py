@@ -1,0 +1,165 @@
+"""Discovery, step by step: search the catalogue, look for structure that it leaves, weigh the evidence, conclude."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..measurements.alignment import noise_level
+from ..physics.frames import Array
+from ..physics.matrices import mass_matrix
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .conclude import conclude
+from .evidence import Evidence, weigh
+from .findings import Findings
+from .lawful import lawful_refit
+from .library import shortlist, term_candidate
+from .options import Candidate, candidates
+from .search import Search, SearchSettings, State
+from .uncertainty import Interval, block_bootstrap
+from .weak import WeakForm, WeakSettings
+
+_STRUCTURE = 1.5
+"""A force error above this many times what sensor noise explains is structure that the model leaves."""
+SURE = 0.9
+"""Confidence from which an effect is called missing."""
+
+
+@dataclass(frozen=True, slots=True)
+class DiscoverySettings:
+    """All settings of a discovery; they are printed in the report.
+
+    Attributes
+    ----------
+    weak : test functions
+    search : price and materiality
+    seed : of the bootstrap
+    """
+
+    weak: WeakSettings = field(default_factory=WeakSettings)
+    search: SearchSettings = field(default_factory=SearchSettings)
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Discovery:
+    """A finished discovery.
+
+    Attributes
+    ----------
+    nominal, corrected : the vehicle before and after
+    steps : (what was added, vehicle after it), the nominal model first with None
+    findings : conclusions, without the errors of the steps, which need a test set
+    force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
+    noise_error : (3,) what sensor noise alone would leave [N, N, N m]
+    """
+
+    nominal: Vehicle
+    corrected: Vehicle
+    steps: tuple[tuple[str | None, Vehicle], ...]
+    findings: Findings
+    force_error: Array
+    noise_error: Array
+
+
+def find_missing(
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    settings: DiscoverySettings | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Discovery:
+    """Name the physical effects that a vehicle model misses on measured motions.
+
+    Parameters
+    ----------
+    motions : gap-free stretches, unfiltered; judged by blocked held-out error, so no test part is needed here
+    nominal : the model to be corrected
+    progress : called with a line for each step
+
+    Raises
+    ------
+    RequestError
+        when the log is too short for the weak form, or a solver fails.
+    """
+    settings = settings or DiscoverySettings()
+    say = progress or (lambda text: None)
+    weak = WeakForm(motions, settings.weak)
+    noise = sensor_noise(weak, nominal)
+    pool = candidates(nominal)
+    say("searching the catalogue of effects")
+    search = Search(weak, nominal, pool, settings.search)
+    state = search.run(progress=say)
+    if leaves_structure(search, state, noise):
+        say("named effects leave structure: looking for terms that nobody has named")
+        search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
+    say("weighing the evidence")
+    evidence, linear, scores = weigh(search, state, settings.seed)
+    kept = tuple(e.key for e in evidence if e.selected and e.confidence >= SURE)
+    final = state if set(kept) == set(state.active) else search.restrict(state, kept)
+    if final is not state:
+        linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
+    chosen = [linear.options[key][0] for key in final.active]
+    name = f"{nominal.name}, corrected"
+    corrected = nominal.with_values(lawful_refit(scores, chosen), name=name).checked() if kept else nominal
+    intervals: dict[str, Interval] = block_bootstrap(scores, chosen, settings.seed)
+    if final is not state:
+        far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        intervals = block_bootstrap(wide, [far.options[k][0] for k in state.active], settings.seed) | intervals
+    steps = _steps(search, final, corrected)
+    findings = conclude(
+        search,
+        nominal,
+        corrected if kept else nominal,
+        state.vehicle,
+        evidence,
+        intervals,
+        kept,
+        [s for s, _ in steps[1:]],
+    )
+    return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), noise)
+
+
+def sensor_noise(weak: WeakForm, vehicle: Vehicle) -> Array:
+    """Root mean square that white sensor noise alone leaves in the weak balance, (3,) [N, N, N m]."""
+    mass = mass_matrix(vehicle)
+    parts = []
+    for motion, gain in zip(weak.motions, weak.noise_gains(), strict=True):
+        level = np.array([noise_level(motion.velocity[:, axis]) or 0.0 for axis in range(3)])
+        parts.append((motion.duration, ((mass * level) ** 2).sum(axis=1) * gain**2))
+    total = sum(duration for duration, _ in parts)
+    return np.sqrt(np.sum([duration * power for duration, power in parts], axis=0) / total)
+
+
+def leaves_structure(search: Search, state: State, noise: Array) -> bool:
+    """True when the force error on some axis is neither immaterial nor explained by sensor noise."""
+    error = np.sqrt(state.fit.held_out)
+    return bool((error > np.maximum(np.sqrt(search.floor), _STRUCTURE * noise)).any())
+
+
+def _with_terms(
+    weak: WeakForm,
+    nominal: Vehicle,
+    pool: Sequence[Candidate],
+    settings: SearchSettings,
+    state: State,
+    say: Callable[[str], None],
+) -> tuple[Search, State]:
+    """Search again with a sparse shortlist of unnamed terms, from the named model and from nothing; keep the better."""
+    symbols = dict.fromkeys((*shortlist(weak, nominal), *shortlist(weak, state.vehicle)))
+    search = Search(weak, nominal, (*pool, *(term_candidate(s, nominal) for s in symbols)), settings)
+    found = [search.run(start=state, progress=say), search.run(progress=say)]
+    return search, min(found, key=lambda s: s.score)
+
+
+def _steps(search: Search, final: State, corrected: Vehicle) -> tuple[tuple[str | None, Vehicle], ...]:
+    """Add the kept effects one by one, the most valuable first, the others refitted each time."""
+    steps: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
+    chosen: list[str] = []
+    while len(chosen) < len(final.active):
+        rest = [key for key in final.active if key not in chosen]
+        trials = [(search.restrict(final, [*chosen, key]), key) for key in rest]
+        best, key = min(trials, key=lambda pair: pair[0].score)
+        chosen.append(key)
+        steps.append((key, corrected if len(chosen) == len(final.active) else best.vehicle))
+    return tuple(steps)

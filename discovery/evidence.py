@@ -1,0 +1,171 @@
+"""The evidence for and against each candidate: what it is worth, how sure that is, and what looks just like it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.frames import Array
+from ..physics.vehicle import Vehicle
+from .gram import Fit, GramScores
+from .options import Candidate, Linearisation, Option
+from .search import Search, State
+from .uncertainty import share_of_draws
+
+TELL_APART = 5.0
+"""Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
+_DRAWS = 2000
+_RIVALS = 12
+_PLAUSIBLE = {"cg_offset": 0.3}
+_ALIVE = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What the log says of one candidate.
+
+    Attributes
+    ----------
+    key : the candidate
+    selected : True when the search kept it
+    gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
+    share : (3,) force that only it explains, as a share of each axis' force scale
+    error_drop : relative drop of the held-out force error on the axis where it helps most, 0..1
+    confidence : share of block resamples in which it earns its price and is material
+    indistinguishable_from : candidates that explain the log as well in its place
+    dormant : True when even a large amount of it would leave no material trace in this log
+    """
+
+    key: str
+    selected: bool
+    gain: float
+    share: Array
+    error_drop: float
+    confidence: float
+    indistinguishable_from: tuple[str, ...]
+    dormant: bool
+
+
+def weigh(search: Search, state: State, seed: int) -> tuple[list[Evidence], Linearisation, GramScores]:
+    """Evidence for every candidate of a search about its final model, best first.
+
+    Returns also the linearisation and Gram matrices about that model, for intervals and the lawful refit.
+    """
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    now = {key: linear.options[key][0] for key in state.active}
+    whole = scores.fit(list(now.values()))
+    found = []
+    for candidate in search.pool:
+        if candidate.key in now:
+            found.append(_selected(search, state, candidate, linear, scores, now, seed))
+        else:
+            found.append(_not_selected(search, candidate, linear, scores, now, whole, seed))
+    found.sort(key=lambda e: (not e.selected, -e.gain))
+    return found, linear, scores
+
+
+def _selected(
+    search: Search,
+    state: State,
+    candidate: Candidate,
+    linear: Linearisation,
+    scores: GramScores,
+    now: dict[str, Option],
+    seed: int,
+) -> Evidence:
+    without = search.without(state, candidate.key)
+    price = search.price(scores.fit([now[candidate.key]]), [now[candidate.key]])
+    gain = without.score - state.score
+    rivals = []
+    rest = {key: option for key, option in now.items() if key != candidate.key}
+    gone = {f"-{candidate.key}": linear.options[candidate.key][1]}
+    for other in search.pool:
+        if other.key in now:
+            continue
+        quick = min(
+            search.quick(scores, {**rest, **gone, other.key: o}) for o in linear.options[other.key] if o.present
+        )
+        if quick < state.score + 4.0 * TELL_APART:
+            start = search.replace(state, candidate.key, other.key, linear, scores)
+            if start.score < state.score + TELL_APART:
+                rivals.append(other.key)
+    confidence = _confidence(search, without.fit, state.fit, price, seed)
+    return Evidence(
+        candidate.key,
+        True,
+        gain,
+        search.unique_share(without, state),
+        error_drop(without.fit, state.fit),
+        confidence / (1 + len(rivals)),
+        tuple(rivals),
+        False,
+    )
+
+
+def _not_selected(
+    search: Search,
+    candidate: Candidate,
+    linear: Linearisation,
+    scores: GramScores,
+    now: dict[str, Option],
+    whole: Fit,
+    seed: int,
+) -> Evidence:
+    present = [option for option in linear.options[candidate.key] if option.present]
+    base = search.score(whole, list(now.values()))
+    fits = [(scores.fit([*now.values(), option]), option) for option in present]
+    fit, option = min(fits, key=lambda pair: search.score(pair[0], [*now.values(), pair[1]]))
+    gain = base - search.score(fit, [*now.values(), option])
+    share = np.sqrt(np.maximum(whole.held_out - fit.held_out, 0.0)) / search.force_scale
+    price = search.price(scores.fit([option]), [option])
+    return Evidence(
+        candidate.key,
+        False,
+        gain,
+        share,
+        error_drop(whole, fit),
+        _confidence(search, whole, fit, price, seed),
+        (),
+        _dormant(search, candidate, linear, present),
+    )
+
+
+def error_drop(without: Fit, within: Fit) -> float:
+    """Relative drop of the root mean square held-out force error, on the axis where it is largest, 0..1."""
+    before, after = np.sqrt(without.held_out), np.sqrt(within.held_out)
+    drop = np.where(before > 0, 1.0 - after / np.maximum(before, 1e-300), 0.0)
+    return float(np.clip(drop.max(), 0.0, 1.0))
+
+
+def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: int) -> float:
+    """Share of block resamples in which the effect earns its price and is material."""
+    blocks = without.held_out_blocks.shape[0]
+    rng = np.random.default_rng(seed)
+    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.weak.time.size
+    before, after = counts @ without.held_out_blocks, counts @ within.held_out_blocks
+    gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor)).sum(axis=1)
+    share = np.sqrt(np.maximum(before - after, 0.0)) / search.force_scale
+    return share_of_draws((gain > price) & (share.max(axis=1) >= search.settings.materiality))
+
+
+def _dormant(search: Search, candidate: Candidate, linear: Linearisation, present: list[Option]) -> bool:
+    """True when the largest plausible amount of an effect would stay below the material share on every axis."""
+    largest = 0.0
+    for option in present:
+        if option.offset >= 0:
+            force = linear.columns[:, :, option.offset]
+            largest = max(largest, float((np.sqrt((force**2).mean(axis=0)) / search.force_scale).max()))
+        for parameter, index, low, high in zip(
+            candidate.parameters, option.free, option.lower, option.upper, strict=True
+        ):
+            if index < 0 or parameter.grid:
+                continue
+            trace = float((np.sqrt((linear.columns[:, :, index] ** 2).mean(axis=0)) / search.force_scale).max())
+            reach = [abs(limit) for limit in (low, high) if limit != 0.0]
+            amount = min(min(reach), _PLAUSIBLE.get(candidate.key, np.inf))
+            largest = max(largest, trace * amount if np.isfinite(amount) else trace / _ALIVE)
+    return largest < search.settings.materiality
+
+
+def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
+    """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says."""
+    return vehicle.value(symbol) - (nominal.value(symbol) if candidate.effect.added else 0.0)

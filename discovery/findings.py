@@ -1,0 +1,124 @@
+"""Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` says it."""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from ..physics.frames import AXES
+from .uncertainty import Interval
+
+Verdict = Literal["missing", "possible", "no evidence"]
+SCHEMA = "undertow.findings/1"
+
+
+@dataclass(frozen=True, slots=True)
+class FoundTerm:
+    """One number of a candidate: its symbol, place in the equation, value [unit] and 95 % interval."""
+
+    symbol: str
+    axis: str
+    form: str
+    value: float
+    unit: str
+    ci95: Interval | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `findings.json` writes it."""
+        return {
+            "symbol": self.symbol,
+            "axis": self.axis,
+            "form": self.form,
+            "value": self.value,
+            "unit": self.unit,
+            "ci95": None if self.ci95 is None else [self.ci95.lower, self.ci95.upper],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class FoundEffect:
+    """The findings on one effect of the catalogue.
+
+    Attributes
+    ----------
+    effect, family, equation : from the catalogue
+    sentence : the finding in words, with numbers
+    verdict : "missing" (the tool would add it), "possible" (it may be there, this log cannot tell), "no evidence"
+    confidence : share of block resamples in which it earns its price and is material, 0..1
+    error_drop : relative drop of the held-out force error on the axis where it helps most, 0..1
+    indistinguishable_from : effects that would explain this log as well
+    terms : its numbers
+    """
+
+    effect: str
+    sentence: str
+    family: str
+    equation: str
+    verdict: Verdict
+    confidence: float
+    error_drop: float
+    indistinguishable_from: tuple[str, ...]
+    terms: tuple[FoundTerm, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `findings.json` writes it."""
+        return {
+            "effect": self.effect,
+            "sentence": self.sentence,
+            "family": self.family,
+            "equation": self.equation,
+            "verdict": self.verdict,
+            "confidence": self.confidence,
+            "error_drop": self.error_drop,
+            "indistinguishable_from": list(self.indistinguishable_from),
+            "terms": [term.to_dict() for term in self.terms],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What discovery concludes from a log.
+
+    Attributes
+    ----------
+    verdict : "missing", "nothing missing" or "undecided"
+    headline : the verdict in a sentence
+    missing : effects that the tool would add, the most valuable first
+    candidates : every effect of the catalogue, best first
+    unnamed : terms that nobody has named but the log asks for
+    steps : errors after each addition, on held-out data only
+    failures : where the nominal model fails
+    advice : manoeuvres that would tell what this log cannot
+    criterion : what an effect had to satisfy
+    data : rows, seconds, split and notes
+    """
+
+    verdict: Literal["missing", "nothing missing", "undecided"]
+    headline: str
+    missing: tuple[str, ...]
+    candidates: tuple[FoundEffect, ...]
+    unnamed: tuple[FoundTerm, ...]
+    criterion: dict[str, Any]
+    advice: tuple[dict[str, str], ...] = ()
+    steps: tuple[dict[str, Any], ...] = ()
+    failures: tuple[dict[str, Any], ...] = ()
+    data: dict[str, Any] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `findings.json` writes it (schema `undertow.findings/1`)."""
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "headline": self.headline,
+            "missing": list(self.missing),
+            "candidates": [candidate.to_dict() for candidate in self.candidates],
+            "unnamed": [term.to_dict() for term in self.unnamed],
+            "steps": list(self.steps),
+            "failures": list(self.failures),
+            "advice": list(self.advice),
+            "criterion": self.criterion,
+            "data": self.data,
+        }
+
+
+def axis_name(index: int | None, default: str) -> str:
+    """Name of an axis by index; the default where a parameter acts on more than one."""
+    return default if index is None else AXES[index]
