@@ -1,1 +1,52 @@
-"""undertow finds the physics your boat model is missing."""
+"""undertow finds the physics your boat model is missing.
+
+The verbs of the command line are functions here; each is loaded when it is first used.
+
+>>> import undertow
+>>> "discover" in dir(undertow)
+True
+"""
+
+from importlib import import_module
+from typing import Any
+
+_PUBLIC = {
+    "DataSet": "measurements.dataset",
+    "DiscoverySettings": "discovery.discover",
+    "EFFECTS": "physics.effects",
+    "Findings": "discovery.findings",
+    "Inputs": "reports.inputs",
+    "Log": "measurements.log",
+    "LogError": "physics.errors",
+    "Motion": "physics.motion",
+    "PAPER": "measurements.dataset",
+    "Recipe": "measurements.dataset",
+    "RequestError": "physics.errors",
+    "Run": "reports.run",
+    "Vehicle": "physics.vehicle",
+    "VehicleError": "physics.errors",
+    "WEAK": "measurements.dataset",
+    "add": "reports.run",
+    "compare": "reports.run",
+    "discover": "reports.run",
+    "inspect_log": "measurements.inspection",
+    "load_vehicle": "physics.vehicle",
+    "prepare": "measurements.prepare",
+    "read_inputs": "reports.inputs",
+    "read_log": "measurements.log",
+    "simulate_world": "physics.worlds",
+    "split": "measurements.split",
+    "write_run": "reports.folder",
+}
+
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_PUBLIC[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(_PUBLIC)

@@ -2,7 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ..physics.effects import EFFECTS
+from ..physics.frames import AXES
 from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
@@ -72,7 +75,7 @@ def conclude(
 
 
 def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate]) -> list[Evidence]:
-    """One entry for each effect of the catalogue: every selected thruster of a per-thruster effect, or else the best."""
+    """One entry for each effect: every selected thruster of a per-thruster effect, or else the best."""
     seen: set[str] = set()
     entries = []
     for e in evidence:
@@ -98,7 +101,8 @@ def _effect(
     terms = _terms(candidate, nominal, vehicle, intervals) if e.selected else ()
     sentence = effect.meaning
     if verdict == "missing":
-        sentence += " " + _numbers(terms)
+        axis = int(np.argmax(e.share))
+        sentence += f" It alone accounts for {e.share[axis]:.0%} of the {AXES[axis]} force at work in this log."
     elif e.indistinguishable_from:
         rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
         sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
@@ -137,15 +141,6 @@ def _terms(
     return tuple(terms)
 
 
-def _numbers(terms: Sequence[FoundTerm]) -> str:
-    parts = []
-    for term in terms:
-        unit = "" if term.unit == "1" else f" {term.unit}"
-        interval = "" if term.ci95 is None else f" (95 %: {term.ci95.lower:.3g} to {term.ci95.upper:.3g})"
-        parts.append(f"{term.symbol} = {term.value:.3g}{unit}{interval}")
-    return "; ".join(parts) + "."
-
-
 def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: Sequence[Evidence]) -> str:
     words = [name.replace("_", " ") for name in missing]
     if words:
@@ -170,7 +165,10 @@ def _criterion(search: Search) -> dict[str, object]:
         ),
         "material": f"it explains at least {settings.materiality:.0%} of the force at work on some axis, alone",
         "force_scale": {a: float(s) for a, s in zip(("surge", "sway", "yaw"), search.force_scale, strict=True)},
-        "search": f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, {search.weak.settings.blocks} held-out blocks",
+        "search": (
+            f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "
+            f"scored on {search.weak.settings.blocks} held-out blocks"
+        ),
     }
 
 

@@ -11,7 +11,7 @@ from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .conclude import conclude
-from .evidence import Evidence, weigh
+from .evidence import weigh
 from .findings import Findings
 from .lawful import lawful_refit
 from .library import shortlist, term_candidate

@@ -29,7 +29,7 @@ class Evidence:
     selected : True when the search kept it
     gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
     share : (3,) force that only it explains, as a share of each axis' force scale
-    error_drop : relative drop of the held-out force error on the axis where it helps most, 0..1
+    error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     confidence : share of block resamples in which it earns its price and is material
     indistinguishable_from : candidates that explain the log as well in its place
     dormant : True when even a large amount of it would leave no material trace in this log
@@ -94,7 +94,7 @@ def _selected(
         True,
         gain,
         search.unique_share(without, state),
-        error_drop(without.fit, state.fit),
+        error_drop(without.fit, state.fit, search),
         confidence / (1 + len(rivals)),
         tuple(rivals),
         False,
@@ -122,17 +122,20 @@ def _not_selected(
         False,
         gain,
         share,
-        error_drop(whole, fit),
+        error_drop(whole, fit, search),
         _confidence(search, whole, fit, price, seed),
         (),
         _dormant(search, candidate, linear, present),
     )
 
 
-def error_drop(without: Fit, within: Fit) -> float:
-    """Relative drop of the root mean square held-out force error, on the axis where it is largest, 0..1."""
-    before, after = np.sqrt(without.held_out), np.sqrt(within.held_out)
-    drop = np.where(before > 0, 1.0 - after / np.maximum(before, 1e-300), 0.0)
+def error_drop(without: Fit, within: Fit, search: Search) -> float:
+    """Held-out force error that an effect removes beside the others, as a share of the nominal model's error, 0..1.
+
+    On the axis where that share is largest.
+    """
+    nominal = np.sqrt(np.maximum(search.nominal_error, 1e-300))
+    drop = (np.sqrt(without.held_out) - np.sqrt(within.held_out)) / nominal
     return float(np.clip(drop.max(), 0.0, 1.0))
 
 

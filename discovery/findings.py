@@ -43,7 +43,7 @@ class FoundEffect:
     sentence : the finding in words, with numbers
     verdict : "missing" (the tool would add it), "possible" (it may be there, this log cannot tell), "no evidence"
     confidence : share of block resamples in which it earns its price and is material, 0..1
-    error_drop : relative drop of the held-out force error on the axis where it helps most, 0..1
+    error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
     """

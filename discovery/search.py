@@ -16,7 +16,6 @@ from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
 from .weak import WeakForm
 
-
 _PROMISING = 12
 
 
@@ -67,6 +66,7 @@ class Search:
         self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
         self.floor = (settings.materiality * self.force_scale) ** 2
+        self.nominal_error = (weak.balance(nominal) ** 2).mean(axis=0)
         self.trail: list[str] = []
 
     def linearise(
@@ -122,7 +122,7 @@ class Search:
         return linear, GramScores(linear.columns, self.weak.block, 1.0 / (error + self.floor))
 
     def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
-        """Search from the nominal model (or from `start`) to one that no single change, swap or two-for-one improves."""
+        """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""
         state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
         refused: set[frozenset[str]] = set()
         for _ in range(self.settings.rounds):
@@ -165,9 +165,28 @@ class Search:
         rest = {key: option for key, option in now.items() if key != old} | {f"-{old}": linear.options[old][1]}
         present = [option for option in linear.options[new] if option.present]
         best = min(({**rest, new: option} for option in present), key=lambda change: self.quick(scores, change))
-        fit = scores.fit(list(best.values()))
-        start = apply_fit(_reset(state.vehicle, self.nominal, now, best), list(best.values()), fit)
-        return self.evaluate(start, [key for key in best if not key.startswith("-")], fit.in_sample)
+        return self.apply(state, now, best, scores)
+
+    def apply(self, state: State, now: dict[str, Option], change: dict[str, Option], scores: GramScores) -> State:
+        """Make a change that was scored about the columns at hand, and refine it."""
+        chosen = list(change.values())
+        fit = scores.fit(chosen)
+        start = apply_fit(_reset(state.vehicle, self.nominal, now, change), chosen, fit)
+        return self.evaluate(start, [key for key in change if not key.startswith("-")], fit.in_sample)
+
+    def reshape(self, state: State) -> State:
+        """Try other shapes of what is active, nothing added or dropped, until none is better."""
+        for _ in range(self.settings.rounds):
+            linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
+            now = {key: linear.options[key][0] for key in state.active}
+            changes = [{**now, key: option} for key in now for option in linear.options[key][2:]]
+            trials = sorted(((self.quick(scores, change), n) for n, change in enumerate(changes)))[:3]
+            better = [self.apply(state, now, changes[n], scores) for _, n in trials]
+            best = min(better, key=lambda s: s.score, default=state)
+            if best.score >= state.score - 1e-6:
+                return state
+            state = best
+        return state
 
     def _matters(self, before: State, after: State) -> bool:
         """True unless the change only adds effects whose force is below the material share on every axis."""
@@ -197,9 +216,7 @@ class Search:
                     break
                 if frozenset(active) in refused and set(active) != set(state.active):
                     continue
-                fit = scores.fit(list(change.values()))
-                start = apply_fit(_reset(state.vehicle, self.nominal, now, change), list(change.values()), fit)
-                trial = self.evaluate(start, active, fit.in_sample)
+                trial = self.apply(state, now, change, scores)
                 if trial.score < state.score - self.settings.margin and self._matters(state, trial):
                     return trial
                 refused.add(frozenset(active))

@@ -30,12 +30,12 @@ def write_text(path: str | os.PathLike[str], text: str) -> Path:
 
 
 def write_json(path: str | os.PathLike[str], data: Any) -> Path:
-    """Write strict JSON (no NaN or Infinity; such a number becomes null), numbers at nine significant digits, sorted as given."""
+    """Write strict JSON: no NaN or Infinity (such a number becomes null), nine significant digits, order as given."""
     return write_text(path, strict_json(data) + "\n")
 
 
 def strict_json(data: Any) -> str:
-    """Strict JSON text of plain data; floats are rounded to nine significant digits so that equal inputs give equal bytes."""
+    """Strict JSON text of plain data; floats have nine significant digits, so that equal inputs give equal bytes."""
     return json.dumps(_plain(data), allow_nan=False, indent=1, ensure_ascii=False)
 
 

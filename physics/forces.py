@@ -1,7 +1,7 @@
 """The force equation, written once: discovery, simulation, reports and exports all call this.
 
 M nu_r_dot = B T + other - C(nu_r) nu_r - D(nu_r) nu_r, with nu_r = nu - R(psi)^T current for a steady irrotational
-current (Fossen 2021, section 10.3), wind as a mean earth-fixed force, a first-order wake memory and a constant yaw trim.
+current (Fossen 2021, section 10.3), wind as a mean earth-fixed force, a first-order wake memory and a constant trim.
 """
 
 from dataclasses import dataclass

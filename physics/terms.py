@@ -73,7 +73,8 @@ def parse_form(text: str) -> Form:
         position = match.end()
     if position < len(squeezed) or not 1 <= len(factors) <= 3:
         raise VehicleError(
-            f"term form {text!r}: expected a product of one to three of u, v, r, |u|, |v|, |r|, for example 'u|u|' or '|v|r'"
+            f"term form {text!r}: expected a product of one to three of u, v, r, |u|, |v|, |r|, "
+            "for example 'u|u|' or '|v|r'"
         )
     return Form(squeezed, tuple(factors))
 
@@ -84,7 +85,7 @@ def canonical(factors: tuple[str, ...]) -> str:
     >>> canonical(("|u|", "u")), canonical(("|r|", "|r|")), canonical(("u", "u", "u"))
     ('u|u|', 'r^2', 'u^3')
     """
-    counts = {name: 0 for name in _ORDER}
+    counts = dict.fromkeys(_ORDER, 0)
     for factor in factors:
         counts[factor] += 1
     for name in "uvr":

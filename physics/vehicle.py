@@ -99,7 +99,8 @@ class Vehicle(BaseModel):
         if not (m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2):
             raise ValueError(
                 "the mass matrix M = M_RB + M_A is not positive definite: "
-                f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}; added mass carries its sign (X_udot = -2.6 adds 2.6 kg)"
+                f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}; "
+                "added mass carries its sign (X_udot = -2.6 adds 2.6 kg)"
             )
         if self.value("memory_time") <= 0:
             raise ValueError(f"memory_time must be positive, got {self.value('memory_time'):g} s")

@@ -36,7 +36,12 @@ def sail(
     n = round(seconds / STEP) + 1
     velocity = np.tile(np.array(start, dtype=float), (n, 1))
     motion = Motion(
-        STEP * np.arange(n), np.zeros((n, 2)), np.full(n, 0.7), velocity, np.tile([port, stbd], (n, 1)), ("p", "s")
+        STEP * np.arange(n, dtype=float),
+        np.zeros((n, 2)),
+        np.full(n, 0.7),
+        velocity,
+        np.tile([port, stbd], (n, 1)),
+        ("p", "s"),
     )
     return simulate_motion(vehicle, motion)
 
@@ -166,7 +171,12 @@ def test_mean_wind_is_fixed_in_the_earth() -> None:
     vehicle = boat(environment={"wind_force_north": 10.0, "wind_force_east": 0.0})
     n = 3
     east = Motion(
-        np.arange(n) * 0.1, np.zeros((n, 2)), np.full(n, np.pi / 2), np.zeros((n, 3)), np.zeros((n, 2)), ("p", "s")
+        0.1 * np.arange(n, dtype=float),
+        np.zeros((n, 2)),
+        np.full(n, np.pi / 2),
+        np.zeros((n, 3)),
+        np.zeros((n, 2)),
+        ("p", "s"),
     )
     np.testing.assert_allclose(modelled_force(vehicle, east), np.tile([0.0, -10.0, 0.0], (n, 1)), atol=1e-14)
     np.testing.assert_allclose(modelled_acceleration(vehicle, east)[:, 1], -10.0 / MASS_SIDEWAYS)

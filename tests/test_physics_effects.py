@@ -2,12 +2,13 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 
-from undertow.physics.effects import BY_NAME, EFFECTS, PARAMETERS, Effect, effect_named
+from undertow.physics.effects import BY_NAME, EFFECTS, PARAMETERS, Effect, Parameter, effect_named
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.forces import modelled_acceleration, modelled_force
 from undertow.physics.matrices import mass_matrix
@@ -19,7 +20,7 @@ from undertow.physics.vehicle import Vehicle, is_finite, load_vehicle, shipped_v
 def lively(seed: int = 3, n: int = 60) -> Motion:
     """A motion (not a simulated one) in which every velocity and command takes both signs."""
     rng = np.random.default_rng(seed)
-    t = 0.1 * np.arange(n)
+    t = 0.1 * np.arange(n, dtype=float)
     waves = np.sin(t[:, None] * rng.uniform(0.5, 3.0, 6) + rng.uniform(0, 6, 6))
     scale = np.array([1.5, 0.4, 0.8])
     return Motion(t, np.zeros((n, 2)), 2.0 * waves[:, 5], scale * waves[:, :3], 30.0 * waves[:, 3:5], ("port", "stbd"))
@@ -120,6 +121,18 @@ def test_hydrodynamic_force_is_value_times_form(symbol: str) -> None:
     np.testing.assert_allclose(added, expected, atol=1e-12)
 
 
+@pytest.mark.parametrize("p", [p for p in PARAMETERS.values() if p.upper == 0.0 and p.form], ids=lambda p: p.symbol)
+def test_hull_damping_takes_energy_out_ahead_and_astern(p: Parameter) -> None:
+    velocity = np.random.default_rng(0).uniform(-2.0, 2.0, (3, 500))
+    power = -1.0 * parse_form(p.form)(*velocity) * velocity[p.axis or 0]
+    assert power.max() <= 0.0
+
+
+def test_couplings_have_the_forms_of_the_literature() -> None:
+    wanted = {"Y_r": (1, "r"), "N_v": (2, "v"), "N_uv": (2, "uv"), "Y_ur": (1, "ur"), "X_vr": (0, "vr")}
+    assert {s: (PARAMETERS[s].axis, PARAMETERS[s].form) for s in wanted} == wanted
+
+
 def test_unnamed_term_goes_through_the_same_door(tmp_path: Path) -> None:
     vehicle, motion = bare().with_values({"yaw:u|r|": -1.5}), lively()
     vehicle.save(tmp_path / "v.yaml")
@@ -155,7 +168,7 @@ def data_with(path: str, value: object) -> dict[str, object]:
     """The BlueBoat's data with the entry at a dotted path replaced."""
     data = load_vehicle("blueboat").model_dump(mode="json")
     *parents, last = path.split(".")
-    place = data
+    place: Any = data
     for key in parents:
         place = place[int(key)] if isinstance(place, list) else place.setdefault(key, {})
     place[last] = value

@@ -73,7 +73,12 @@ def test_coriolis_is_skew_symmetric_and_does_no_work(vehicle: Vehicle, velocity:
 def test_force_equation_is_coriolis_plus_damping(vehicle: Vehicle, velocity: np.ndarray) -> None:
     n = 3
     motion = Motion(
-        np.arange(n) * 0.1, np.zeros((n, 2)), np.zeros(n), np.tile(velocity, (n, 1)), np.zeros((n, 2)), ("port", "stbd")
+        0.1 * np.arange(n, dtype=float),
+        np.zeros((n, 2)),
+        np.zeros(n),
+        np.tile(velocity, (n, 1)),
+        np.zeros((n, 2)),
+        ("port", "stbd"),
     )
     expected = -(coriolis_matrix(vehicle, velocity) + damping_matrix(vehicle, velocity)) @ velocity
     np.testing.assert_allclose(modelled_force(vehicle, motion), np.tile(expected, (n, 1)), rtol=1e-10, atol=1e-9)
@@ -95,6 +100,21 @@ def test_coriolis_of_known_numbers() -> None:
     np.testing.assert_allclose(c[0, 2], -(40.0 * 0.5 + 2.0 * 0.3))
     np.testing.assert_allclose(c[1, 2], 25.0 * 2.0)
     assert np.all(c[:2, :2] == 0)
+
+
+def test_mass_matrix_of_known_numbers() -> None:
+    """Fossen (2021), eqs. 3.63 and 6.105: m - X_udot, m - Y_vdot, I_z - N_rdot and m x_g - Y_rdot."""
+    vehicle = vehicle_from_dict(
+        {
+            "mass": 20.0,
+            "inertia_z": 4.0,
+            "x_g": 0.1,
+            "added_mass": {"X_udot": -5.0, "Y_vdot": -20.0, "N_rdot": -2.0, "Y_rdot": -1.5},
+            "thrusters": [thruster("one", 0.0)],
+        },
+        "hand",
+    )
+    np.testing.assert_allclose(mass_matrix(vehicle), [[25.0, 0.0, 0.0], [0.0, 40.0, 3.5], [0.0, 3.5, 6.0]])
 
 
 def test_damping_matrix_takes_a_batch_of_velocities() -> None:

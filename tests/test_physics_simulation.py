@@ -16,7 +16,7 @@ from undertow.physics.vehicle import Vehicle, load_vehicle
 
 def commanded(vehicle: Vehicle, seconds: float, step: float) -> Motion:
     """From 0.5 m/s ahead, with smooth commands of a different period for each thruster."""
-    t = step * np.arange(round(seconds / step) + 1)
+    t = step * np.arange(round(seconds / step) + 1, dtype=float)
     names = tuple(thruster.name for thruster in vehicle.thrusters)
     commands = np.column_stack([18.0 * np.sin(t * (0.9 + 0.3 * k) + k) + 4.0 for k in range(len(names))])
     n = t.size
@@ -94,7 +94,9 @@ def test_rollout_from_the_middle_continues_the_simulation() -> None:
 
 def test_rollout_with_wake_memory_continues_the_simulation_nearly() -> None:
     """The memory is rebuilt from sampled velocities, linear between samples: second order in the step."""
-    vehicle = load_vehicle("blueboat").with_values({"memory_sway": 20.0, "memory_yaw": 4.0, "memory_time": 1.2})
+    vehicle = load_vehicle("blueboat").with_values(
+        {"memory_sway": 20.0, "memory_yaw": 4.0, "memory_time": 1.2, "current_east": 0.4}
+    )
     motion = simulate_motion(vehicle, commanded(vehicle, 20.0, 0.05))
     states = rollout(vehicle, motion, np.array([150]), 200).states[0]
     np.testing.assert_allclose(states[:, 3:], motion.velocity[150:351], atol=2e-4)

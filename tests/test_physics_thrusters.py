@@ -111,7 +111,7 @@ CURVES: list[tuple[CommandKind, TableCurve | PropellerCurve]] = [
 @given(st.sampled_from(CURVES), st.floats(-1.0, 1.0))
 def test_command_of_inverts_normalised(case: tuple[CommandKind, TableCurve | PropellerCurve], fraction: float) -> None:
     kind, curve = case
-    thruster = Thruster(name="one", x=0.0, y=0.0, command=kind, curve=curve)
+    thruster = Thruster.model_validate({"name": "one", "x": 0.0, "y": 0.0, "command": kind, "curve": curve})
     command = command_of(thruster, np.array(fraction))
     assert float(curve.normalised(command, kind)) == pytest.approx(fraction, abs=1e-9)
 

@@ -11,6 +11,7 @@ from undertow.physics.errors import RequestError
 from undertow.physics.manoeuvres import MANOEUVRES, PROGRAMMES, draw_programme, programme, side
 from undertow.physics.simulated_log import SimulatedLog, held_mean
 from undertow.physics.simulation import simulate_motion
+from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from undertow.physics.worlds import NOISE, Sensors, World, simulate_world
 
@@ -39,6 +40,8 @@ def test_programme_fits_every_vehicle(name: str, vehicle: str) -> None:
     for thruster, column in zip(thrusters, commands.T, strict=True):
         fraction = thruster.curve.normalised(column, thruster.command)
         assert np.abs(fraction).max() <= 1.0 + 1e-12
+        if isinstance(thruster.curve, TableCurve):
+            assert thruster.curve.command[0] <= column.min() <= column.max() <= thruster.curve.command[-1]
         assert side(thruster) == 0 or np.ptp(fraction) > 0.1
 
 
@@ -80,6 +83,9 @@ def test_more_to_port_turns_to_starboard(boat: Vehicle) -> None:
         common, turn = MANOEUVRES[name](np.random.default_rng(0)).T
         assert np.all(common > 0)
         assert np.sign(turn[-1]) == sign
+    common, turn = draw_programme("rich", 60.0, np.random.default_rng([0, 1])).T
+    expected = 35.0 * np.clip(np.column_stack([common + turn, common - turn]), -1.0, 1.0)
+    np.testing.assert_allclose(programme(boat, "rich", 60.0, seed=0), expected, atol=1e-12)
     log = simulate_world(boat, {}, duration=20.0, noise="clean")
     port, stbd = log.truth.commands.T
     assert np.corrcoef(port - stbd, log.truth.velocity[:, 2])[0, 1] > 0.5
@@ -93,6 +99,7 @@ def test_same_seed_gives_the_same_bytes(boat: Vehicle, field_log: SimulatedLog, 
             log.write(tmp_path / f"{k}{name}").read_bytes() for k, log in enumerate((field_log, again, other))
         )
         assert one == two != three
+    assert (tmp_path / "0a.csv.gz").read_bytes()[4:8] == bytes(4), "gzip keeps no time of writing"
     assert not list(tmp_path.glob(".*")), "no temporary file is left"
 
 

@@ -1,0 +1,296 @@
+"""The command line: the verbs of undertow, each loading only what it needs."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from .reports.inputs import Inputs
+    from .reports.run import Run
+
+app = typer.Typer(
+    name="undertow",
+    help="Find the physics your boat model is missing.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs: CSV (long or wide, .gz too) or Parquet.")]
+VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one.")]
+FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
+MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
+SeedOption = Annotated[int, typer.Option("--seed", help="Seed of everything random; equal seeds give equal files.")]
+
+
+@app.command()
+def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")] = Path("undertow-demo")) -> None:
+    """Tell the whole story on a log recorded from a Gazebo BlueBoat."""
+    from importlib import resources
+
+    with _failing_clearly():
+        folder = resources.files(__package__ or "undertow") / "data"
+        with (
+            resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
+            resources.as_file(folder / "demo.yaml") as car,
+        ):
+            _say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
+            inputs = _read([log], str(car), None, None)
+            _discover(inputs, out, report=True, seed=0)
+
+
+@app.command()
+def inspect(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log to look into.")],
+    vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Vehicle whose needs are checked.")] = None,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show channels, rates, gaps, time alignment, excitation, and what undertow would do with a log."""
+    with _failing_clearly():
+        from .measurements.inspection import inspect_log
+        from .measurements.log import read_log
+        from .physics.vehicle import load_vehicle
+        from .reports.inputs import check_frame
+
+        model = None if vehicle is None else load_vehicle(vehicle)
+        found = inspect_log(read_log(log, frame=check_frame(frame), channel_map=channels), model).to_dict()
+        if as_json:
+            _print_json(found)
+        else:
+            from .reports.terminal import inspection_table
+
+            _show(inspection_table(found))
+
+
+@app.command()
+def compare(
+    logs: Logs,
+    vehicle: VehicleOption,
+    model: Annotated[list[Path] | None, typer.Option("--model", help="Vehicle file or run folder to compare.")] = None,
+    judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare models with measurements, by axis, horizon and regime, and show where they fail."""
+    with _failing_clearly():
+        from .reports.run import compare as compare_models
+
+        found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
+        if as_json:
+            _print_json(found)
+        else:
+            from .reports.terminal import comparison_table, failures_table
+
+            _show(comparison_table(found), failures_table(found))
+
+
+@app.command()
+def discover(
+    logs: Logs,
+    vehicle: VehicleOption,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Run folder to write.")],
+    no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Rank, test and select the physical effects that the vehicle model misses."""
+    with _failing_clearly():
+        from .reports.folder import check_target
+
+        check_target(out)
+        _discover(_read(logs, vehicle, frame, channels), out, report=not no_report, seed=seed, as_json=as_json)
+
+
+@app.command()
+def add(
+    effects: Annotated[
+        list[str], typer.Argument(metavar="EFFECT...", help="Effects to add; with --vehicle, a LOG last.")
+    ],
+    run: Annotated[
+        Path | None, typer.Option("--run", help="Run folder whose logs and nominal vehicle are used.")
+    ] = None,
+    vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Add effects by name, refit, and print the error before and after."""
+    with _failing_clearly():
+        from .physics.errors import RequestError
+        from .reports.folder import read_run_inputs
+        from .reports.run import add as add_named
+
+        if (run is None) == (vehicle is None):
+            raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
+        names, paths, nominal = effects, [], vehicle
+        if run is not None:
+            record = read_run_inputs(run)
+            paths, nominal, frame, channels = record.logs, record.vehicle, record.frame, record.channel_map
+        else:
+            names, paths = _effects_then_logs(effects)
+        if not names:
+            raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
+        found = add_named(names, _read(paths, nominal, frame, channels), progress=_progress)
+        if out is not None:
+            found.discovery.corrected.save(out)
+        if as_json:
+            _print_json({"schema": "undertow.added/1", **_only(found, "steps", "candidates", "unnamed")})
+            return
+        _show_steps(found)
+        if out is not None:
+            _say(f"\nCorrected vehicle: {out}")
+
+
+@app.command()
+def simulate(
+    vehicle: VehicleOption,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Log to write: .csv, .csv.gz or .parquet.")],
+    effect: Annotated[
+        list[str] | None, typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value.")
+    ] = None,
+    programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
+    duration: Annotated[float, typer.Option("--duration", help="Length of the log [s].")] = 300.0,
+    noise: Annotated[str, typer.Option("--noise", help="Sensors: clean, field or rough.")] = "field",
+    seed: SeedOption = 0,
+) -> None:
+    """Write the log of a world with hidden effects."""
+    with _failing_clearly():
+        from .physics.vehicle import load_vehicle
+        from .physics.worlds import parse_effect, simulate_world
+
+        hidden = dict(parse_effect(text) for text in effect or [])
+        nominal = load_vehicle(vehicle)
+        world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
+        world.write(out)
+        changed = {s: v for s, v in world.vehicle.values.items() if v != nominal.values.get(s, 0.0)}
+        listed = ", ".join(f"{s} = {v:g}" for s, v in changed.items()) or "nothing"
+        _say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
+
+
+@app.command()
+def report(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.")]) -> None:
+    """Write the HTML page of run folders again."""
+    with _failing_clearly():
+        from .reports.page import write_page
+
+        for run in runs:
+            _say(f"{write_page(run)}")
+
+
+def main() -> None:
+    """Run the command line; exit code 0 done, 1 a check found violations, 2 wrong usage or unreadable input."""
+    app()
+
+
+def _discover(inputs: "Inputs", out: Path, *, report: bool, seed: int, as_json: bool = False) -> None:
+    import time
+
+    from .discovery.discover import DiscoverySettings
+    from .reports.folder import write_run
+    from .reports.run import discover as find
+    from .reports.terminal import candidates_table, failures_table
+
+    begun = time.perf_counter()
+    run = find(inputs, DiscoverySettings(seed=seed), progress=_progress)
+    write_run(run, out, report=report)
+    if as_json:
+        _print_json(run.findings.to_dict())
+        return
+    findings = run.findings.to_dict()
+    _say(f"\n{findings['headline']}\n")
+    _show(failures_table(findings["failures"]), candidates_table(findings))
+    _show_steps(run)
+    _say(f"\nDone in {time.perf_counter() - begun:.1f} s. Corrected vehicle: {out / 'model.yaml'}")
+    if report:
+        _say(f"Report: {out / 'report.html'}")
+
+
+def _show_steps(run: "Run") -> None:
+    from .reports.terminal import steps_table
+
+    _show(steps_table(run.findings.to_dict()))
+    before, after = (step["rollout_rmse"].get("10") for step in (run.findings.steps[0], run.findings.steps[-1]))
+    if before and after and len(run.findings.steps) > 1:
+        shares = ", ".join(
+            f"{axis} {after[axis] / max(before[axis], 1e-12):.0%}" for axis in ("surge", "sway", "yaw", "position")
+        )
+        _say(f"Held-out 10 s rollout error after, as a share of before: {shares}.")
+
+
+def _only(run: "Run", *keys: str) -> dict[str, Any]:
+    findings = run.findings.to_dict()
+    return {key: findings[key] for key in keys}
+
+
+def _read(
+    logs: list[Path] | list[str], vehicle: Any, frame: str | None, channels: Path | None, judge: str = "test"
+) -> "Inputs":
+    from .reports.inputs import read_inputs
+
+    return read_inputs(logs, vehicle, frame=frame, channel_map=channels, judge=judge)
+
+
+def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
+    """Effects come first, then the logs: a word that names an existing file or looks like one starts the logs."""
+    for k, word in enumerate(words):
+        if Path(word).exists() or Path(word).suffix in (".csv", ".gz", ".parquet"):
+            return words[:k], words[k:]
+    from .physics.errors import RequestError
+
+    raise RequestError(f"add: expected a LOG after the effects {' '.join(words)}, got none")
+
+
+def _progress(line: str) -> None:
+    print(f"  {line}", file=sys.stderr, flush=True)
+
+
+def _say(text: str) -> None:
+    print(text)
+
+
+def _show(*tables: Any) -> None:
+    from rich.console import Console
+
+    console = Console()
+    for table in tables:
+        console.print(table)
+        console.print()
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    from .physics.files import strict_json
+
+    print(strict_json(data))
+
+
+@contextmanager
+def _failing_clearly() -> Iterator[None]:
+    """Turn undertow's own errors, and files that cannot be opened, into one message on stderr and exit code 2."""
+    from .physics.errors import LogError, RequestError, VehicleError
+
+    try:
+        yield
+    except (LogError, RequestError, VehicleError) as error:
+        _fail(str(error))
+    except OSError as error:
+        _fail(f"{error.filename or 'file'}: {error.strerror or error}")
+
+
+def _fail(text: str) -> NoReturn:
+    print(f"undertow: {text}", file=sys.stderr)
+    raise typer.Exit(2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""Adding effects by name: no search, the user has decided; fit them together and keep the order."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from difflib import get_close_matches
+
+import numpy as np
+
+from ..physics.effects import effect_named
+from ..physics.errors import RequestError
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .conclude import conclude
+from .discover import Discovery, DiscoverySettings, sensor_noise
+from .evidence import weigh
+from .lawful import lawful_refit
+from .library import term_candidate
+from .options import Candidate, candidates
+from .search import Search, State
+from .uncertainty import block_bootstrap
+from .weak import WeakForm
+
+
+def add_effects(
+    motions: Sequence[Motion], nominal: Vehicle, names: Sequence[str], settings: DiscoverySettings
+) -> Discovery:
+    """Add effects in the order given, all fitted together under their physical limits.
+
+    Parameters
+    ----------
+    names : effects of the catalogue, `effect[thruster]` to choose a thruster, or unnamed terms `axis:form`
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect or thruster, an effect given twice, or none at all.
+    """
+    if not names:
+        raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
+    groups = [_candidates(name, nominal) for name in names]
+    if len(set(names)) < len(names):
+        raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
+    pool = list(dict.fromkeys(candidate for group in groups for candidate in group))
+    weak = WeakForm(motions, settings.weak)
+    search = Search(weak, nominal, pool, replace(settings.search, refinements=6))
+    state = search.evaluate(nominal, ())
+    steps: list[tuple[str | None, Vehicle]] = [(None, nominal)]
+    for group in groups:
+        state = min((_with(search, state, candidate) for candidate in group), key=lambda s: s.score)
+        steps.append((state.active[-1], state.vehicle))
+    state = search.reshape(state)
+    evidence, linear, scores = weigh(search, state, settings.seed)
+    chosen = [linear.options[key][0] for key in state.active]
+    corrected = nominal.with_values(lawful_refit(scores, chosen), name=f"{nominal.name}, corrected").checked()
+    steps[-1] = (steps[-1][0], corrected)
+    intervals = block_bootstrap(scores, chosen, settings.seed)
+    order = [label for label, _ in steps[1:]]
+    kept = [e for e in evidence if e.selected]
+    findings = conclude(search, nominal, corrected, corrected, kept, intervals, state.active, order)
+    findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}.")
+    return Discovery(
+        nominal, corrected, tuple(steps), findings, np.sqrt(state.fit.held_out), sensor_noise(weak, nominal)
+    )
+
+
+def _with(search: Search, state: State, candidate: Candidate) -> State:
+    """The state with a candidate added in its best shape."""
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    now = {key: linear.options[key][0] for key in state.active}
+    present = [option for option in linear.options[candidate.key] if option.present]
+    best = min(present, key=lambda option: search.quick(scores, {**now, candidate.key: option}))
+    return search.apply(state, now, {**now, candidate.key: best}, scores)
+
+
+def _candidates(name: str, vehicle: Vehicle) -> list[Candidate]:
+    """The candidates that a name means: one, or one for each thruster."""
+    if ":" in name:
+        axis = name.split(":", 1)[0]
+        if axis not in ("surge", "sway", "yaw"):
+            raise RequestError(f"term {name!r}: expected surge:, sway: or yaw: before the form, for example yaw:u|r|")
+        return [term_candidate(name, vehicle)]
+    effect = effect_named(name.split("[")[0])
+    found = [c for c in candidates(vehicle) if c.effect is effect and ("[" not in name or c.key == name)]
+    if not found:
+        keys = [c.key for c in candidates(vehicle)]
+        near = get_close_matches(name, keys, n=1, cutoff=0.0)
+        raise RequestError(f"unknown effect {name!r} for {vehicle.name}: did you mean {near[0]!r}?")
+    return found

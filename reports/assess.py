@@ -1,0 +1,156 @@
+"""Models against measurements: scores, the series that the page draws, and where each model fails."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..measurements.dataset import DataSet
+from ..measurements.derive import accelerations
+from ..measurements.split import PARTS, Split
+from ..physics.motion import Motion
+from ..residuals.models import Model, VehicleModel
+from ..residuals.residual import residuals, same_filter
+from ..residuals.scores import acceleration_score, rollout_scores
+from .plotted import ENOUGH_SECONDS
+from .regimes import failures
+
+COMPARISON_SCHEMA = "undertow.comparison/1"
+RESTART = 10.0
+"""Open-loop rollouts in the series start again from the measured state every so often [s]."""
+_DIGITS = 7
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """The prepared parts of the logs by name, and which one judges."""
+
+    split: Split
+    judge: str = "test"
+
+    def data(self, part: str) -> DataSet:
+        """A part by name: train, validation or test."""
+        found: DataSet = getattr(self.split, part)
+        return found
+
+    @property
+    def judged(self) -> DataSet:
+        """The data on which models are scored: one part, or all of them."""
+        if self.judge != "all":
+            return self.data(self.judge)
+        every = [self.data(part) for part in PARTS]
+        return DataSet(
+            tuple(m for data in every for m in data.motions),
+            every[0].notes,
+            every[0].recipe,
+            tuple(m for data in every for m in data.raw),
+        )
+
+
+def score_step(model: Model, data: DataSet) -> dict[str, Any]:
+    """Held-out errors of one step of the story: acceleration and rollout root mean squares by axis."""
+    acceleration = acceleration_score(model, data).to_dict()["rmse"]
+    rollouts = {name: score.to_dict() for name, score in rollout_scores(model, data).items()}
+    return {"acceleration_rmse": acceleration, "rollout_rmse": rollouts}
+
+
+def comparison(models: Sequence[Model], parts: Parts, logs: Sequence[str], table: pd.DataFrame) -> dict[str, Any]:
+    """Every model on the same held-out rows, as `comparison.json` says it, failures of the first and last included.
+
+    `table` is the series of the first and the last model. `seconds_to_fit` is null: a wall time would make equal inputs
+    give unequal files.
+    """
+    rows = []
+    for model in models:
+        rows.append(
+            {
+                "name": model.name,
+                "kind": model.kind,
+                "acceleration": acceleration_score(model, parts.judged).to_dict(),
+                "rollout": {name: s.to_dict() for name, s in rollout_scores(model, parts.judged).items()},
+                "units": {"acceleration": "m/s^2, m/s^2, rad/s^2", "rollout": "m/s, m/s, rad/s; position m"},
+                "audit": "not run",
+                "parameters": model.parameters,
+                "seconds_to_fit": None,
+            }
+        )
+    places = model_failures(table, models[0], "before", parts.judge)
+    if len(models) > 1:
+        places += model_failures(table, models[-1], "after", parts.judge)
+    return {
+        "schema": COMPARISON_SCHEMA,
+        "split": parts.judge,
+        "logs": list(logs),
+        "models": rows,
+        "failures": places,
+    }
+
+
+def model_failures(table: pd.DataFrame, model: Model, which: str, judge: str) -> list[dict[str, Any]]:
+    """Where a model fails, on the held-out rows if they are long enough to fill the regimes, else on the whole log."""
+    rows = table if judge == "all" else table[table["part"] == judge]
+    if rows.empty or len(rows) * _step(table) < ENOUGH_SECONDS:
+        rows = table
+    return [{**place, "model": model.name} for place in failures(rows, which)]
+
+
+def _step(table: pd.DataFrame) -> float:
+    return float(np.median(np.diff(table["time"].to_numpy()[:50])))
+
+
+def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:
+    """Measured and predicted motion of two models along all parts of the logs, 10 Hz, as `series.csv` holds it.
+
+    Columns: time [s], log, part, north, east [m], psi [rad], u, v [m/s], r [rad/s], commands, measured and modelled
+    accelerations filtered alike, open-loop rollouts restarted every 10 s, and the residual force of the first model
+    (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns.
+    """
+    sources: dict[str, int] = {}
+    frames = []
+    for part in PARTS:
+        data = parts.data(part)
+        force = residuals(before.vehicle, data) if isinstance(before, VehicleModel) else None
+        for k, motion in enumerate(data.motions):
+            log = sources.setdefault(motion.source, len(sources))
+            frame = _measured(motion, log, part, channels)
+            for name, model in (("before", before), ("after", after)):
+                modelled = same_filter(model.acceleration(motion), motion, data)
+                frame[[f"{c}_{name}" for c in ("u_dot", "v_dot", "r_dot")]] = modelled
+                states = restarted(model, motion)
+                frame[[f"{c}_{name}" for c in ("north", "east")]] = states[:, :2]
+                frame[[f"{c}_{name}" for c in ("u", "v", "r")]] = states[:, 3:]
+            if force is not None:
+                frame[["X_residual", "Y_residual", "N_residual"]] = force[k].force
+            frames.append(frame)
+    table = pd.concat(frames, ignore_index=True).sort_values(["log", "time"], kind="stable", ignore_index=True)
+    numeric = [c for c in table.columns if c not in ("log", "part")]
+    return table.round(dict.fromkeys(numeric, _DIGITS))
+
+
+def _measured(motion: Motion, log: int, part: str, channels: Sequence[str]) -> pd.DataFrame:
+    frame = pd.DataFrame({"time": motion.time, "log": log, "part": part})
+    frame[["north", "east"]] = motion.position
+    frame["psi"] = motion.heading
+    frame[["u", "v", "r"]] = motion.velocity
+    frame[list(channels)] = motion.commands
+    frame[["u_dot", "v_dot", "r_dot"]] = accelerations(motion)
+    return frame
+
+
+def restarted(model: Model, motion: Motion) -> np.ndarray:
+    """Open-loop states along a motion, put back on the measurement every 10 s: (n, 6) north, east, psi, u, v, r."""
+    n, every = motion.time.size, round(RESTART / motion.time_step)
+    states = np.column_stack([motion.position, motion.heading, motion.velocity])
+    truth = states.copy()
+    starts = np.arange(0, n - every, every)
+    if starts.size:
+        rolled = model.rollout(motion, starts, every).states
+        for start, rows in zip(starts, rolled, strict=True):
+            states[start : start + every] = rows[:-1]
+    last = int(starts[-1]) + every if starts.size else 0
+    if last < n - 1:
+        states[last:] = model.rollout(motion, np.array([last]), n - 1 - last).states[0]
+    states[::every] = truth[::every]
+    return states

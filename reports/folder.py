@@ -1,0 +1,133 @@
+"""The run folder: written whole or not at all, and read back for `add`."""
+
+import json
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..measurements.inspection import inspect_log
+from ..measurements.standardisation import Standardisation
+from ..physics.errors import RequestError
+from ..physics.files import write_json, write_text
+from ..physics.vehicle import Vehicle, load_vehicle
+from .page import write_page
+from .run import Run
+
+RUN_SCHEMA = "undertow.run/1"
+FILES = (
+    "findings.json",
+    "model.yaml",
+    "comparison.json",
+    "series.csv",
+    "nominal.yaml",
+    "standardisation.json",
+    "inspection.json",
+    "run.json",
+    "report.html",
+)
+"""What a run folder holds."""
+
+
+def check_target(out: str | os.PathLike[str]) -> Path:
+    """The run folder's path, if it can be written.
+
+    Raises
+    ------
+    RequestError
+        when its parent is missing, it is a file, or it is a folder that holds other things than a run.
+    """
+    target = Path(out)
+    if target.is_file():
+        raise RequestError(f"cannot write the run to {target}: it is a file; give a folder that may be made")
+    if not target.absolute().parent.is_dir():
+        raise RequestError(f"cannot write the run to {target}: {target.absolute().parent} does not exist; make it")
+    if target.is_dir() and any(target.iterdir()) and not (target / "findings.json").is_file():
+        raise RequestError(f"cannot write the run to {target}: the folder holds other files; give a new one")
+    return target
+
+
+def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True) -> Path:
+    """Write the run folder: built beside its target under a temporary name, then renamed, so it appears whole.
+
+    An earlier run in the same folder is replaced file by file, each whole; other files in it stay.
+
+    Raises
+    ------
+    RequestError
+        when the target cannot be written; see `check_target`.
+    """
+    target = check_target(out)
+    work = Path(tempfile.mkdtemp(dir=target.absolute().parent, prefix=f".{target.name}."))
+    try:
+        _write_files(run, work)
+        if report:
+            write_page(work)
+        work.chmod(0o755)
+        if target.is_dir():
+            for name in FILES:
+                if (work / name).exists():
+                    os.replace(work / name, target / name)
+                else:
+                    (target / name).unlink(missing_ok=True)
+            work.rmdir()
+        else:
+            os.replace(work, target)
+    except BaseException:
+        shutil.rmtree(work, ignore_errors=True)
+        raise
+    return target
+
+
+def _write_files(run: Run, folder: Path) -> None:
+    write_json(folder / "findings.json", run.findings.to_dict())
+    write_json(folder / "comparison.json", run.comparison)
+    run.discovery.nominal.save(folder / "nominal.yaml")
+    run.discovery.corrected.save(folder / "model.yaml")
+    write_text(folder / "series.csv", run.series.to_csv(index=False, lineterminator="\n"))
+    Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
+    inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
+    write_json(folder / "inspection.json", inspections[0])
+    write_json(
+        folder / "run.json",
+        {
+            "schema": RUN_SCHEMA,
+            "logs": list(run.inputs.paths),
+            "frame": run.inputs.frame,
+            "channel_map": run.inputs.channel_map,
+            "seed": run.settings.seed,
+            "judged_on": run.inputs.parts.judge,
+        },
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class RunRecord:
+    """What a run was made from: paths of the logs, how they were read, and the nominal vehicle."""
+
+    logs: list[str]
+    frame: str | None
+    channel_map: str | None
+    vehicle: Vehicle
+
+
+def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
+    """What a run folder was made from.
+
+    Raises
+    ------
+    RequestError
+        when the folder is not a run folder.
+    """
+    folder = Path(run)
+    try:
+        record = json.loads((folder / "run.json").read_text("utf-8"))
+        paths = [str(path) for path in record["logs"]]
+        frame, channel_map = record["frame"], record["channel_map"]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise RequestError(
+            f"{folder} is not a run folder (no readable run.json in it); write one with "
+            "'undertow discover LOG --vehicle V --out RUN'"
+        ) from None
+    return RunRecord(paths, frame, channel_map, load_vehicle(folder / "nominal.yaml"))

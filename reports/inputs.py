@@ -1,0 +1,113 @@
+"""Inputs of every verb: logs read and prepared once for a vehicle."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from ..measurements.dataset import PAPER, WEAK
+from ..measurements.log import Log, read_log
+from ..measurements.prepare import prepare
+from ..measurements.split import Split, split
+from ..physics.errors import RequestError
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle, load_vehicle
+from .assess import Parts
+
+PathLike = str | os.PathLike[str]
+Judge = Literal["train", "validation", "test", "all"]
+_JUDGES = ("train", "validation", "test", "all")
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Logs read and prepared once, for everything that follows.
+
+    Attributes
+    ----------
+    paths : as given
+    logs : as read
+    vehicle : the nominal model
+    weak : unfiltered parts at the logs' own rate, for the weak form
+    parts : the paper's preparation, on which models are judged
+    notes : what reading and preparing had to say
+    frame, channel_map : the options with which the logs were read
+    """
+
+    paths: tuple[str, ...]
+    logs: tuple[Log, ...]
+    vehicle: Vehicle
+    weak: Split
+    parts: Parts
+    notes: tuple[str, ...]
+    frame: str | None = None
+    channel_map: str | None = None
+
+    @property
+    def fitting(self) -> tuple[Motion, ...]:
+        """Unfiltered motions of the training and validation parts; the test part is never fitted."""
+        return (*self.weak.train.motions, *self.weak.validation.motions)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the command columns."""
+        return tuple(t.channel for t in self.vehicle.thrusters)
+
+
+def read_inputs(
+    logs: Sequence[PathLike] | PathLike,
+    vehicle: Vehicle | PathLike,
+    *,
+    frame: str | None = None,
+    channel_map: PathLike | None = None,
+    judge: str = "test",
+) -> Inputs:
+    """Read and prepare logs for a vehicle.
+
+    Parameters
+    ----------
+    logs : one path or several; several logs are one data set
+    vehicle : a vehicle, the path of its file, or the name of a shipped one
+    frame : "enu" or "ned" for canonical channels that are not NED/FRD; see `read_log`
+    channel_map : YAML file that maps channels; see `read_log`
+    judge : the part on which models are scored: "test", "validation", "train" or "all"
+
+    Raises
+    ------
+    LogError, VehicleError, RequestError
+        when a file cannot be read or used.
+    """
+    paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
+    if judge not in _JUDGES:
+        raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
+    model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
+    read = tuple(read_log(path, frame=check_frame(frame), channel_map=channel_map) for path in paths)
+    weak = prepare(read, model, WEAK)
+    paper = prepare(read, model, PAPER)
+    return Inputs(
+        tuple(os.fspath(p) for p in paths),
+        read,
+        model,
+        split(weak),
+        Parts(split(paper), judge),
+        weak.notes,
+        frame,
+        None if channel_map is None else os.fspath(channel_map),
+    )
+
+
+def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
+    """The frame option as `read_log` takes it.
+
+    Raises
+    ------
+    RequestError
+        for anything but enu, ned or none.
+    """
+    if frame is None:
+        return None
+    if frame == "enu":
+        return "enu"
+    if frame == "ned":
+        return "ned"
+    raise RequestError(f"frame {frame!r}: expected enu or ned")

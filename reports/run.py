@@ -1,0 +1,149 @@
+"""The main job: from logs and a vehicle to findings, scores and the story of the falling error."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ..discovery.add import add_effects
+from ..discovery.discover import Discovery, DiscoverySettings, find_missing
+from ..discovery.findings import Findings
+from ..physics.errors import RequestError
+from ..physics.vehicle import load_vehicle
+from ..residuals.models import Model, VehicleModel
+from .assess import comparison, model_failures, score_step, series
+from .inputs import Inputs, PathLike
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A finished main job, before it is written."""
+
+    inputs: Inputs
+    discovery: Discovery
+    findings: Findings
+    comparison: dict[str, Any]
+    series: pd.DataFrame
+    settings: DiscoverySettings
+
+
+def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:
+    """Name the physical effects that the vehicle model misses in the logs, add them one by one, and score each step.
+
+    Parameters
+    ----------
+    inputs : logs and nominal vehicle, see `read_inputs`
+    settings : of the search, its seed among them
+    progress : called with a line for each step
+
+    Raises
+    ------
+    RequestError
+        when a log is too short, or a solver fails.
+    """
+    chosen = settings or DiscoverySettings()
+    return assess(inputs, find_missing(inputs.fitting, inputs.vehicle, chosen, progress), chosen, progress)
+
+
+def add(
+    effects: Sequence[str],
+    inputs: Inputs,
+    progress: Say | None = None,
+) -> Run:
+    """Add effects by name to the nominal model, fit them together, and score before and after on held-out data.
+
+    Parameters
+    ----------
+    effects : names of the catalogue (`thruster_asymmetry[port]` chooses the thruster), or terms such as `yaw:u|r|`
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, naming the nearest.
+    """
+    settings = DiscoverySettings()
+    found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
+    return assess(inputs, found, settings, progress)
+
+
+def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
+    """Score every step of a discovery on held-out data, and find where the models fail."""
+    if progress is not None:
+        progress("scoring every step on held-out data")
+    models = _models(found)
+    table = series(models[0], models[-1], inputs.parts, inputs.channels)
+    steps = tuple(
+        {"added": None if label is None else label.split("[")[0], **score_step(model, inputs.parts.judged)}
+        for (label, _), model in zip(found.steps, models, strict=True)
+    )
+    ends = [models[0], models[-1]] if len(models) > 1 else [models[0], _renamed(models[0])]
+    judged = comparison(ends, inputs.parts, inputs.paths, table)
+    weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
+    data = {
+        "rows": sum(part.rows for part in weak),
+        "seconds": sum(part.seconds for part in weak),
+        "split": f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}",
+        "notes": list(inputs.notes),
+    }
+    findings = replace(
+        found.findings,
+        steps=steps,
+        failures=tuple(model_failures(table, models[0], "before", inputs.parts.judge)),
+        data=data,
+    )
+    return Run(inputs, found, findings, judged, table, settings)
+
+
+def _models(found: Discovery) -> list[VehicleModel]:
+    """The vehicle after each step as a model: nominal, the ones between, corrected."""
+    last = len(found.steps) - 1
+    terms = [term for c in found.findings.candidates if c.verdict == "missing" for term in c.terms]
+    models = [VehicleModel(found.nominal, "nominal", "physics")]
+    for k, (label, vehicle) in enumerate(found.steps[1:], start=1):
+        name, size = ("corrected", len(terms) + len(found.findings.unnamed)) if k == last else (f"+ {label}", 0)
+        models.append(VehicleModel(vehicle, name, "symbolic", parameters=size))
+    return models
+
+
+def _renamed(model: VehicleModel) -> VehicleModel:
+    return VehicleModel(model.vehicle, "corrected", "symbolic")
+
+
+def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
+    """Models against measurements: the nominal vehicle and any others, on the same rows.
+
+    Parameters
+    ----------
+    inputs : logs and nominal vehicle, with the part to judge on
+    models : vehicle files or run folders
+
+    Returns
+    -------
+    dict
+        As `comparison.json`.
+    """
+    found: list[Model] = [VehicleModel(inputs.vehicle, "nominal", "physics")]
+    for path in models:
+        found.append(load_model(path))
+    table = series(found[0], found[-1], inputs.parts, inputs.channels)
+    return comparison(found, inputs.parts, inputs.paths, table)
+
+
+def load_model(path: PathLike) -> VehicleModel:
+    """A model from a vehicle file or a run folder, named after it.
+
+    Raises
+    ------
+    RequestError, VehicleError
+        when there is none.
+    """
+    source = Path(path)
+    if source.is_dir():
+        if not (source / "model.yaml").is_file():
+            raise RequestError(f"{source} holds no model.yaml; give a run folder or a vehicle file")
+        return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic")
+    return VehicleModel(load_vehicle(path), source.stem, "physics")
