@@ -8,11 +8,12 @@ import numpy as np
 from ..physics.errors import LogError
 from ..physics.frames import earth_to_body
 from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
 from .alignment import Alignment, align, noise_level
 from .channels import Channel, command_kind
 from .dataset import PAPER, WEAK, Recipe
 from .log import Log
-from .needs import VehicleLike, problems
+from .needs import problems
 from .prepare import native_rate, prepare, shortfall, usable_spans
 from .resampling import gap_limit, gaps
 
@@ -100,12 +101,7 @@ class Inspection:
         return {"schema": SCHEMA, **asdict(self)}
 
 
-@dataclass(frozen=True, slots=True)
-class _NoThrusters:
-    thrusters: tuple[()] = ()
-
-
-def inspect_log(log: Log, vehicle: VehicleLike | None = None, recipe: Recipe = PAPER) -> Inspection:
+def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspection:
     """Look a log over: channels, rates, gaps, time alignment, noise, excitation, and the plan.
 
     A log that cannot be prepared is no error here: `plan.missing` says why.
@@ -132,7 +128,7 @@ def inspect_log(log: Log, vehicle: VehicleLike | None = None, recipe: Recipe = P
 def _motions(log: Log) -> tuple[Motion, ...]:
     """Make the motions at the native rate, without commands; none when the log cannot be prepared."""
     try:
-        return prepare(log, _NoThrusters(), WEAK).motions
+        return prepare(log, None, WEAK).motions
     except LogError:
         return ()
 
@@ -194,7 +190,7 @@ def _range(values: np.ndarray) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-def _plan(log: Log, vehicle: VehicleLike | None, recipe: Recipe) -> Plan:
+def _plan(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> Plan:
     rate = recipe.rate
     if rate is None:
         rate = native_rate(log) if {"u", "x", "psi"} & set(log.channels) else 0.0

@@ -1,44 +1,19 @@
 """Which channels a vehicle needs of a log, and what to say when one is not there."""
 
-from collections.abc import Sequence
-from typing import Protocol
-
 import numpy as np
 
 from ..physics.errors import LogError
+from ..physics.vehicle import Vehicle
 from .channels import COMMAND_UNITS, Channel, command_kind, unit_of
 from .log import Log
 
 
-class ThrusterLike(Protocol):
-    """A thruster as far as its log channel goes."""
-
-    @property
-    def name(self) -> str:
-        """Name, unique in the vehicle."""
-        ...
-
-    @property
-    def command(self) -> str:
-        """Kind of command: pwm, normalized, rad_s or newton."""
-        ...
-
-
-class VehicleLike(Protocol):
-    """A vehicle as far as its log channels go."""
-
-    @property
-    def thrusters(self) -> Sequence[ThrusterLike]:
-        """All thrusters, in the order of the command columns."""
-        ...
-
-
-def command_channels(vehicle: VehicleLike | None) -> tuple[str, ...]:
+def command_channels(vehicle: Vehicle | None) -> tuple[str, ...]:
     """Names of the command channels of a vehicle, `<command>_<thruster>`, in its order; none without a vehicle."""
-    return tuple(f"{thruster.command}_{thruster.name}" for thruster in vehicle.thrusters) if vehicle else ()
+    return tuple(thruster.channel for thruster in vehicle.thrusters) if vehicle else ()
 
 
-def problems(log: Log, vehicle: VehicleLike | None) -> list[str]:
+def problems(log: Log, vehicle: Vehicle | None) -> list[str]:
     """Everything that keeps a log from being used for a vehicle, as sentences without the file name."""
     found = []
     have = log.channels
@@ -63,7 +38,7 @@ def problems(log: Log, vehicle: VehicleLike | None) -> list[str]:
     return found
 
 
-def require(log: Log, vehicle: VehicleLike | None) -> None:
+def require(log: Log, vehicle: Vehicle | None) -> None:
     """Refuse a log that cannot be used for a vehicle.
 
     Raises

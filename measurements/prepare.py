@@ -7,14 +7,15 @@ import numpy as np
 from ..physics.errors import LogError, RequestError
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
+from ..physics.simulated_log import area_average
+from ..physics.vehicle import Vehicle
 from .channels import Channel
 from .dataset import PAPER, WEAK, DataSet, Recipe
 from .derive import smooth
 from .log import Log
-from .needs import VehicleLike, command_channels, require
+from .needs import command_channels, require
 from .resampling import (
     Span,
-    area_average,
     derivative,
     even_grid,
     gap_limit,
@@ -34,7 +35,7 @@ FASTEST_NATIVE = 20.0
 """Cap of the native rate [Hz]."""
 
 
-def prepare(logs: Log | Sequence[Log], vehicle: VehicleLike, recipe: Recipe = PAPER) -> DataSet:
+def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe = PAPER) -> DataSet:
     """Resample logs to an even time base and, if the recipe says so, filter the velocities.
 
     Velocity, position and heading are interpolated linearly; commands are averaged over the step centred on each
@@ -44,7 +45,7 @@ def prepare(logs: Log | Sequence[Log], vehicle: VehicleLike, recipe: Recipe = PA
     Parameters
     ----------
     logs : one log or several
-    vehicle : whose thrusters name the command channels, `<command>_<name>`
+    vehicle : whose thrusters name the command channels, `<command>_<name>`; None for motions without commands
     recipe : rate, filter, gaps
 
     Returns
@@ -89,7 +90,7 @@ def native_rate(log: Log) -> float:
     return float(round(rate)) if abs(rate - round(rate)) < 0.005 * rate else rate
 
 
-def usable_spans(log: Log, vehicle: VehicleLike | None, recipe: Recipe) -> tuple[list[Span], list[str]]:
+def usable_spans(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> tuple[list[Span], list[str]]:
     """The stretches [s] in which every needed channel is there, those under 5 s left out, and notes on the rest."""
     notes = []
     start, end, holes = -np.inf, np.inf, []
@@ -143,12 +144,12 @@ def _reference(log: Log) -> Channel:
     return next(log.channels[name] for name in ("u", "x", "psi") if name in log.channels)
 
 
-def _needed(log: Log, vehicle: VehicleLike | None) -> list[Channel]:
+def _needed(log: Log, vehicle: Vehicle | None) -> list[Channel]:
     motion = [log.channels[name] for name in ("x", "y", "psi", "u", "v", "r") if name in log.channels]
     return motion + [log.channels[name] for name in command_channels(vehicle)]
 
 
-def _motions(log: Log, vehicle: VehicleLike, recipe: Recipe, step: float, notes: list[str]) -> list[Motion]:
+def _motions(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, notes: list[str]) -> list[Motion]:
     spans, found = usable_spans(log, vehicle, recipe)
     notes += found
     short = shortfall(log, spans, found)
@@ -160,7 +161,7 @@ def _motions(log: Log, vehicle: VehicleLike, recipe: Recipe, step: float, notes:
     return [_motion(log, vehicle, recipe, step, span) for span in spans]
 
 
-def _motion(log: Log, vehicle: VehicleLike, recipe: Recipe, step: float, span: Span) -> Motion:
+def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span: Span) -> Motion:
     grid = even_grid(_reference(log).time, span, step)
     part = {channel.name: samples(channel, span) for channel in _needed(log, None)}
     psi_time, psi = part["psi"][0], np.unwrap(part["psi"][1])
@@ -182,7 +183,7 @@ def _motion(log: Log, vehicle: VehicleLike, recipe: Recipe, step: float, span: S
         heading=heading,
         velocity=np.column_stack((surge, sway, rate)),
         commands=np.column_stack(columns) if columns else np.zeros((grid.size, 0)),
-        thrusters=tuple(thruster.name for thruster in vehicle.thrusters),
+        thrusters=tuple(thruster.name for thruster in vehicle.thrusters) if vehicle else (),
         source=str(log.path),
     )
 

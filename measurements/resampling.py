@@ -1,9 +1,8 @@
-"""From samples at any instants to an even time base: gaps, areas of commands, derivatives."""
+"""From samples at any instants to an even time base: gaps, stretches, stamps, derivatives."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..physics.frames import Array
 from .channels import Channel
@@ -73,59 +72,6 @@ def samples(channel: Channel, span: Span) -> tuple[Array, Array]:
     first = max(0, int(np.searchsorted(channel.time, start, "right")) - 1)
     last = min(channel.time.size, int(np.searchsorted(channel.time, end, "left")) + 1)
     return channel.time[first:last], channel.value[first:last]
-
-
-def area_average(time: Array, value: Array, grid: Array, step: float, *, hold: bool = True) -> Array:
-    """Take the exact mean of a command over the step centred on each stamp of `grid`.
-
-    Parameters
-    ----------
-    time, value : (m,) the samples; before the first and after the last the command is taken as constant
-    grid : (n,) [s]
-    step : [s]
-    hold : True for the step function that keeps each value until the next sample, False for straight lines between
-
-    Returns
-    -------
-    (n,) in the unit of `value`
-
-    Examples
-    --------
-    A command that jumps from 0 to 1 a quarter of a step before a stamp has filled three quarters of that step.
-
-    >>> area_average(np.array([0.0, 0.75]), np.array([0.0, 1.0]), np.array([0.0, 1.0]), 1.0)
-    array([0.  , 0.75])
-    """
-    low, high = grid - 0.5 * step, grid + 0.5 * step
-    # Integrating the deviation from the first value loses fewer digits.
-    deviation = value - value[0]
-    integral = _integral(time, deviation, hold)
-    average = value[0] + (integral(high) - integral(low)) / step
-    if not hold:
-        return average
-    first, last = _in_force(time, low), _in_force(time, high)
-    return np.where(first == last, value[first], average)
-
-
-def _integral(time: Array, value: Array, hold: bool) -> Callable[[Array], Array]:
-    steps = np.diff(time)
-    areas = value[:-1] * steps if hold else 0.5 * (value[:-1] + value[1:]) * steps
-    total = np.concatenate(([0.0], np.cumsum(areas)))
-    slopes = np.zeros(time.size)
-    if not hold:
-        slopes[:-1] = np.diff(value) / steps
-
-    def at(instants: Array) -> Array:
-        index = _in_force(time, instants)
-        since = np.maximum(instants - time[index], 0.0)
-        return total[index] + value[index] * since + 0.5 * slopes[index] * since**2
-
-    return at
-
-
-def _in_force(time: Array, instants: Array) -> NDArray[np.intp]:
-    """Index of the last sample at or before each instant, the first sample for instants before it."""
-    return np.clip(np.searchsorted(time, instants, "right") - 1, 0, time.size - 1)
 
 
 def derivative(time: Array, value: Array) -> Array:

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..physics.errors import LogError
 from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
 from .dataset import PAPER, DataSet, Recipe
 from .derive import smooth
 from .log import Log
-from .needs import VehicleLike
 from .prepare import prepare
 
 PARTS = ("train", "validation", "test")
@@ -57,7 +57,7 @@ def split(data: DataSet) -> Split:
     return Split(*(_filtered(tuple(pieces[part]), tuple(notes), data.recipe) for part in PARTS))
 
 
-def paper_preparation(logs: Log | Sequence[Log], vehicle: VehicleLike, recipe: Recipe = PAPER) -> Split:
+def paper_preparation(logs: Log | Sequence[Log], vehicle: Vehicle, recipe: Recipe = PAPER) -> Split:
     """Prepare as the paper does, in the right order: resample, split, filter each part on its own.
 
     Standardise afterwards with `Standardisation.fit(split.train.motions)`, and differentiate with `accelerations`.

@@ -16,11 +16,22 @@ def write_text(path: str | os.PathLike[str], text: str) -> Path:
     OSError
         when the folder is missing or not writable; the target is then untouched.
     """
+    return write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
+    """Write bytes atomically (temporary name, then rename); the folder must exist.
+
+    Raises
+    ------
+    OSError
+        when the folder is missing or not writable; the target is then untouched.
+    """
     target = Path(path)
     handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".tmp")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
         os.chmod(temporary, 0o644)
         os.replace(temporary, target)
     except BaseException:

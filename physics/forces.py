@@ -88,8 +88,8 @@ class ForceEquation:
         u, v, r = relative
         if load is not None:
             thrust = thrust - load * u
-        b, m = self._effective, self._mass
-        total = [np.tensordot(b[axis], thrust, axes=1) for axis in range(3)]
+        m = self._mass
+        total = list(np.tensordot(self._effective, thrust, axes=1))
         c13, c23 = -(m[1, 1] * v + m[1, 2] * r), m[0, 0] * u
         total[0] = total[0] - c13 * r
         total[1] = total[1] - c23 * r

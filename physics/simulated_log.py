@@ -3,13 +3,14 @@
 import gzip
 import io
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .errors import RequestError
+from .files import write_bytes
 from .frames import Array, wrap_angle
 from .motion import Motion
 from .vehicle import Vehicle
@@ -59,7 +60,7 @@ class SimulatedLog:
         time = time_step * np.arange(first, last + 1)
         columns = [np.interp(time, stamps, column) for column in self.odometry.T]
         state = np.column_stack(columns)
-        commands = held_mean(self.command_time, self.commands, time, time_step)
+        commands = area_average(self.command_time, self.commands, time, time_step)
         return Motion(
             time,
             state[:, :2].copy(),
@@ -90,16 +91,7 @@ class SimulatedLog:
             text = "".join(["time,topic,field,value\n", *(f"{t:.6f},{a},{b},{x:.9g}\n" for t, a, b, x in self._rows())])
             data = text.encode("utf-8")
             data = gzip.compress(data, mtime=0) if target.suffix == ".gz" else data
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".tmp")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(data)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
-        return target
+        return write_bytes(target, data)
 
     def _rows(self) -> list[tuple[float, str, str, float]]:
         state = self.odometry.copy()
@@ -127,22 +119,53 @@ class SimulatedLog:
         return buffer.getvalue()
 
 
-def held_mean(stamps: Array, values: Array, time: Array, window: float) -> Array:
-    """Means of a held (zero-order) series over windows [s] centred on `time`; the ends hold their value.
+def area_average(time: Array, value: Array, grid: Array, step: float, *, hold: bool = True) -> Array:
+    """Take the exact mean of a sampled series over the step centred on each stamp of `grid`.
 
     Parameters
     ----------
-    stamps : (m,) increasing [s]
-    values : (m, k), each row held until the next stamp
-    time : (n,) [s]
+    time : (m,) increasing [s]
+    value : (m,) or (m, k) the samples; before the first and after the last the series is taken as constant
+    grid : (n,) [s]
+    step : [s]
+    hold : True for the step function that keeps each value until the next sample, False for straight lines between
 
     Returns
     -------
-    (n, k)
+    (n,) or (n, k) in the unit of `value`
+
+    Examples
+    --------
+    A command that jumps from 0 to 1 a quarter of a step before a stamp has filled three quarters of that step.
+
+    >>> area_average(np.array([0.0, 0.75]), np.array([0.0, 1.0]), np.array([0.0, 1.0]), 1.0)
+    array([0.  , 0.75])
     """
-    area = np.vstack([np.zeros(values.shape[1]), np.cumsum(values[:-1] * np.diff(stamps)[:, None], axis=0)])
-    edges = np.concatenate([time - 0.5 * window, time + 0.5 * window])
-    last = np.clip(np.searchsorted(stamps, edges, side="right") - 1, 0, stamps.size - 1)
-    integral = area[last] + values[last] * (edges - stamps[last])[:, None]
-    before, after = np.split(integral, 2)
-    return (after - before) / window
+    series, steps = value.T, np.diff(time)
+    # Integrating the deviation from the first value loses fewer digits.
+    deviation = series - series[..., :1]
+    before, after = deviation[..., :-1], deviation[..., 1:]
+    areas = np.zeros(series.shape)
+    areas[..., 1:] = np.cumsum((before if hold else 0.5 * (before + after)) * steps, axis=-1)
+    slopes = np.zeros(series.shape)
+    if not hold:
+        slopes[..., :-1] = (after - before) / steps
+
+    def integral(instants: Array) -> Array:
+        last = _in_force(time, instants)
+        since = np.maximum(instants - time[last], 0.0)
+        return areas[..., last] + deviation[..., last] * since + 0.5 * slopes[..., last] * since**2
+
+    low, high = grid - 0.5 * step, grid + 0.5 * step
+    average = series[..., :1] + (integral(high) - integral(low)) / step
+    # A mean lies among its samples; rounding alone would take it past them (35 N became 35.000000000009 N).
+    average = np.clip(average, series.min(axis=-1, keepdims=True), series.max(axis=-1, keepdims=True))
+    if hold:
+        first = _in_force(time, low)
+        average = np.where(first == _in_force(time, high), series[..., first], average)
+    return average.T
+
+
+def _in_force(time: Array, instants: Array) -> NDArray[np.intp]:
+    """Index of the last sample at or before each instant, the first sample for instants before it."""
+    return np.clip(np.searchsorted(time, instants, "right") - 1, 0, time.size - 1)

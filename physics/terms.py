@@ -85,7 +85,7 @@ def canonical(factors: tuple[str, ...]) -> str:
     >>> canonical(("|u|", "u")), canonical(("|r|", "|r|")), canonical(("u", "u", "u"))
     ('u|u|', 'r^2', 'u^3')
     """
-    counts = dict.fromkeys(_ORDER, 0)
+    counts: dict[str, int] = dict.fromkeys(_ORDER, 0)
     for factor in factors:
         counts[factor] += 1
     for name in "uvr":

@@ -96,12 +96,12 @@ class Thruster(BaseModel):
     angle: float = 0.0
     command: CommandKind
     curve: Annotated[TableCurve | PropellerCurve, Field(discriminator="kind")]
-    scale: float = Field(1.0, ge=0)
-    thrust_scale: float = Field(1.0, ge=0)
-    reverse_scale: float = Field(1.0, ge=0)
-    dead_zone: float = Field(0.0, ge=0, lt=1)
-    lag: float = Field(0.0, ge=0)
-    delay: float = Field(0.0, ge=0)
+    scale: float = Field(default=1.0, ge=0)
+    thrust_scale: float = Field(default=1.0, ge=0)
+    reverse_scale: float = Field(default=1.0, ge=0)
+    dead_zone: float = Field(default=0.0, ge=0, lt=1)
+    lag: float = Field(default=0.0, ge=0)
+    delay: float = Field(default=0.0, ge=0)
     advance_loss: float = 0.0
 
     @property

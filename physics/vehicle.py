@@ -161,7 +161,7 @@ class Vehicle(BaseModel):
                 raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
         update |= {"thrusters": tuple(thrusters), "terms": tuple(terms.values())}
         copy = self.model_copy(update=update)
-        copy.__dict__.pop("values", None)
+        vars(copy).pop("values", None)  # the cache of this vehicle, which the copy brought along
         return copy
 
     def checked(self) -> "Vehicle":

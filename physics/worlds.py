@@ -11,7 +11,7 @@ from .frames import Array
 from .hidden_effects import Values, apply_effects, parse_effect
 from .manoeuvres import COMMAND_STEP, programme
 from .motion import Motion
-from .simulated_log import SimulatedLog, held_mean
+from .simulated_log import SimulatedLog, area_average
 from .simulation import SPEED_LIMIT, simulate_motion
 from .typical_effects import random_hull, typical_effect
 from .vehicle import Vehicle
@@ -115,7 +115,7 @@ class World:
             np.zeros((n, 2)),
             heading,
             np.zeros((n, 3)),
-            held_mean(stamps, held, time, FINE_STEP),
+            area_average(stamps, held, time, FINE_STEP),
             tuple(t.name for t in self.vehicle.thrusters),
             f"simulated: {self.vehicle.name}, {self.programme}, seed {self.seed}",
         )

@@ -1,4 +1,4 @@
-"""What every model answers: the acceleration along a measured motion, and an open-loop rollout from a measured start."""
+"""What every model answers: acceleration along a measured motion, and an open-loop rollout from a measured start."""
 
 from abc import ABC, abstractmethod
 from typing import Literal, final

@@ -38,8 +38,8 @@ def filtered_pairs(data: DataSet) -> list[tuple[Motion, Motion]]:
 def residuals(vehicle: Vehicle, data: DataSet) -> list[Residual]:
     """The residual of every motion of a data set.
 
-    The measured acceleration is the central difference of the filtered velocity; the modelled one is evaluated along the
-    filtered motion and passes through the same filter.
+    The measured acceleration is the central difference of the filtered velocity; the modelled one is evaluated along
+    the filtered motion and passes through the same filter.
     """
     mass = mass_matrix(vehicle)
     found = []

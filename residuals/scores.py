@@ -55,7 +55,7 @@ def by_axis(values: Array) -> dict[str, float]:
 def acceleration_score(model: Model, data: DataSet) -> AccelerationScore:
     """One-step score of a model: measured central differences against the model, both filtered alike.
 
-    r2 is 1 - (sum of squared errors) / (sum of squares about the mean), on each axis; with nothing to explain it is NaN.
+    r2 is 1 - (sum of squared errors) / (sum of squares about the mean), on each axis; NaN with nothing to explain.
     """
     measured = np.concatenate([accelerations(motion) for motion in data.motions])
     modelled = np.concatenate([same_filter(model.acceleration(motion), motion, data) for motion in data.motions])

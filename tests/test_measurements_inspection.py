@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,10 +10,11 @@ from undertow.measurements.alignment import align, noise_level
 from undertow.measurements.channels import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
+from undertow.physics.vehicle import load_vehicle
 
-TIME = 0.05 * np.arange(2401)
+TIME = 0.05 * np.arange(2401, dtype=float)
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
-TWIN = SimpleNamespace(thrusters=tuple(SimpleNamespace(name=name, command="newton") for name in ("port", "stbd")))
+TWIN = load_vehicle("blueboat")
 
 
 def wandering(time):

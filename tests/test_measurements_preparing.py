@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,16 +10,13 @@ from undertow.measurements.channels import Channel
 from undertow.measurements.dataset import PAPER, WEAK, Recipe
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.prepare import prepare
-from undertow.measurements.resampling import area_average, even_grid, is_logged_on_change, segments
+from undertow.measurements.resampling import even_grid, is_logged_on_change, segments
+from undertow.physics.vehicle import load_vehicle
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 
 
-def vehicle(kind="newton", names=("port", "stbd")):
-    return SimpleNamespace(thrusters=tuple(SimpleNamespace(name=name, command=kind) for name in names))
-
-
-TWIN = vehicle()
+TWIN = load_vehicle("blueboat")
 
 
 def make(time, path="made.csv", **channels):
@@ -49,28 +45,7 @@ def circle(time, path="made.csv", **changes):
     return make(time, path, **{name: content for name, content in channels.items() if content is not None})
 
 
-TIME = 0.05 * np.arange(1201)
-
-
-def test_area_average_is_the_integral_of_the_held_steps():
-    generator = np.random.default_rng(1)
-    time = np.sort(generator.uniform(0, 10, 40))
-    value = generator.normal(size=40)
-    grid, step = even_grid(time, (float(time[0]), 9.0), 0.3), 0.3
-    fine = np.arange(-1.0, 12.0, 1e-4)
-    held = value[np.clip(np.searchsorted(time, fine, "right") - 1, 0, 39)]
-    brute = [held[(fine >= t - step / 2) & (fine < t + step / 2)].mean() for t in grid]
-    np.testing.assert_allclose(area_average(time, value, grid, step), brute, atol=5e-3)
-    lines = np.interp(fine, time, value)
-    brute = [lines[(fine >= t - step / 2) & (fine < t + step / 2)].mean() for t in grid[1:]]
-    np.testing.assert_allclose(area_average(time, value, grid, step, hold=False)[1:], brute, atol=5e-3)
-
-
-def test_area_average_keeps_constants_exact_and_the_area_of_a_pulse():
-    grid = 0.1 * np.arange(50)
-    assert (area_average(np.array([0.0, 1.0]), np.array([1500.0, 1500.0]), grid, 0.1) == 1500.0).all()
-    pulse = area_average(np.array([0.0, 2.013, 2.047]), np.array([0.0, 1.0, 0.0]), grid, 0.1)
-    assert pulse.sum() * 0.1 == pytest.approx(0.034)
+TIME = 0.05 * np.arange(1201, dtype=float)
 
 
 def test_native_rate_gives_back_the_samples_and_paper_rate_ten_hertz():
@@ -270,7 +245,7 @@ def test_real_field_logs_of_a_blueboat():
     logs = sorted((SHARED / "blueboat").glob("log_2*.csv"))
     if not logs:
         pytest.skip("the field logs are not beside the repository (../shared/data/blueboat)")
-    data = prepare([read_log(path) for path in logs], vehicle("pwm"))
+    data = prepare([read_log(path) for path in logs], load_vehicle("blueboat_paper"))
     assert len(data.motions) == len(logs)
     assert data.motions[0].time_step == pytest.approx(0.1)
     assert min(motion.commands.min() for motion in data.motions) > 1000

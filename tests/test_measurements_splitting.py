@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,14 +14,16 @@ from undertow.measurements.prepare import prepare
 from undertow.measurements.split import paper_preparation, split
 from undertow.measurements.standardisation import Standardisation
 from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
 
-PORT = SimpleNamespace(thrusters=(SimpleNamespace(name="port", command="newton"),))
+TWIN = load_vehicle("blueboat")
+PORT = TWIN.model_copy(update={"thrusters": TWIN.thrusters[:1]})
 NAMES = ("x", "y", "psi", "u", "v", "r", "newton_port")
 
 
 def log(path="a.csv", seconds=100.0, seed=0, holes=(), change=None):
     generator = np.random.default_rng(seed)
-    time = 0.1 * np.arange(round(10 * seconds) + 1)
+    time = 0.1 * np.arange(round(10 * seconds) + 1, dtype=float)
     keep = np.all([(time < low) | (time > high) for low, high in holes], axis=0) if holes else np.ones(time.size, bool)
     values = 0.1 * np.cumsum(generator.normal(size=(time.size, len(NAMES))), axis=0)
     if change is not None:

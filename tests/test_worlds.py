@@ -9,7 +9,7 @@ import pytest
 
 from undertow.physics.errors import RequestError
 from undertow.physics.manoeuvres import MANOEUVRES, PROGRAMMES, draw_programme, programme, side
-from undertow.physics.simulated_log import SimulatedLog, held_mean
+from undertow.physics.simulated_log import SimulatedLog, area_average
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
@@ -176,17 +176,33 @@ def test_jittered_stamps_increase_whatever_the_jitter(boat: Vehicle) -> None:
     assert log.odometry_time[0] >= 0
 
 
-def test_held_mean_is_the_mean_of_the_held_series() -> None:
+@pytest.mark.parametrize("hold", [True, False])
+def test_area_average_is_the_mean_of_the_series(hold: bool) -> None:
     rng = np.random.default_rng(0)
-    stamps = np.sort(rng.uniform(0, 10, 40))
-    values = rng.normal(size=(40, 2))
-    time = np.linspace(0.5, 9.5, 19)
+    time = np.sort(rng.uniform(0, 10, 40))
+    value = rng.normal(size=(40, 2))
+    grid = np.linspace(-0.5, 10.5, 23)
     fine = (np.arange(200_000) + 0.5) * (12.0 / 200_000) - 1.0
-    held = values[np.clip(np.searchsorted(stamps, fine, side="right") - 1, 0, None)]
-    for t, mean in zip(time, held_mean(stamps, values, time, 0.4), strict=True):
-        inside = np.abs(fine - t) < 0.2
-        np.testing.assert_allclose(mean, held[inside].mean(axis=0), atol=1e-3)
-    np.testing.assert_allclose(held_mean(stamps, values, np.array([-3.0, 13.0]), 0.4), values[[0, -1]])
+    if hold:
+        series = value[np.clip(np.searchsorted(time, fine, side="right") - 1, 0, None)]
+    else:
+        series = np.column_stack([np.interp(fine, time, column) for column in value.T])
+    averages = area_average(time, value, grid, 0.4, hold=hold)
+    for t, mean in zip(grid, averages, strict=True):
+        np.testing.assert_allclose(mean, series[np.abs(fine - t) < 0.2].mean(axis=0), atol=1e-3)
+    np.testing.assert_array_equal(area_average(time, value[:, 0], grid, 0.4, hold=hold), averages[:, 0])
+    np.testing.assert_allclose(area_average(time, value, np.array([-3.0, 13.0]), 0.4, hold=hold), value[[0, -1]])
+
+
+def test_area_average_keeps_constants_the_range_and_the_area_of_a_pulse() -> None:
+    grid = 0.1 * np.arange(50, dtype=float)
+    assert (area_average(np.array([0.0, 1.0]), np.array([1500.0, 1500.0]), grid, 0.1) == 1500.0).all()
+    pulse = area_average(np.array([0.0, 2.013, 2.047]), np.array([0.0, 1.0, 0.0]), grid, 0.1)
+    assert pulse.sum() * 0.1 == pytest.approx(0.034)
+    time = np.cumsum(np.random.default_rng(0).uniform(0.01, 0.09, 20_000))
+    saturated = np.where(np.arange(time.size) % 200 < 100, 35.0, -0.1)
+    average = area_average(time, saturated, 0.05 * np.arange(20_000, dtype=float), 0.05)
+    assert (average.min(), average.max()) == (-0.1, 35.0)
 
 
 def test_an_effect_shows_in_the_truth(boat: Vehicle, clean_log: SimulatedLog) -> None:
