@@ -10,6 +10,7 @@ from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from .options import Candidate
+from .rollouts import SIGNIFICANT, WORSE
 from .search import Search
 from .uncertainty import Interval
 
@@ -106,6 +107,8 @@ def _effect(
     elif e.indistinguishable_from:
         rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
         sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
+    elif e.rollouts_object:
+        sentence = f"Doubtful: the force balance asks for it, but open-loop rollouts get worse with it. ({sentence})"
     elif e.dormant:
         sentence = f"This log cannot tell: it holds no manoeuvre in which it would show. ({sentence})"
     elif verdict == "possible":
@@ -164,6 +167,7 @@ def _criterion(search: Search) -> dict[str, object]:
             f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
         ),
         "material": f"it explains at least {settings.materiality:.0%} of the force at work on some axis, alone",
+        "rollouts": f"5 s rollouts do not get worse with it (by {WORSE:.0%} and {SIGNIFICANT:g} standard errors)",
         "force_scale": {a: float(s) for a, s in zip(("surge", "sway", "yaw"), search.force_scale, strict=True)},
         "search": (
             f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "

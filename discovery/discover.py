@@ -22,8 +22,6 @@ from .weak import WeakForm, WeakSettings
 
 _STRUCTURE = 1.5
 """A force error above this many times what sensor noise explains is structure that the model leaves."""
-SURE = 0.9
-"""Confidence from which an effect is called missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +93,7 @@ def find_missing(
         search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
     say("weighing the evidence")
     evidence, linear, scores = weigh(search, state, settings.seed)
-    kept = tuple(e.key for e in evidence if e.selected and e.confidence >= SURE)
+    kept = tuple(e.key for e in evidence if e.sure)
     final = state if set(kept) == set(state.active) else search.restrict(state, kept)
     if final is not state:
         linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)

@@ -8,9 +8,12 @@ from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
 from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
+from .rollouts import rollout_squares, rollouts_object
 from .search import Search, State
 from .uncertainty import share_of_draws
 
+SURE = 0.9
+"""Confidence from which an effect is called missing."""
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
 _DRAWS = 2000
@@ -32,6 +35,7 @@ class Evidence:
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     confidence : share of block resamples in which it earns its price and is material
     indistinguishable_from : candidates that explain the log as well in its place
+    rollouts_object : True when open-loop rollouts get worse with it
     dormant : True when even a large amount of it would leave no material trace in this log
     """
 
@@ -42,7 +46,13 @@ class Evidence:
     error_drop: float
     confidence: float
     indistinguishable_from: tuple[str, ...]
+    rollouts_object: bool
     dormant: bool
+
+    @property
+    def sure(self) -> bool:
+        """True when the search kept it, in nine of ten resamples, nothing looks like it, and rollouts do not object."""
+        return self.selected and self.confidence >= SURE and not self.rollouts_object
 
 
 def weigh(search: Search, state: State, seed: int) -> tuple[list[Evidence], Linearisation, GramScores]:
@@ -53,10 +63,11 @@ def weigh(search: Search, state: State, seed: int) -> tuple[list[Evidence], Line
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     whole = scores.fit(list(now.values()))
+    squares = rollout_squares(search.weak.motions, state.vehicle)
     found = []
     for candidate in search.pool:
         if candidate.key in now:
-            found.append(_selected(search, state, candidate, linear, scores, now, seed))
+            found.append(_selected(search, state, candidate, linear, scores, now, squares, seed))
         else:
             found.append(_not_selected(search, candidate, linear, scores, now, whole, seed))
     found.sort(key=lambda e: (not e.selected, -e.gain))
@@ -70,6 +81,7 @@ def _selected(
     linear: Linearisation,
     scores: GramScores,
     now: dict[str, Option],
+    squares: Array,
     seed: int,
 ) -> Evidence:
     without = search.without(state, candidate.key)
@@ -97,6 +109,7 @@ def _selected(
         error_drop(without.fit, state.fit, search),
         confidence / (1 + len(rivals)),
         tuple(rivals),
+        rollouts_object(rollout_squares(search.weak.motions, without.vehicle), squares),
         False,
     )
 
@@ -125,6 +138,7 @@ def _not_selected(
         error_drop(whole, fit, search),
         _confidence(search, whole, fit, price, seed),
         (),
+        False,
         _dormant(search, candidate, linear, present),
     )
 
@@ -151,12 +165,17 @@ def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: i
 
 
 def _dormant(search: Search, candidate: Candidate, linear: Linearisation, present: list[Option]) -> bool:
-    """True when the largest plausible amount of an effect would stay below the material share on every axis."""
+    """True when even a large amount of an effect would stay below the material share on every axis.
+
+    For lag, delay and dead zone "large" is the middle of the grid of starting values.
+    """
+    if candidate.effect.fixed_amplitude:
+        typical = present[len(present) // 2]
+        force = linear.columns[:, :, typical.offset]
+        trace = float((np.sqrt((force**2).mean(axis=0)) / search.force_scale).max())
+        return trace < search.settings.materiality
     largest = 0.0
     for option in present:
-        if option.offset >= 0:
-            force = linear.columns[:, :, option.offset]
-            largest = max(largest, float((np.sqrt((force**2).mean(axis=0)) / search.force_scale).max()))
         for parameter, index, low, high in zip(
             candidate.parameters, option.free, option.lower, option.upper, strict=True
         ):

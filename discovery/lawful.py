@@ -48,7 +48,7 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
     problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(factor @ x - target)), limits)
     try:
         problem.solve(solver=cvxpy.CLARABEL)
-    except cvxpy.error.SolverError as error:
+    except cvxpy.SolverError as error:
         raise RequestError(f"lawful refit: the solver failed ({error}); try fewer effects") from None
     if problem.status != cvxpy.OPTIMAL or x.value is None:
         raise RequestError(

@@ -6,6 +6,7 @@ pysindy's forward orthogonal regression (Billings 2013, chapter 3) on the compre
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pysindy
@@ -46,7 +47,7 @@ class TermLibrary(BaseFeatureLibrary):
         self.degree = degree
 
     @x_sequence_or_item
-    def fit(self, x_full: Sequence[AxesArray], y: object = None) -> "TermLibrary":
+    def fit(self, x_full: Any, y: object = None) -> "TermLibrary":
         """Check that the state is u, v, r and count the features."""
         width = x_full[0].shape[-1]
         if width != 3:
@@ -62,10 +63,13 @@ class TermLibrary(BaseFeatureLibrary):
         check_is_fitted(self)
         out = []
         for x in x_full:
-            state = np.moveaxis(np.asarray(x), -1, 0)
-            values = np.stack([form(*state) for form in self.forms_], axis=-1)
+            values = self.values(np.asarray(x))
             out.append(AxesArray(values, comprehend_axes(values)))
         return out
+
+    def values(self, velocity: Array) -> Array:
+        """Values of every monomial at velocities (..., 3) [m/s, m/s, rad/s], as a plain array (..., features)."""
+        return np.stack([form(*np.moveaxis(velocity, -1, 0)) for form in self.forms_], axis=-1)
 
     def get_feature_names(self, input_features: Sequence[str] | None = None) -> list[str]:
         """The monomials as written in a vehicle file, for example `u|u|`."""
@@ -100,7 +104,7 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
         for motion in weak.motions
     ]
     library.fit(states[0])
-    features = weak.average([np.asarray(library.transform(state)) for state in states])
+    features = weak.average([library.values(state) for state in states])
     balance = weak.balance(vehicle)
     found: list[str] = []
     for axis, name in enumerate(AXES):
@@ -113,7 +117,7 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
         if not np.any(y):
             continue
         theta = features[:, keep] / np.sqrt((features[:, keep] ** 2).mean(axis=0))
-        factor = np.linalg.qr(np.column_stack([theta, y]), mode="r")
+        factor = np.asarray(np.linalg.qr(np.column_stack([theta, y]), mode="r"))
         rows, target = factor[:, :-1], factor[:, -1]
         optimizer = pysindy.FROLS(max_iter=min(most, len(keep) - 1), alpha=0.0, unbias=False)
         optimizer.fit(rows, target)

@@ -70,13 +70,16 @@ class Search:
         self.trail: list[str] = []
 
     def linearise(
-        self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None
+        self,
+        vehicle: Vehicle,
+        active: Sequence[str],
+        error: Array | None = None,
+        pool: Sequence[Candidate] | None = None,
     ) -> tuple[Linearisation, GramScores]:
-        """Columns and Gram matrices about a vehicle, axes weighted by the error that remains."""
-        linear = Linearisation(self.weak, vehicle, self.nominal, self.pool, active)
-        if error is None:
-            error = (linear.columns[:, :, -1] ** 2).mean(axis=0)
-        return linear, GramScores(linear.columns, self.weak.block, 1.0 / (error + self.floor))
+        """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
+        linear = Linearisation(self.weak, vehicle, self.nominal, self.pool if pool is None else pool, active)
+        remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
+        return linear, GramScores(linear.columns, self.weak.block, 1.0 / (remains + self.floor))
 
     def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
@@ -97,8 +100,9 @@ class Search:
 
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
         """Refine a model's parameters by Gauss-Newton and score it."""
+        pool = [c for c in self.pool if c.key in active]
         for _ in range(self.settings.refinements):
-            linear, scores = self.linearise_active(vehicle, active, error)
+            linear, scores = self.linearise(vehicle, active, error, pool)
             chosen = [linear.options[key][0] for key in active]
             fit = scores.fit(chosen)
             moved = apply_fit(vehicle, chosen, fit)
@@ -106,20 +110,10 @@ class Search:
             vehicle, error = moved, fit.in_sample
             if settled:
                 break
-        linear, scores = self.linearise_active(vehicle, active, error)
+        linear, scores = self.linearise(vehicle, active, error, pool)
         chosen = [linear.options[key][0] for key in active]
         fit = scores.fit(chosen)
         return State(vehicle, tuple(active), fit, self.score(fit, chosen))
-
-    def linearise_active(
-        self, vehicle: Vehicle, active: Sequence[str], error: Array | None
-    ) -> tuple[Linearisation, GramScores]:
-        """As `linearise`, with the columns of the active candidates only."""
-        pool = [c for c in self.pool if c.key in active]
-        linear = Linearisation(self.weak, vehicle, self.nominal, pool, active)
-        if error is None:
-            error = (linear.columns[:, :, -1] ** 2).mean(axis=0)
-        return linear, GramScores(linear.columns, self.weak.block, 1.0 / (error + self.floor))
 
     def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
         """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""

@@ -1,0 +1,49 @@
+"""The second judge: an effect must not make open-loop rollouts worse, whatever the force balance says of it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..physics.frames import Array
+from ..physics.motion import Motion
+from ..physics.simulation import rollout
+from ..physics.vehicle import Vehicle
+
+HORIZON = 5.0
+"""Length of a rollout [s]: long enough to accumulate a wrong force, short enough to forget a noisy start."""
+SPACING = 2.5
+"""Distance between starts [s]."""
+WORSE = 0.03
+"""Relative rise of the mean square rollout error from which an effect is doubted, if it is also significant."""
+SIGNIFICANT = 2.5
+"""Standard errors by which the rise must exceed zero."""
+
+
+def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle) -> Array:
+    """Mean square velocity errors of 5 s open-loop rollouts from measured starts every 2.5 s, (starts, 3)."""
+    squares = [np.zeros((0, 3))]
+    for motion in motions:
+        steps = round(HORIZON / motion.time_step)
+        starts = np.arange(0, motion.time.size - steps, max(1, round(SPACING / motion.time_step)))
+        if starts.size:
+            states = rollout(vehicle, motion, starts, steps).states[:, 1:, 3:]
+            window = starts[:, None] + np.arange(1, steps + 1)
+            squares.append(((states - motion.velocity[window]) ** 2).mean(axis=1))
+    return np.concatenate(squares)
+
+
+def rollouts_object(without: Array, within: Array) -> bool:
+    """True when rollouts with an effect are worse than without it, materially and significantly.
+
+    Each start's squared errors are divided by the mean over all starts and both models, axis by axis, and summed.
+
+    Parameters
+    ----------
+    without, within : (starts, 3) from `rollout_squares`
+    """
+    if without.shape[0] < 8:
+        return False
+    scale = np.maximum(0.5 * (without + within).mean(axis=0), 1e-12)
+    rise = ((within - without) / scale).mean(axis=1)
+    error = rise.std(ddof=1) / np.sqrt(rise.size)
+    return bool(rise.mean() > WORSE and rise.mean() > SIGNIFICANT * error)
