@@ -1,5 +1,6 @@
 """The command line: the verbs of undertow, each loading only what it needs."""
 
+import io
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,7 +26,9 @@ VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle fil
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
-SeedOption = Annotated[int, typer.Option("--seed", help="Seed of everything random; equal seeds give equal files.")]
+SeedOption = Annotated[
+    int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
+]
 
 
 @app.command()
@@ -39,6 +42,7 @@ def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")
             resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
             resources.as_file(folder / "demo.yaml") as car,
         ):
+            _check_folder(out)
             _say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
             inputs = _read([log], str(car), None, None)
             _discover(inputs, out, report=True, seed=0)
@@ -105,9 +109,7 @@ def discover(
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
     with _failing_clearly():
-        from .reports.folder import check_target
-
-        check_target(out)
+        _check_folder(out)
         _discover(_read(logs, vehicle, frame, channels), out, report=not no_report, seed=seed, as_json=as_json)
 
 
@@ -133,8 +135,17 @@ def add(
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
+        if out is not None:
+            _check_file(out)
         names, paths, nominal = effects, [], vehicle
         if run is not None:
+            given = [word for word in effects if _is_log(word)]
+            given += [name for name, value in (("--frame", frame), ("--map", channels)) if value is not None]
+            if given:
+                raise RequestError(
+                    f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
+                    "or give --vehicle V in place of --run"
+                )
             record = read_run_inputs(run)
             paths, nominal, frame, channels = record.logs, record.vehicle, record.frame, record.channel_map
         else:
@@ -160,16 +171,25 @@ def simulate(
         list[str] | None, typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value.")
     ] = None,
     programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
-    duration: Annotated[float, typer.Option("--duration", help="Length of the log [s].")] = 300.0,
+    duration: Annotated[
+        float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log [s].")
+    ] = 300.0,
     noise: Annotated[str, typer.Option("--noise", help="Sensors: clean, field or rough.")] = "field",
     seed: SeedOption = 0,
 ) -> None:
     """Write the log of a world with hidden effects."""
     with _failing_clearly():
+        from .physics.errors import RequestError
         from .physics.vehicle import load_vehicle
         from .physics.worlds import parse_effect, simulate_world
 
-        hidden = dict(parse_effect(text) for text in effect or [])
+        _check_file(out)
+        hidden: dict[str, tuple[float, ...]] = {}
+        for text in effect or []:
+            name, values = parse_effect(text)
+            if name in hidden:
+                raise RequestError(f"--effect {text}: {name} is given twice; give each effect once, with all its values")
+            hidden[name] = values
         nominal = load_vehicle(vehicle)
         world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
         world.write(out)
@@ -190,6 +210,9 @@ def report(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Ru
 
 def main() -> None:
     """Run the command line; exit code 0 done, 1 a check found violations, 2 wrong usage or unreadable input."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that cannot show "m/s²" gets "m/s?", not a traceback
     app()
 
 
@@ -242,13 +265,34 @@ def _read(
 
 
 def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
-    """Effects come first, then the logs: a word that names an existing file or looks like one starts the logs."""
+    """Effects come first, then the logs."""
     for k, word in enumerate(words):
-        if Path(word).exists() or Path(word).suffix in (".csv", ".gz", ".parquet"):
+        if _is_log(word):
             return words[:k], words[k:]
     from .physics.errors import RequestError
 
     raise RequestError(f"add: expected a LOG after the effects {' '.join(words)}, got none")
+
+
+def _is_log(word: str) -> bool:
+    """Whether a word names an existing file, or looks like one."""
+    return Path(word).exists() or Path(word).suffix in (".csv", ".gz", ".parquet")
+
+
+def _check_folder(out: Path) -> None:
+    from .reports.folder import check_target
+
+    check_target(out)
+
+
+def _check_file(out: Path) -> None:
+    """Refuse a file that cannot be written before the work on it begins."""
+    from .physics.errors import RequestError
+
+    if out.is_dir():
+        raise RequestError(f"cannot write {out}: it is a folder; give the name of a file")
+    if not out.parent.is_dir():
+        raise RequestError(f"cannot write {out}: the folder {out.parent} does not exist; create it first")
 
 
 def _progress(line: str) -> None:
@@ -283,8 +327,10 @@ def _failing_clearly() -> Iterator[None]:
         yield
     except (LogError, RequestError, VehicleError) as error:
         _fail(str(error))
+    except BrokenPipeError:
+        raise  # whoever read the output has left; typer ends without a word
     except OSError as error:
-        _fail(f"{error.filename or 'file'}: {error.strerror or error}")
+        _fail(f"{error.filename2 or error.filename or 'output'}: {error.strerror or error}")
 
 
 def _fail(text: str) -> NoReturn:

@@ -62,7 +62,7 @@ def weigh(search: Search, state: State, seed: int) -> tuple[list[Evidence], Line
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
-    whole = scores.fit(list(now.values()))
+    whole = search.fit(scores, list(now.values()))
     squares = rollout_squares(search.weak.motions, state.vehicle)
     found = []
     for candidate in search.pool:
@@ -85,7 +85,7 @@ def _selected(
     seed: int,
 ) -> Evidence:
     without = search.without(state, candidate.key)
-    price = search.price(scores.fit([now[candidate.key]]), [now[candidate.key]])
+    price = search.price(search.fit(scores, [now[candidate.key]]), [now[candidate.key]])
     gain = without.score - state.score
     rivals = []
     rest = {key: option for key, option in now.items() if key != candidate.key}
@@ -125,11 +125,11 @@ def _not_selected(
 ) -> Evidence:
     present = [option for option in linear.options[candidate.key] if option.present]
     base = search.score(whole, list(now.values()))
-    fits = [(scores.fit([*now.values(), option]), option) for option in present]
+    fits = [(search.fit(scores, [*now.values(), option]), option) for option in present]
     fit, option = min(fits, key=lambda pair: search.score(pair[0], [*now.values(), pair[1]]))
     gain = base - search.score(fit, [*now.values(), option])
     share = np.sqrt(np.maximum(whole.held_out - fit.held_out, 0.0)) / search.force_scale
-    price = search.price(scores.fit([option]), [option])
+    price = search.price(search.fit(scores, [option]), [option])
     return Evidence(
         candidate.key,
         False,

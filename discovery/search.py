@@ -5,18 +5,20 @@ parameter. The floor is a share of the force scale of the axis: what is smaller 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from ..physics.frames import Array
+from ..physics.matrices import mass_matrix
 from ..physics.vehicle import Vehicle
 from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
 from .weak import WeakForm
 
 _PROMISING = 12
+_INERTIA = ("X_udot", "Y_vdot", "N_rdot")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +68,7 @@ class Search:
         self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
         self.floor = (settings.materiality * self.force_scale) ** 2
+        self._mass = np.diag(mass_matrix(nominal))
         self.nominal_error = (weak.balance(nominal) ** 2).mean(axis=0)
         self.trail: list[str] = []
 
@@ -80,6 +83,26 @@ class Search:
         linear = Linearisation(self.weak, vehicle, self.nominal, self.pool if pool is None else pool, active)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
         return linear, GramScores(linear.columns, self.weak.block, 1.0 / (remains + self.floor))
+
+    def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
+        """Fit a choice of options, held-out errors in the force that the nominal mass would need for them.
+
+        Sensor noise enters the balance as mass times acceleration noise, so a lighter hull would always seem to fit
+        better; errors are therefore compared as accelerations: multiplied by nominal over fitted mass on each axis.
+        """
+        fit = scores.fit(chosen)
+        by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
+        ratio = np.ones(3)
+        for option in chosen:
+            for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free)):
+                if symbol in _INERTIA:
+                    axis = _INERTIA.index(symbol)
+                    change = start + by_column.get(index, 0.0) - self.nominal.value(symbol)
+                    mass = self._mass[axis]
+                    ratio[axis] = mass / max(mass - change, 0.05 * mass)
+        if (ratio == 1.0).all():
+            return fit
+        return replace(fit, held_out_blocks=fit.held_out_blocks * ratio**2, held_out=fit.held_out * ratio**2)
 
     def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
@@ -104,7 +127,7 @@ class Search:
         for _ in range(self.settings.refinements):
             linear, scores = self.linearise(vehicle, active, error, pool)
             chosen = [linear.options[key][0] for key in active]
-            fit = scores.fit(chosen)
+            fit = self.fit(scores, chosen)
             moved = apply_fit(vehicle, chosen, fit)
             settled = _settled(vehicle, moved, chosen)
             vehicle, error = moved, fit.in_sample
@@ -112,7 +135,7 @@ class Search:
                 break
         linear, scores = self.linearise(vehicle, active, error, pool)
         chosen = [linear.options[key][0] for key in active]
-        fit = scores.fit(chosen)
+        fit = self.fit(scores, chosen)
         return State(vehicle, tuple(active), fit, self.score(fit, chosen))
 
     def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
@@ -164,7 +187,7 @@ class Search:
     def apply(self, state: State, now: dict[str, Option], change: dict[str, Option], scores: GramScores) -> State:
         """Make a change that was scored about the columns at hand, and refine it."""
         chosen = list(change.values())
-        fit = scores.fit(chosen)
+        fit = self.fit(scores, chosen)
         start = apply_fit(_reset(state.vehicle, self.nominal, now, change), chosen, fit)
         return self.evaluate(start, [key for key in change if not key.startswith("-")], fit.in_sample)
 
@@ -195,7 +218,7 @@ class Search:
     def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""
         chosen = list(change.values())
-        return self.score(scores.fit(chosen), chosen)
+        return self.score(self.fit(scores, chosen), chosen)
 
     def _step(self, state: State, refused: set[frozenset[str]]) -> State | None:
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)

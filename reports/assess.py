@@ -16,6 +16,7 @@ from ..residuals.residual import residuals, same_filter
 from ..residuals.scores import acceleration_score, rollout_scores
 from .plotted import ENOUGH_SECONDS
 from .regimes import failures
+from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
 
 COMPARISON_SCHEMA = "undertow.comparison/1"
 RESTART = 10.0
@@ -53,7 +54,11 @@ def score_step(model: Model, data: DataSet) -> dict[str, Any]:
     """Held-out errors of one step of the story: acceleration and rollout root mean squares by axis."""
     acceleration = acceleration_score(model, data).to_dict()["rmse"]
     rollouts = {name: score.to_dict() for name, score in rollout_scores(model, data).items()}
-    return {"acceleration_rmse": acceleration, "rollout_rmse": rollouts}
+    return {
+        "acceleration_rmse": acceleration,
+        "rollout_rmse": rollouts,
+        "units": {"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
+    }
 
 
 def comparison(models: Sequence[Model], parts: Parts, logs: Sequence[str], table: pd.DataFrame) -> dict[str, Any]:
@@ -70,7 +75,7 @@ def comparison(models: Sequence[Model], parts: Parts, logs: Sequence[str], table
                 "kind": model.kind,
                 "acceleration": acceleration_score(model, parts.judged).to_dict(),
                 "rollout": {name: s.to_dict() for name, s in rollout_scores(model, parts.judged).items()},
-                "units": {"acceleration": "m/s^2, m/s^2, rad/s^2", "rollout": "m/s, m/s, rad/s; position m"},
+                "units": {"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
                 "audit": "not run",
                 "parameters": model.parameters,
                 "seconds_to_fit": None,

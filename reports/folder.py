@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,9 +48,10 @@ def check_target(out: str | os.PathLike[str]) -> Path:
 
 
 def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True) -> Path:
-    """Write the run folder: built beside its target under a temporary name, then renamed, so it appears whole.
+    """Write the run folder: built under a temporary name, then renamed, so it appears whole.
 
-    An earlier run in the same folder is replaced file by file, each whole; other files in it stay.
+    An earlier run in the same folder is replaced; other files in it stay. When anything fails, or the user interrupts,
+    the temporary folder goes and the earlier run is as it was.
 
     Raises
     ------
@@ -59,25 +59,40 @@ def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True) -> 
         when the target cannot be written; see `check_target`.
     """
     target = check_target(out)
-    work = Path(tempfile.mkdtemp(dir=target.absolute().parent, prefix=f".{target.name}."))
+    # A folder that exists may be another disk, onto which nothing can be renamed: build inside it.
+    beside = target if target.is_dir() else target.absolute().parent
     try:
-        _write_files(run, work)
-        if report:
-            write_page(work)
-        work.chmod(0o755)
-        if target.is_dir():
-            for name in FILES:
-                if (work / name).exists():
-                    os.replace(work / name, target / name)
-                else:
-                    (target / name).unlink(missing_ok=True)
-            work.rmdir()
-        else:
-            os.replace(work, target)
-    except BaseException:
-        shutil.rmtree(work, ignore_errors=True)
-        raise
+        with tempfile.TemporaryDirectory(dir=beside, prefix=".undertow.", ignore_cleanup_errors=True) as scratch:
+            work, aside = Path(scratch, "run"), Path(scratch, "earlier")
+            work.mkdir()
+            _write_files(run, work)
+            if report:
+                write_page(work)
+            if target.is_dir():
+                _replace_files(work, target, aside)
+            else:
+                os.replace(work, target)
+    except OSError as error:
+        raise RequestError(f"cannot write the run to {target}: {error.strerror or error}") from None
     return target
+
+
+def _replace_files(work: Path, target: Path, aside: Path) -> None:
+    """Put the files of `work` in the place of an earlier run's, which go `aside` and come back when a step fails."""
+    aside.mkdir()
+    earlier = [name for name in FILES if (target / name).exists()]
+    try:
+        for name in earlier:
+            os.replace(target / name, aside / name)
+        for path in sorted(work.iterdir()):
+            os.replace(path, target / path.name)
+    except BaseException:
+        for name in FILES:
+            if (aside / name).exists():
+                os.replace(aside / name, target / name)
+            elif name not in earlier:
+                (target / name).unlink(missing_ok=True)
+        raise
 
 
 def _write_files(run: Run, folder: Path) -> None:
@@ -118,16 +133,29 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
     Raises
     ------
     RequestError
-        when the folder is not a run folder.
+        when the folder is not a run folder, or its logs are not where they were.
+    VehicleError
+        when its nominal vehicle cannot be read.
     """
     folder = Path(run)
     try:
         record = json.loads((folder / "run.json").read_text("utf-8"))
-        paths = [str(path) for path in record["logs"]]
-        frame, channel_map = record["frame"], record["channel_map"]
+        logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
     except (OSError, ValueError, KeyError, TypeError):
         raise RequestError(
             f"{folder} is not a run folder (no readable run.json in it); write one with "
             "'undertow discover LOG --vehicle V --out RUN'"
         ) from None
-    return RunRecord(paths, frame, channel_map, load_vehicle(folder / "nominal.yaml"))
+    texts = [*logs, *(text for text in (frame, channel_map) if text is not None)] if isinstance(logs, list) else [logs]
+    if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
+        raise RequestError(
+            f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame' and 'channel_map', got "
+            f"{logs!r}, {frame!r}, {channel_map!r}; run 'undertow discover' to write the folder anew"
+        )
+    for path in logs:
+        if not Path(path).exists():
+            raise RequestError(
+                f"{folder} was made from {path}, which is not there (seen from {Path.cwd()}); run this where "
+                "'undertow discover' was run, or put the log back"
+            )
+    return RunRecord(logs, frame, channel_map, load_vehicle(folder / "nominal.yaml"))

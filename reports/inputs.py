@@ -81,19 +81,30 @@ def read_inputs(
     if judge not in _JUDGES:
         raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
+    names = tuple(_utf8(path) for path in paths)
     read = tuple(read_log(path, frame=check_frame(frame), channel_map=channel_map) for path in paths)
     weak = prepare(read, model, WEAK)
     paper = prepare(read, model, PAPER)
     return Inputs(
-        tuple(os.fspath(p) for p in paths),
+        names,
         read,
         model,
         split(weak),
         Parts(split(paper), judge),
         weak.notes,
         frame,
-        None if channel_map is None else os.fspath(channel_map),
+        None if channel_map is None else _utf8(channel_map),
     )
+
+
+def _utf8(path: PathLike) -> str:
+    """The path as text that a file can hold."""
+    text = os.fspath(path)
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        raise RequestError(f"{text!r}: the file name is not UTF-8, so no report could name it; rename it") from None
+    return text
 
 
 def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:

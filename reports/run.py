@@ -1,5 +1,6 @@
 """The main job: from logs and a vehicle to findings, scores and the story of the falling error."""
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -125,12 +126,34 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
     -------
     dict
         As `comparison.json`.
+
+    Raises
+    ------
+    RequestError, VehicleError
+        when a model cannot be read, takes other commands than the nominal vehicle, or is given twice.
     """
     found: list[Model] = [VehicleModel(inputs.vehicle, "nominal", "physics")]
     for path in models:
-        found.append(load_model(path))
+        found.append(_comparable(path, inputs, [model.name for model in found]))
     table = series(found[0], found[-1], inputs.parts, inputs.channels)
     return comparison(found, inputs.parts, inputs.paths, table)
+
+
+def _comparable(path: PathLike, inputs: Inputs, taken: Sequence[str]) -> VehicleModel:
+    """A model that takes the commands that the logs were prepared for, under a name of its own."""
+    model = load_model(path)
+    commands = tuple(thruster.channel for thruster in model.vehicle.thrusters)
+    if commands != inputs.channels:
+        raise RequestError(
+            f"model {path}: expected the commands of the nominal vehicle, {' '.join(inputs.channels)}, got "
+            f"{' '.join(commands)}; give a model with the same thrusters"
+        )
+    if model.name not in taken:
+        return model
+    name = os.fspath(path)
+    if name in taken:
+        raise RequestError(f"model {name} is given twice; give it once")
+    return VehicleModel(model.vehicle, name, model.kind)
 
 
 def load_model(path: PathLike) -> VehicleModel:

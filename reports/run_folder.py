@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
 import pandas as pd
 import yaml
 
@@ -78,7 +79,7 @@ def read_run(folder: Path) -> RunFolder:
     findings = _json(text("findings.json"), "findings", folder)
     comparison = _json(text("comparison.json"), "comparison", folder)
     _check_findings(findings, folder / "findings.json")
-    _check_records(comparison, "models", ("name",), folder / "comparison.json")
+    _check_comparison(comparison, folder / "comparison.json")
     return RunFolder(
         folder=folder,
         findings=findings,
@@ -111,15 +112,42 @@ def _json(text: str, schema: str | None, folder: Path) -> dict[str, Any]:
 
 def _check_findings(findings: Mapping[str, Any], path: Path) -> None:
     _check_records(findings, "candidates", ("effect", "verdict"), path)
+    for candidate in findings["candidates"]:
+        _check_records({"terms": [], **candidate}, "terms", (), path)
+    for key in ("unnamed", "failures", "advice"):
+        _check_records({key: [], **findings}, key, (), path)
     _check_records(findings, "steps", ("acceleration_rmse", "rollout_rmse"), path)
     if not findings["steps"]:
         raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
     for step in findings["steps"]:
-        rollout = step["rollout_rmse"]
-        if not all(isinstance(part, dict) for part in (step["acceleration_rmse"], rollout, *rollout.values())):
-            raise RequestError(f"{path}: expected errors by axis and by horizon in every step; {REMEDY}")
+        _check_errors(step["acceleration_rmse"], step["rollout_rmse"], path)
+    for key in ("data", "criterion"):
+        if not isinstance(findings.get(key, {}), dict):
+            raise RequestError(f"{path}: expected an object under {key!r}, got {findings[key]!r}; {REMEDY}")
     if not isinstance(findings.get("missing"), list):
         raise RequestError(f"{path}: expected a list under 'missing', got {findings.get('missing')!r}; {REMEDY}")
+
+
+def _check_comparison(comparison: Mapping[str, Any], path: Path) -> None:
+    _check_records(comparison, "models", ("name",), path)
+    _check_records({"failures": [], **comparison}, "failures", (), path)
+    if not isinstance(comparison.get("logs", []), list):
+        raise RequestError(f"{path}: expected a list under 'logs', got {comparison['logs']!r}; {REMEDY}")
+    for model in comparison["models"]:
+        acceleration = model.get("acceleration", {})
+        rmse = acceleration.get("rmse", {}) if isinstance(acceleration, dict) else acceleration
+        _check_errors(rmse, model.get("rollout", {}), path)
+
+
+def _check_errors(acceleration: Any, rollout: Any, path: Path) -> None:
+    """Acceleration errors by axis, and rollout errors by horizon [s], then axis."""
+    try:
+        horizons = [float(key) for key in rollout]
+        sound = all(isinstance(part, dict) for part in (acceleration, rollout, *rollout.values()))
+    except (AttributeError, TypeError, ValueError):
+        horizons, sound = [], False
+    if not sound or not np.isfinite(horizons).all():
+        raise RequestError(f"{path}: expected errors by axis, and by horizon in seconds, of every model; {REMEDY}")
 
 
 def _check_records(content: Mapping[str, Any], key: str, keys: tuple[str, ...], path: Path) -> None:

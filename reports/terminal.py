@@ -71,7 +71,8 @@ def candidates_table(findings: Mapping[str, Any], *, most: int = 12) -> Table:
 def failures_table(failures: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> Table:
     """Where the models fail: the content of `comparison.json` (or `findings.json`), or its list of failures."""
     places = (failures.get("failures") or []) if isinstance(failures, Mapping) else failures
-    table = _table("Where it fails")
+    table = _table("Where it fails", caption="" if places else "the error is spread evenly: no regime stands out")
+    table.show_header = bool(places)
     table.add_column("model", no_wrap=True)
     table.add_column("where")
     table.add_column("axis", no_wrap=True)
