@@ -171,9 +171,7 @@ def simulate(
         list[str] | None, typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value.")
     ] = None,
     programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
-    duration: Annotated[
-        float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log [s].")
-    ] = 300.0,
+    duration: Annotated[float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log [s].")] = 300.0,
     noise: Annotated[str, typer.Option("--noise", help="Sensors: clean, field or rough.")] = "field",
     seed: SeedOption = 0,
 ) -> None:
@@ -188,7 +186,9 @@ def simulate(
         for text in effect or []:
             name, values = parse_effect(text)
             if name in hidden:
-                raise RequestError(f"--effect {text}: {name} is given twice; give each effect once, with all its values")
+                raise RequestError(
+                    f"--effect {text}: {name} is given twice; give each effect once, with all its values"
+                )
             hidden[name] = values
         nominal = load_vehicle(vehicle)
         world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)

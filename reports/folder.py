@@ -123,7 +123,7 @@ class RunRecord:
 
     logs: list[str]
     frame: str | None
-    channel_map: str | None
+    channel_map: Path | None
     vehicle: Vehicle
 
 
@@ -158,4 +158,5 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
                 f"{folder} was made from {path}, which is not there (seen from {Path.cwd()}); run this where "
                 "'undertow discover' was run, or put the log back"
             )
-    return RunRecord(logs, frame, channel_map, load_vehicle(folder / "nominal.yaml"))
+    mapped = None if channel_map is None else Path(channel_map)
+    return RunRecord(logs, frame, mapped, load_vehicle(folder / "nominal.yaml"))

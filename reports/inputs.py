@@ -82,7 +82,8 @@ def read_inputs(
         raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     names = tuple(_utf8(path) for path in paths)
-    read = tuple(read_log(path, frame=check_frame(frame), channel_map=channel_map) for path in paths)
+    channels = None if channel_map is None else _utf8(channel_map)
+    read = tuple(read_log(name, frame=check_frame(frame), channel_map=channels) for name in names)
     weak = prepare(read, model, WEAK)
     paper = prepare(read, model, PAPER)
     return Inputs(
@@ -93,7 +94,7 @@ def read_inputs(
         Parts(split(paper), judge),
         weak.notes,
         frame,
-        None if channel_map is None else _utf8(channel_map),
+        channels,
     )
 
 

@@ -133,13 +133,16 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
         when a model cannot be read, takes other commands than the nominal vehicle, or is given twice.
     """
     found: list[Model] = [VehicleModel(inputs.vehicle, "nominal", "physics")]
-    for path in models:
+    paths = [os.fspath(path) for path in models]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise RequestError(f"model {path} is given twice; give it once")
         found.append(_comparable(path, inputs, [model.name for model in found]))
     table = series(found[0], found[-1], inputs.parts, inputs.channels)
     return comparison(found, inputs.parts, inputs.paths, table)
 
 
-def _comparable(path: PathLike, inputs: Inputs, taken: Sequence[str]) -> VehicleModel:
+def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> VehicleModel:
     """A model that takes the commands that the logs were prepared for, under a name of its own."""
     model = load_model(path)
     commands = tuple(thruster.channel for thruster in model.vehicle.thrusters)
@@ -148,12 +151,7 @@ def _comparable(path: PathLike, inputs: Inputs, taken: Sequence[str]) -> Vehicle
             f"model {path}: expected the commands of the nominal vehicle, {' '.join(inputs.channels)}, got "
             f"{' '.join(commands)}; give a model with the same thrusters"
         )
-    if model.name not in taken:
-        return model
-    name = os.fspath(path)
-    if name in taken:
-        raise RequestError(f"model {name} is given twice; give it once")
-    return VehicleModel(model.vehicle, name, model.kind)
+    return VehicleModel(model.vehicle, path, model.kind) if model.name in taken else model
 
 
 def load_model(path: PathLike) -> VehicleModel:

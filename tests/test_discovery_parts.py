@@ -1,0 +1,215 @@
+"""The feature library, the lawful refit, intervals, the second judge, and what happens when a log cannot tell."""
+
+import cvxpy
+import numpy as np
+import pysindy
+import pytest
+
+from undertow.discovery import lawful
+from undertow.discovery.add import add_effects
+from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.lawful import lawful_refit
+from undertow.discovery.library import TermLibrary, shortlist
+from undertow.discovery.options import candidates
+from undertow.discovery.rollouts import rollout_squares, rollouts_object
+from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.uncertainty import block_bootstrap
+from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.physics.errors import RequestError
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import simulate_motion
+from undertow.physics.terms import monomials
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+
+HULL = load_vehicle("blueboat")
+
+
+@pytest.fixture(scope="module")
+def draggy() -> Motion:
+    """A world with hidden quadratic surge drag and a hidden yaw trim, with field noise."""
+    hidden = {"surge_quadratic_damping": -6.0, "yaw_trim": 1.0}
+    return simulate_world(HULL, hidden, duration=150.0, noise="field", seed=11).motion(0.05)
+
+
+def test_the_library_works_in_pysindy_alone():
+    rng = np.random.default_rng(0)
+    state = rng.normal(size=(400, 3))
+    u, v, r = state.T
+    rates = np.column_stack([-2.0 * u * np.abs(u), 3.0 * u * r - v, -1.5 * r * np.abs(v)])
+    model = pysindy.SINDy(feature_library=TermLibrary(2), optimizer=pysindy.STLSQ(threshold=0.1))
+    model.fit(state, t=0.1, x_dot=rates, feature_names=["u", "v", "r"])
+    found = {
+        (axis, name): value
+        for axis, row in enumerate(model.coefficients())
+        for name, value in zip(model.get_feature_names(), row, strict=True)
+        if value
+    }
+    assert {key: round(value, 6) for key, value in found.items()} == {
+        (0, "u|u|"): -2.0,
+        (1, "ur"): 3.0,
+        (1, "v"): -1.0,
+        (2, "r|v|"): -1.5,
+    }
+
+
+def test_the_library_refuses_other_states():
+    with pytest.raises(ValueError, match="expected three states u, v, r, got 2"):
+        TermLibrary().fit(np.zeros((10, 2)))
+
+
+def test_library_names_are_the_monomials_of_the_vehicle_file():
+    library = TermLibrary(3).fit(np.zeros((4, 3)))
+    assert library.get_feature_names() == [form.text for form in monomials(3)]
+
+
+def test_the_shortlist_holds_a_term_that_nobody_has_named():
+    motion = simulate_world(HULL, {"surge:u^2": -9.0}, duration=120.0, noise="clean", seed=2).motion(0.05)
+    found = shortlist(WeakForm([motion], WeakSettings()), HULL)
+    assert "surge:u^2" in found
+    assert "surge:u|u|" not in found
+
+
+def test_a_term_that_nobody_has_named_is_found_and_no_effect_is_blamed():
+    motion = simulate_world(HULL, {"surge:u^2": -9.0}, duration=200.0, noise="field", seed=2).motion(0.05)
+    found = find_missing([motion], HULL).findings
+    assert found.missing == ()
+    assert [(term.axis, term.form) for term in found.unnamed] == [("surge", "u^2")]
+    assert found.unnamed[0].value == pytest.approx(-9.0, rel=0.05)
+    assert found.verdict == "undecided"
+
+
+def refit_of(motion: Motion, key: str):
+    weak = WeakForm([motion], WeakSettings())
+    search = Search(weak, HULL, [c for c in candidates(HULL) if c.key == key], SearchSettings())
+    linear, scores = search.linearise(HULL, ())
+    return scores, [linear.options[key][1]]
+
+
+def test_the_lawful_refit_is_least_squares_where_no_limit_binds(draggy: Motion):
+    scores, chosen = refit_of(draggy, "surge_quadratic_damping")
+    free = HULL.value("X_uu") + scores.fit(chosen).change[0]
+    assert lawful_refit(scores, chosen)["X_uu"] == pytest.approx(free, rel=1e-6)
+
+
+def test_the_lawful_refit_never_lets_damping_drive():
+    lighter = HULL.with_values({"X_uu": 0.0})
+    driven = simulate_motion(lighter.with_values({"X_uu": 1.5}), simulate_world(HULL, {}, duration=90.0, seed=5).truth)
+    weak = WeakForm([driven], WeakSettings())
+    search = Search(
+        weak, lighter, [c for c in candidates(HULL) if c.key == "surge_quadratic_damping"], SearchSettings()
+    )
+    linear, scores = search.linearise(lighter, ())
+    assert lawful_refit(scores, [linear.options["surge_quadratic_damping"][1]])["X_uu"] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("status", ["infeasible", "optimal_inaccurate", "user_limit"])
+def test_any_status_but_optimal_is_an_error(draggy: Motion, monkeypatch: pytest.MonkeyPatch, status: str):
+    scores, chosen = refit_of(draggy, "surge_quadratic_damping")
+    monkeypatch.setattr(cvxpy.Problem, "solve", lambda self, **_: None)
+    monkeypatch.setattr(cvxpy.Problem, "status", property(lambda self: status))
+    with pytest.raises(RequestError, match=f"expected an optimal solution, the solver says '{status}'"):
+        lawful_refit(scores, chosen)
+
+
+def test_a_solution_that_breaks_a_limit_is_an_error(draggy: Motion, monkeypatch: pytest.MonkeyPatch):
+    scores, chosen = refit_of(draggy, "surge_quadratic_damping")
+    monkeypatch.setattr(lawful, "_TOLERANCE", -1e9)
+    with pytest.raises(RequestError, match="breaks the limits"):
+        lawful_refit(scores, chosen)
+
+
+def test_intervals_cover_the_truth_and_shrink_with_time(draggy: Motion):
+    widths, truth = [], HULL.value("X_uu") - 6.0
+    for stop in (1500, draggy.time.size):
+        found = add_effects([draggy.slice(0, stop)], HULL, ["surge_quadratic_damping", "yaw_trim"], DiscoverySettings())
+        term = next(c for c in found.findings.candidates if c.effect == "surge_quadratic_damping").terms[0]
+        assert term.ci95 is not None
+        assert term.ci95.lower < truth - HULL.value("X_uu") < term.ci95.upper
+        widths.append(term.ci95.upper - term.ci95.lower)
+    assert widths[1] < widths[0]
+
+
+def test_the_seed_decides_the_interval(draggy: Motion):
+    scores, chosen = refit_of(draggy, "surge_quadratic_damping")
+    first, again, other = (block_bootstrap(scores, chosen, seed) for seed in (0, 0, 1))
+    assert first == again
+    assert first != other
+
+
+def test_rollouts_object_to_a_wrong_force_and_not_to_the_right_one(draggy: Motion):
+    right = HULL.with_values({"X_uu": HULL.value("X_uu") - 6.0, "yaw_trim": 1.0})
+    wrong = right.with_values({"yaw_trim": 4.0})
+    good, bad = rollout_squares([draggy], right), rollout_squares([draggy], wrong)
+    assert rollouts_object(good, bad)
+    assert not rollouts_object(bad, good)
+    assert not rollouts_object(good, good)
+
+
+def steady_log(hidden: dict[str, float]) -> Motion:
+    """Straight ahead at one command and one speed, where drag of any kind and weak thrust all look alike."""
+    start = simulate_world(HULL, {}, duration=150.0, noise="clean", seed=1).motion(0.05)
+    rng = np.random.default_rng(0)
+    commands = np.full_like(start.commands, 18.0)
+    still = Motion(start.time, 0 * start.position, 0 * start.heading, 0 * start.velocity, commands, start.thrusters)
+    moved = simulate_motion(HULL.with_values(hidden), still)
+    noisy = moved.velocity + rng.normal(size=moved.velocity.shape) * [0.01, 0.01, 0.004]
+    log = Motion(moved.time, moved.position, moved.heading, noisy, commands, moved.thrusters)
+    return log.slice(600, log.time.size)
+
+
+def test_a_log_that_cannot_tell_says_so():
+    found = find_missing([steady_log({"X_uu": HULL.value("X_uu") - 6.0})], HULL).findings
+    assert found.verdict == "undecided"
+    assert found.missing == ()
+    doubtful = [c for c in found.candidates if c.verdict == "possible" and c.indistinguishable_from]
+    names = {c.effect for c in doubtful} | {name for c in doubtful for name in c.indistinguishable_from}
+    assert {"surge_linear_damping", "surge_quadratic_damping", "thrust_scale"} <= names
+    assert "cannot tell it from" in doubtful[0].sentence
+    assert found.advice
+
+
+def test_a_log_without_an_astern_run_cannot_tell_reverse_thrust():
+    log = simulate_world(HULL, {"reverse_thrust_loss": 0.5}, programme="gentle", duration=150.0, seed=4).motion(0.05)
+    found = find_missing([log], HULL).findings
+    reverse = next(c for c in found.candidates if c.effect == "reverse_thrust_loss")
+    assert reverse.verdict == "possible"
+    assert "This log cannot tell" in reverse.sentence
+    assert any("astern" in item["manoeuvre"] for item in found.advice)
+
+
+def test_nothing_hidden_gives_nothing_missing():
+    log = simulate_world(HULL, {}, duration=150.0, noise="rough", seed=9).motion(0.05)
+    found = find_missing([log], HULL).findings
+    assert (found.verdict, found.missing, found.unnamed) == ("nothing missing", (), ())
+    assert "Nothing material is missing" in found.headline
+
+
+def test_adding_by_name_fits_what_is_asked_and_nothing_else(draggy: Motion):
+    found = add_effects([draggy], HULL, ["surge_quadratic_damping", "yaw_trim"], DiscoverySettings())
+    assert found.corrected.value("X_uu") == pytest.approx(HULL.value("X_uu") - 6.0, rel=0.05)
+    assert found.corrected.value("yaw_trim") == pytest.approx(1.0, rel=0.1)
+    assert [label for label, _ in found.steps] == [None, "surge_quadratic_damping", "yaw_trim"]
+    same = {s: v for s, v in found.corrected.values.items() if s not in ("X_uu", "yaw_trim")}
+    assert same == {s: v for s, v in HULL.values.items() if s not in ("X_uu", "yaw_trim")}
+
+
+def test_adding_finds_the_shape_of_a_lag():
+    log = simulate_world(HULL, {"thruster_lag": 0.43}, duration=120.0, noise="clean", seed=6).motion(0.05)
+    found = add_effects([log], HULL, ["thruster_lag"], DiscoverySettings())
+    assert found.corrected.value("lag") == pytest.approx(0.43, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ([], "at least one effect by name"),
+        (["surge_quadratic_dampin"], "did you mean 'surge_quadratic_damping'"),
+        (["yaw_trim", "yaw_trim"], "given twice"),
+        (["thruster_asymmetry[middle]"], r"did you mean 'thruster_asymmetry\["),
+        (["heave:u"], "expected surge:, sway: or yaw:"),
+    ],
+)
+def test_adding_refuses_what_it_cannot_add(draggy: Motion, names: list[str], message: str):
+    with pytest.raises(RequestError, match=message):
+        add_effects([draggy], HULL, names, DiscoverySettings())
