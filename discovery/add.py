@@ -11,7 +11,7 @@ from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .conclude import conclude
-from .discover import Discovery, DiscoverySettings, sensor_noise
+from .discover import Discovery, DiscoverySettings
 from .evidence import weigh
 from .lawful import lawful_refit
 from .library import term_candidate
@@ -58,9 +58,7 @@ def add_effects(
     kept = [e for e in evidence if e.selected]
     findings = conclude(search, nominal, corrected, corrected, kept, intervals, state.active, order)
     findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}.")
-    return Discovery(
-        nominal, corrected, tuple(steps), findings, np.sqrt(state.fit.held_out), sensor_noise(weak, nominal)
-    )
+    return Discovery(nominal, corrected, tuple(steps), findings, np.sqrt(state.fit.held_out), search.noise_error)
 
 
 def _with(search: Search, state: State, candidate: Candidate) -> State:

@@ -5,9 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..measurements.alignment import noise_level
 from ..physics.frames import Array
-from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .conclude import conclude
@@ -83,12 +81,11 @@ def find_missing(
     settings = settings or DiscoverySettings()
     say = progress or (lambda text: None)
     weak = WeakForm(motions, settings.weak)
-    noise = sensor_noise(weak, nominal)
     pool = candidates(nominal)
     say("searching the catalogue of effects")
     search = Search(weak, nominal, pool, settings.search)
     state = search.run(progress=say)
-    if leaves_structure(search, state, noise):
+    if leaves_structure(search, state):
         say("named effects leave structure: looking for terms that nobody has named")
         search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
     say("weighing the evidence")
@@ -115,24 +112,13 @@ def find_missing(
         kept,
         [s for s, _ in steps[1:]],
     )
-    return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), noise)
+    return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
 
 
-def sensor_noise(weak: WeakForm, vehicle: Vehicle) -> Array:
-    """Root mean square that white sensor noise alone leaves in the weak balance, (3,) [N, N, N m]."""
-    mass = mass_matrix(vehicle)
-    parts = []
-    for motion, gain in zip(weak.motions, weak.noise_gains(), strict=True):
-        level = np.array([noise_level(motion.velocity[:, axis]) or 0.0 for axis in range(3)])
-        parts.append((motion.duration, ((mass * level) ** 2).sum(axis=1) * gain**2))
-    total = sum(duration for duration, _ in parts)
-    return np.sqrt(np.sum([duration * power for duration, power in parts], axis=0) / total)
-
-
-def leaves_structure(search: Search, state: State, noise: Array) -> bool:
+def leaves_structure(search: Search, state: State) -> bool:
     """True when the force error on some axis is neither immaterial nor explained by sensor noise."""
     error = np.sqrt(state.fit.held_out)
-    return bool((error > np.maximum(np.sqrt(search.floor), _STRUCTURE * noise)).any())
+    return bool((error > np.maximum(np.sqrt(search.floor), _STRUCTURE * search.noise_error)).any())
 
 
 def _with_terms(

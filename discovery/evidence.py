@@ -158,7 +158,7 @@ def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: i
     blocks = without.held_out_blocks.shape[0]
     rng = np.random.default_rng(seed)
     counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.weak.time.size
-    before, after = counts @ without.held_out_blocks, counts @ within.held_out_blocks
+    before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
     gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor)).sum(axis=1)
     share = np.sqrt(np.maximum(before - after, 0.0)) / search.force_scale
     return share_of_draws((gain > price) & (share.max(axis=1) >= search.settings.materiality))

@@ -25,7 +25,8 @@ class Fit:
     columns : (p,) indices of free columns
     change : (p,) change of each parameter from its option's start
     held : (p,) True where a physical limit holds the parameter
-    held_out_blocks : (blocks, 3) summed squared force error of each block under the fit to the others
+    held_out_blocks : (blocks, 3) summed squared force error of each block under the fit to the others, less what
+        sensor noise adds to it
     held_out : (3,) mean square force error on held-out blocks [N^2, N^2, (N m)^2]
     in_sample : (3,) mean square force error of the full fit
     """
@@ -41,14 +42,20 @@ class Fit:
 class GramScores:
     """Per-block Gram matrices of a linearisation, on each axis.
 
+    Held-out errors are cleared of sensor noise: a model's coefficients decide how much of the noise on the velocities
+    reaches the balance, so an effect could seem to help by letting less of it through. What the noise adds is known
+    from noisier copies of the log, and counts as for the model at hand (errors-in-variables; Carroll et al. 2006,
+    chapter 5).
+
     Parameters
     ----------
     columns : (tests, 3, p + 1), the last the balance
+    noise : (copies, tests, 3, p + 1) what sensor noise adds to them; no copies for a log without noise
     block : (tests,) block index, not decreasing
     weight : (3,) weight of a squared force error on each axis
     """
 
-    def __init__(self, columns: Array, block: np.ndarray, weight: Array) -> None:
+    def __init__(self, columns: Array, noise: Array, block: np.ndarray, weight: Array) -> None:
         self.size = columns.shape[2] - 1
         self.tests = columns.shape[0]
         self.blocks = int(block.max()) + 1
@@ -56,13 +63,11 @@ class GramScores:
         scale = np.sqrt((columns**2 * weight[:, None]).sum(axis=1).mean(axis=0))
         self.scale = np.where(scale > 0, scale, 1.0)
         self.scale[-1] = 1.0
-        scaled = np.ascontiguousarray((columns / self.scale).transpose(1, 0, 2))
-        self.gram = np.zeros((self.blocks, 3, self.size + 1, self.size + 1))
         edges = np.searchsorted(block, np.arange(self.blocks + 1))
-        for k, (start, stop) in enumerate(pairwise(edges)):
-            for axis in range(3):
-                rows = scaled[axis, start:stop]
-                np.matmul(rows.T, rows, out=self.gram[k, axis])
+        self.gram = _grams(columns / self.scale, edges)
+        self.noise = None
+        if noise.shape[0]:
+            self.noise = sum((_grams(copy / self.scale, edges) for copy in noise), np.zeros(())) / noise.shape[0]
         self._weighted = np.tensordot(self.gram, weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
 
@@ -79,8 +84,10 @@ class GramScores:
             left = h[np.ix_(free, free)] - per_block[:, free][:, :, free]
             pull = right.sum(axis=0)[free] - right[:, free]
             solutions[:, free] = np.linalg.solve(left, pull[..., None])[..., 0]
-        held_out = self._error(columns, target, solutions)
-        in_sample = self._error(columns, target, np.tile(change, (self.blocks, 1)))
+        held_out = self._error(self.gram, columns, target, solutions)
+        if self.noise is not None:
+            held_out = held_out - self._error(self.noise, columns, target, solutions)
+        in_sample = self._error(self.gram, columns, target, np.tile(change, (self.blocks, 1)))
         return Fit(
             columns,
             change / self.scale[columns],
@@ -134,14 +141,14 @@ class GramScores:
                     upper.append(high * self.scale[index])
         return np.array(columns, dtype=int), np.array(lower), np.array(upper), target
 
-    def _error(self, columns: np.ndarray, target: Array, solutions: Array) -> Array:
+    def _error(self, gram: Array, columns: np.ndarray, target: Array, solutions: Array) -> Array:
         """Squared error (blocks, 3) of each block under its own solution (blocks, p)."""
         combination = np.tile(target, (self.blocks, 1))
         combination[:, columns] -= solutions
         used = np.flatnonzero(np.any(combination != 0.0, axis=0))
         part = combination[:, used]
-        gram = self.gram[:, :, used[:, None], used[None, :]]
-        return np.einsum("ki,kaij,kj->ka", part, gram, part)
+        inner = gram[:, :, used[:, None], used[None, :]]
+        return np.einsum("ki,kaij,kj->ka", part, inner, part)
 
     def block_normal(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array]:
         """Normal equations of each block: (columns, (blocks, p, p), (blocks, p)), in unscaled parameters."""
@@ -149,6 +156,17 @@ class GramScores:
         s = self.scale[columns]
         left = self._weighted[:, columns[:, None], columns[None, :]] * (s[:, None] * s[None, :])
         return columns, left, (self._weighted[:, columns] @ target) * s
+
+
+def _grams(columns: Array, edges: np.ndarray) -> Array:
+    """Gram matrix of each block's rows on each axis, (blocks, 3, p, p), from columns (tests, 3, p)."""
+    ordered = np.ascontiguousarray(columns.transpose(1, 0, 2))
+    gram = np.zeros((edges.size - 1, 3, columns.shape[2], columns.shape[2]))
+    for k, (start, stop) in enumerate(pairwise(edges)):
+        for axis in range(3):
+            rows = ordered[axis, start:stop]
+            np.matmul(rows.T, rows, out=gram[k, axis])
+    return gram
 
 
 def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[Array, np.ndarray]:

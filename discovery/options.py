@@ -106,6 +106,7 @@ class Linearisation:
     vehicle : the model about which the columns were taken
     options : candidate key -> its options; the first is how the candidate stands in `vehicle`
     columns : (tests, 3, columns + 1); the last is the balance, measured minus modelled force
+    noise : (copies, tests, 3, columns + 1), what sensor noise adds to each of them, drawn a few times
     """
 
     def __init__(
@@ -118,7 +119,7 @@ class Linearisation:
     ) -> None:
         self.vehicle = vehicle
         self._weak = weak
-        self._base = weak.balance(vehicle)
+        self._base = weak.balances(vehicle)
         self._columns: list[Array] = []
         self.options: dict[str, tuple[Option, ...]] = {}
         for candidate in pool:
@@ -137,20 +138,22 @@ class Linearisation:
                 else:
                     present = (self._present(candidate, vehicle, tuple(absent.values()), -1),)
                 self.options[candidate.key] = (nothing, *present)
-        self.columns = np.stack([*self._columns, self._base], axis=-1)
+        every = np.stack([*self._columns, self._base], axis=-1)
+        self.columns = every[0]
+        self.noise = every[1:] - every[0]
 
     def _add(self, column: Array) -> int:
         self._columns.append(column)
         return len(self._columns) - 1
 
     def _removal(self, candidate: Candidate, absent: dict[str, float], here: Option) -> Array:
-        """The force that setting a present candidate back to absent adds, (tests, 3)."""
+        """The force that setting a present candidate back to absent adds, (1 + copies, tests, 3)."""
         if not _NONLINEAR.intersection(candidate.symbols):
             steps = [
                 (index, absent[s] - now) for s, now, index in zip(here.symbols, here.start, here.free, strict=True)
             ]
             return np.asarray(sum(self._columns[index] * step for index, step in steps))
-        return self._base - self._weak.balance(self.vehicle.with_values(absent))
+        return self._base - self._weak.balances(self.vehicle.with_values(absent))
 
     def _shapes(
         self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float], near: tuple[float, ...] = ()
@@ -168,7 +171,7 @@ class Linearisation:
             offset = -1
             if candidate.effect.fixed_amplitude:
                 key = ("offset", shape.symbol, value, *self._depends(shape, vehicle))
-                offset = self._add(self._remember(key, lambda m=moved: self._base - self._weak.balance(m)))
+                offset = self._add(self._remember(key, lambda m=moved: self._base - self._weak.balances(m)))
             found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
         return tuple(found)
 
@@ -193,13 +196,13 @@ class Linearisation:
         return Option(candidate.key, True, candidate.symbols, start, tuple(free), offset, tuple(lower), tuple(upper))
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
-        """Minus the derivative of the balance by one parameter: the force that a unit of it adds, (tests, 3)."""
+        """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
         symbol, step = parameter.symbol, parameter.step
-        base = self._base if about is self.vehicle else self._weak.balance(about)
-        up = self._weak.balance(about.with_values({symbol: value + step}))
+        base = self._base if about is self.vehicle else self._weak.balances(about)
+        up = self._weak.balances(about.with_values({symbol: value + step}))
         if symbol not in _NONLINEAR or value - step < parameter.lower:
             return (base - up) / step
-        down = self._weak.balance(about.with_values({symbol: value - step}))
+        down = self._weak.balances(about.with_values({symbol: value - step}))
         return (down - up) / (2.0 * step)
 
     def _remember(self, key: tuple[object, ...], compute: Callable[[], Array]) -> Array:

@@ -69,6 +69,7 @@ class Search:
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
         self.floor = (settings.materiality * self.force_scale) ** 2
         self._mass = np.diag(mass_matrix(nominal))
+        self.noise_blocks = _noise_blocks(weak, nominal)
         self.nominal_error = (weak.balance(nominal) ** 2).mean(axis=0)
         self.trail: list[str] = []
 
@@ -82,13 +83,14 @@ class Search:
         """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
         linear = Linearisation(self.weak, vehicle, self.nominal, self.pool if pool is None else pool, active)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
-        return linear, GramScores(linear.columns, self.weak.block, 1.0 / (remains + self.floor))
+        return linear, GramScores(linear.columns, linear.noise, self.weak.block, 1.0 / (remains + self.floor))
 
     def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
-        """Fit a choice of options, held-out errors in the force that the nominal mass would need for them.
+        """Fit a choice of options, held-out errors made comparable between models.
 
-        Sensor noise enters the balance as mass times acceleration noise, so a lighter hull would always seem to fit
-        better; errors are therefore compared as accelerations: multiplied by nominal over fitted mass on each axis.
+        An unexplained acceleration is mass times smaller a force for a lighter hull, which would always seem to fit
+        better; errors are therefore compared as accelerations, multiplied by nominal over fitted mass. What
+        sensor noise adds counts as for the nominal model.
         """
         fit = scores.fit(chosen)
         by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
@@ -100,14 +102,18 @@ class Search:
                     change = start + by_column.get(index, 0.0) - self.nominal.value(symbol)
                     mass = self._mass[axis]
                     ratio[axis] = mass / max(mass - change, 0.05 * mass)
-        if (ratio == 1.0).all():
-            return fit
-        return replace(fit, held_out_blocks=fit.held_out_blocks * ratio**2, held_out=fit.held_out * ratio**2)
+        blocks = fit.held_out_blocks * ratio**2 + self.noise_blocks
+        return replace(fit, held_out_blocks=blocks, held_out=np.maximum(blocks.sum(axis=0) / scores.tests, 0.0))
 
     def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
         likelihood = 0.5 * self.weak.independent * np.log(fit.held_out + self.floor).sum()
         return float(likelihood + self.price(fit, chosen))
+
+    @property
+    def noise_error(self) -> Array:
+        """Root mean square that sensor noise alone leaves in the nominal balance, (3,) [N, N, N m]."""
+        return np.sqrt(self.noise_blocks.sum(axis=0) / self.weak.time.size)
 
     def price(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """What the parameters that no limit holds must earn; a fixed shape counts as one parameter."""
@@ -290,3 +296,12 @@ def _difference(before: Sequence[str], after: Sequence[str]) -> str:
     gone = [f"- {key}" for key in before if key not in after]
     come = [f"+ {key}" for key in after if key not in before]
     return ", ".join(come + gone) or "reshaped"
+
+
+def _noise_blocks(weak: WeakForm, nominal: Vehicle) -> Array:
+    """Summed squares that sensor noise adds to the nominal balance in each block, (blocks, 3)."""
+    every = weak.balances(nominal)
+    blocks = np.zeros((int(weak.block.max()) + 1, 3))
+    if every.shape[0] > 1:
+        np.add.at(blocks, weak.block, ((every[1:] - every[0]) ** 2).mean(axis=0))
+    return blocks

@@ -7,16 +7,22 @@ force [N, N, N m].
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..measurements.alignment import noise_level
 from ..physics.errors import RequestError
 from ..physics.forces import modelled_force, relative_velocity
 from ..physics.frames import Array
 from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+
+_LEAST_TESTS, _LEAST_BLOCKS = 8, 4
+_NOISE_SEED = 20040
+_QUIET = np.array([1e-4, 1e-4, 1e-4])
+"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,13 +34,15 @@ class WeakSettings:
     half_width : half the support of a test function, T [s]
     stride : distance between test functions [s]
     power : p of the test function
-    blocks : number of contiguous blocks for held-out scores and block bootstrap
+    blocks : most contiguous blocks for held-out scores and block bootstrap; a short log has fewer
+    copies : copies of the log with more noise, from which the effect of sensor noise on scores is known
     """
 
     half_width: float = 0.8
     stride: float = 0.2
     power: int = 3
     blocks: int = 16
+    copies: int = 2
 
 
 class WeakForm:
@@ -46,12 +54,25 @@ class WeakForm:
     time : (tests,) centre of each test function [s]
     block : (tests,) index of the contiguous block each test function belongs to
     independent : effective number of independent tests (total time / half width)
+    noise : (3,) white sensor noise on u, v [m/s] and r [rad/s], estimated from the motions
     memo : results that callers keep with the data they belong to
+
+    Raises
+    ------
+    RequestError
+        when the motions are too short for a few blocks of test functions.
     """
 
     def __init__(self, motions: Sequence[Motion], settings: WeakSettings) -> None:
         self.settings = settings
         self.motions = tuple(motions)
+        self.noise = _sensor_noise(self.motions)
+        rng = np.random.default_rng(_NOISE_SEED)
+        copies = settings.copies if (self.noise > _QUIET).any() else 0
+        self._noisier = [
+            [replace(m, velocity=m.velocity + self.noise * rng.standard_normal(m.velocity.shape)) for m in self.motions]
+            for _ in range(copies)
+        ]
         self.memo: dict[tuple[object, ...], Array] = {}
         self._kernels: list[tuple[Array, Array, np.ndarray]] = []
         times = []
@@ -67,12 +88,13 @@ class WeakForm:
             self._kernels.append((phi * motion.time_step / area, slope * motion.time_step / area, centres - half))
             times.append(motion.time[centres])
         self.time = np.concatenate(times) if times else np.zeros(0)
-        if self.time.size < 4 * settings.blocks:
+        blocks = min(settings.blocks, self.time.size // _LEAST_TESTS)
+        if blocks < _LEAST_BLOCKS:
             raise RequestError(
                 f"weak form: {self.time.size} test functions of {2 * settings.half_width:g} s fit into the log, "
-                f"at least {4 * settings.blocks} are needed; give a longer log"
+                f"at least {_LEAST_BLOCKS * _LEAST_TESTS} are needed; give a longer log"
             )
-        self.block = np.minimum(np.arange(self.time.size) * settings.blocks // self.time.size, settings.blocks - 1)
+        self.block = np.minimum(np.arange(self.time.size) * blocks // self.time.size, blocks - 1)
         covered = sum(motion.duration for motion in self.motions)
         self.independent = covered / settings.half_width
 
@@ -93,15 +115,21 @@ class WeakForm:
                 parts.append(windows @ kernel)
         return np.concatenate(parts)
 
-    def noise_gains(self) -> list[float]:
-        """For each motion, the root mean square of the tested derivative of white noise of unit deviation [1/s]."""
-        return [float(np.sqrt((slope**2).sum())) for _, slope, _ in self._kernels]
-
     def balance(self, vehicle: Vehicle) -> Array:
         """Measured minus modelled force, (tests, 3) [N, N, N m]; zero everywhere for a perfect model and log."""
+        return self._balance(vehicle, self.motions)
+
+    def balances(self, vehicle: Vehicle) -> Array:
+        """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3).
+
+        The difference between a copy and the log shows what noise does to a column, and so to a model's score.
+        """
+        return np.stack([self._balance(vehicle, motions) for motions in (self.motions, *self._noisier)])
+
+    def _balance(self, vehicle: Vehicle, motions: Sequence[Motion]) -> Array:
         mass = mass_matrix(vehicle)
         momentum, force = [], []
-        for motion in self.motions:
+        for motion in motions:
             relative = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
             momentum.append(np.stack(relative, axis=-1) @ mass)
             force.append(modelled_force(vehicle, motion))
@@ -130,3 +158,10 @@ class WeakForm:
         thrust = self.average(passive)
         parts = np.stack([rates, modelled, thrust, modelled - thrust])
         return np.sqrt((np.abs(parts).max(axis=0) ** 2).mean(axis=0))
+
+
+def _sensor_noise(motions: Sequence[Motion]) -> Array:
+    """White noise on u, v, r (3,): root mean square over the motions, weighted by their rows."""
+    levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
+    rows = np.array([m.time.size for m in motions], dtype=float)
+    return np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())

@@ -1,12 +1,13 @@
 """The README's picture: the main job on the embedded log, and how far each added effect brings the error down.
 
-Run it as `python examples/falling_error.py [PICTURE]`; without a name it writes `docs/falling_error.svg` of this project.
-Equal inputs give equal bytes.
+Run it as `python examples/falling_error.py [PICTURE]`; without a name it writes `docs/falling_error.svg`. Equal inputs
+give equal bytes.
 """
 
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -23,7 +24,7 @@ MEASURED, BEFORE, BETWEEN, AFTER = "#b3bec7", "#d55e00", "#a9bccb", "#0072b2"
 INK, MUTED, GRID = "#1b2329", "#5d6a75", "#dfe4e8"
 COLUMNS = (("position", "m"), ("surge", "m/s"), ("sway", "m/s"), ("yaw", "rad/s"))
 WIDTH, HEIGHT = 10.0, 5.8  # inches, 72 points each
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.family": ["DejaVu Sans"],
     "font.size": 11.0,
     "text.color": INK,
@@ -46,7 +47,8 @@ def main(picture: Path) -> None:
     data = Path(undertow.__file__).parent / "data"
     run = undertow.discover(undertow.read_inputs(data / "gazebo_blueboat.csv.gz", data / "demo.yaml"))
     errors = pd.DataFrame([step["rollout_rmse"]["10"] for step in run.findings.steps])
-    names = [f"+ {step['added'].replace('_', ' ')}" if step["added"] else "nominal model" for step in run.findings.steps]
+    added = [step["added"] for step in run.findings.steps]
+    names = [f"+ {effect.replace('_', ' ')}" if effect else "nominal model" for effect in added]
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(WIDTH, HEIGHT), facecolor="white")
         draw_steps(figure, errors, names)
@@ -101,7 +103,7 @@ def draw_yaw_rate(figure: Figure, series: pd.DataFrame) -> None:
     axes.grid(axis="y", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.tick_params(length=0)
-    keys = ((0.012, "measured", MUTED), (0.105, "nominal model", BEFORE), (0.235, "with the missing effects", AFTER))
+    keys = ((0.012, "measured", MUTED), (0.115, "nominal model", BEFORE), (0.258, "with the missing effects", AFTER))
     for place, text, colour in keys:
         figure.text(place, 0.385, text, color=colour, weight="bold", fontsize=10.5, va="center")
 

@@ -27,8 +27,20 @@ UNITS = {
 COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
 """Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`."""
 
-LIMITS = {"pwm": (800.0, 2200.0), "normalized": (-1.05, 1.05)}
-"""What a command of a kind may be [its unit]; anything else is another unit or another kind."""
+LIMITS = {
+    "x": (-1e8, 1e8),
+    "y": (-1e8, 1e8),
+    "u": (-100.0, 100.0),
+    "v": (-100.0, 100.0),
+    "r": (-50.0, 50.0),
+    "ax": (-1e4, 1e4),
+    "ay": (-1e4, 1e4),
+    "pwm": (800.0, 2200.0),
+    "normalized": (-1.05, 1.05),
+    "rad_s": (-1e5, 1e5),
+    "newton": (-1e7, 1e7),
+}
+"""What a channel of motion, or a command of a kind, may be [its unit]; anything else is another unit or kind."""
 
 _COMMAND = re.compile(rf"({'|'.join(COMMAND_UNITS)})_(\w+)")
 
@@ -92,17 +104,18 @@ def unit_of(name: str) -> str:
 
 
 def check_limits(channel: Channel, where: str) -> None:
-    """Refuse command values that cannot be of the kind that the channel's name says.
+    """Refuse values that cannot be what the channel's name says; a heading may be any angle.
 
     Raises
     ------
     LogError
-        for a PWM outside 800 to 2200 us, or a normalized command outside -1 to 1.
+        for a value outside the `LIMITS` of its channel, or of its kind of command.
     """
     command = command_kind(channel.name)
-    if command is None or command[0] not in LIMITS:
+    limits = LIMITS.get(command[0] if command else channel.name)
+    if limits is None:
         return
-    low, high = LIMITS[command[0]]
+    low, high = limits
     outside = np.flatnonzero((channel.value < low) | (channel.value > high))
     if outside.size:
         first = int(outside[0])

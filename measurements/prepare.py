@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..physics.averages import area_average
 from ..physics.errors import LogError, RequestError
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
-from ..physics.simulated_log import area_average
 from ..physics.vehicle import Vehicle
 from .channels import Channel
 from .dataset import PAPER, WEAK, DataSet, Recipe

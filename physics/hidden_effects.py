@@ -66,10 +66,11 @@ def apply_effects(vehicle: Vehicle, effects: Mapping[str, Values]) -> Vehicle:
     Raises
     ------
     RequestError
-        for an unknown effect or symbol (naming the nearest), too many values, a value outside the parameter's limits,
-        or when the resulting vehicle is not sound.
+        for an unknown effect or symbol (naming the nearest), too many values, two values for a symbol whose value is
+        replaced, a value outside the parameter's limits, or when the resulting vehicle is not sound.
     """
     changes: dict[str, float] = {}
+    given_by: dict[str, str] = {}
     for name, given in effects.items():
         values = tuple(float(x) for x in given) if isinstance(given, Sequence) else (float(given),)
         if name in BY_NAME:
@@ -85,8 +86,15 @@ def apply_effects(vehicle: Vehicle, effects: Mapping[str, Values]) -> Vehicle:
                 f"effect {name}: expected {len(symbols)} value(s) ({', '.join(symbols)}), got {len(values)}"
             )
         for symbol, value in zip(symbols, values, strict=True):
-            before = changes.get(symbol, vehicle.value(symbol))
-            changes[symbol] = before + value if symbol in _ADDED or ":" in symbol else value
+            if symbol in _ADDED or ":" in symbol:
+                changes[symbol] = changes.get(symbol, vehicle.value(symbol)) + value
+                continue
+            if symbol in changes:
+                raise RequestError(
+                    f"effects: expected one value for {symbol}, got {changes[symbol]:g} from {given_by[symbol]} and "
+                    f"{value:g} from {name}; give it once"
+                )
+            changes[symbol], given_by[symbol] = value, name
     try:
         for symbol, value in changes.items():
             _check_limits(vehicle, symbol, value)

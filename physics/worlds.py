@@ -6,12 +6,13 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from .averages import area_average
 from .errors import RequestError
 from .frames import Array
 from .hidden_effects import Values, apply_effects, parse_effect
 from .manoeuvres import COMMAND_STEP, programme
 from .motion import Motion
-from .simulated_log import SimulatedLog, area_average
+from .simulated_log import SimulatedLog
 from .simulation import SPEED_LIMIT, simulate_motion
 from .typical_effects import random_hull, typical_effect
 from .vehicle import Vehicle
@@ -30,6 +31,8 @@ __all__ = [
 
 FINE_STEP = 0.02
 """Step of the simulation [s]; it divides the command step."""
+DURATIONS = (1.0, 86400.0)
+"""Shortest and longest world [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +75,7 @@ class World:
     ----------
     vehicle : the true vehicle, hidden effects included
     programme : one of `manoeuvres.PROGRAMMES`
-    duration : [s]
+    duration : [s], 1 to 86400
     seed : decides the programme's order, the start heading and (apart) the noise
     """
 
@@ -87,10 +90,13 @@ class World:
         Raises
         ------
         RequestError
-            for an unknown programme, a duration below 1 s, or a world whose motion diverges.
+            for an unknown programme, a duration outside 1 to 86400 s, or a world whose motion diverges.
         """
-        if not 1.0 <= self.duration < np.inf:
-            raise RequestError(f"simulate: expected a duration of at least 1 s, got {self.duration:g} s")
+        shortest, longest = DURATIONS
+        if not shortest <= self.duration <= longest:
+            raise RequestError(
+                f"simulate: expected a duration of {shortest:g} to {longest:g} s, got {self.duration:g} s"
+            )
         held = programme(self.vehicle, self.programme, self.duration, self.seed)
         stamps = COMMAND_STEP * np.arange(held.shape[0], dtype=float)
         truth = self._truth(stamps, held)
@@ -140,13 +146,14 @@ def simulate_world(
     ----------
     effects : by name or symbol, as `apply_effects` takes them; empty for a world without a secret
     programme : `rich`, `zigzag` or `gentle`
-    duration : [s]
+    duration : [s], 1 to 86400
     noise : `clean`, `field` or `rough` (see `NOISE`)
 
     Raises
     ------
     RequestError
-        for an unknown effect, programme or noise preset, values that give no sound vehicle, or a diverging motion.
+        for an unknown effect, programme or noise preset, a duration out of range, values that give no sound vehicle, or
+        a diverging motion.
     """
     if noise not in NOISE:
         near = get_close_matches(noise, NOISE, n=1, cutoff=0.0)

@@ -1,13 +1,14 @@
 """The sections of the report page around the verdict: corrected parameters, the log, advice, how it was made."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..physics.errors import VehicleError
 from ..physics.vehicle import Vehicle
 from .markup import Html, element, render, table
 from .run_folder import RunFolder
-from .wording import MINUS, number, typeset, unit_text, words
+from .wording import MINUS, finite, number, typeset, unit_text, words
 
 
 def parameter_table(run: RunFolder) -> Html:
@@ -34,7 +35,7 @@ def parameter_table(run: RunFolder) -> Html:
 
 
 def data(run: RunFolder) -> Html:
-    """What the log is: rows, seconds, split, notes, and the inspection where there is one."""
+    """What the log is: rows, seconds, split, notes, and the quality of each log where it was inspected."""
     about: Mapping[str, Any] = run.findings.get("data") or {}
     counts = run.series["part"].value_counts()
     shares = ", ".join(f"{part} {counts[part]}" for part in ("train", "validation", "test") if part in counts)
@@ -49,8 +50,10 @@ def data(run: RunFolder) -> Html:
     rows = [(name, value) for name, value in facts if value]
     notes = [str(note) for note in (*(about.get("notes") or []), *(run.findings.get("notes") or []))]
     inner = [table(("the log", ""), rows, "ll"), *_bullets(notes)]
-    if run.inspection:
-        inner.append(element("details", element("summary", "inspection of the log"), *_tree(run.inspection)))
+    if run.inspections:
+        inner.append(_quality(run.inspections))
+    for inspection in run.inspections:
+        inner.append(element("details", element("summary", f"inspection of {inspection['path']}"), *_tree(inspection)))
     return render(element("h2", "The log"), element("div", *inner, cls="card"))
 
 
@@ -108,11 +111,38 @@ def _plain(value: Any) -> str:
         return "; ".join(f"{words(str(name))} {_plain(inner)}" for name, inner in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(map(_plain, value))
-    return str(value)
+    return "n/a" if value is None else str(value)
 
 
 def _bullets(texts: list[str]) -> list[Html]:
     return [element("ul", *(element("li", text) for text in texts))] if texts else []
+
+
+def _quality(inspections: Sequence[Mapping[str, Any]]) -> Html:
+    """The quality of the measured motion, one row a log; of several channels or comparisons the worst counts."""
+    noisy = {"u": "m/s", "v": "m/s", "r": "rad/s"}
+    rows = []
+    for log in inspections:
+        channels = {str(channel.get("name")): channel for channel in log.get("channels") or []}
+        motion = [channels[name] for name in ("x", "y", "psi", "u", "v", "r") if name in channels]
+        gaps = max(_numbers(motion, "gaps"), default=0.0)
+        facts = (
+            (log.get("excitation") or {}).get("seconds"),
+            min(_numbers(motion, "rate"), default=None),
+            max(_numbers(motion, "longest_gap"), default=None),
+            max(map(abs, _numbers(log.get("alignment") or [], "offset")), default=None),
+            *(channels.get(name, {}).get("noise") for name in noisy),
+        )
+        stretches = len((log.get("plan") or {}).get("segments") or [])
+        rows.append((str(log["path"]), str(stretches), f"{gaps:.0f}", *(number(fact, blank="") for fact in facts)))
+    noise = (f"noise of {name} {unit}" for name, unit in noisy.items())
+    head = ("", "stretches", "gaps", "usable s", "rate Hz", "longest gap s", "out of step s", *noise)
+    return table(head, rows, caption="quality of the measured motion")
+
+
+def _numbers(records: Sequence[Mapping[str, Any]], key: str) -> list[float]:
+    values = (finite(record.get(key)) for record in records)
+    return [value for value in values if not math.isnan(value)]
 
 
 def _tree(inspection: Mapping[str, Any]) -> list[Html]:

@@ -15,6 +15,7 @@ from .page import write_page
 from .run import Run
 
 RUN_SCHEMA = "undertow.run/1"
+INSPECTIONS_SCHEMA = "undertow.inspections/1"
 FILES = (
     "findings.json",
     "model.yaml",
@@ -103,7 +104,7 @@ def _write_files(run: Run, folder: Path) -> None:
     write_text(folder / "series.csv", run.series.to_csv(index=False, lineterminator="\n"))
     Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
     inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
-    write_json(folder / "inspection.json", inspections[0])
+    write_json(folder / "inspection.json", {"schema": INSPECTIONS_SCHEMA, "logs": inspections})
     write_json(
         folder / "run.json",
         {

@@ -37,8 +37,8 @@ class RunFolder:
         The vehicle before (`nominal.yaml`) and after (`model.yaml`).
     series : DataFrame
         `series.csv`, SI units, one row per time step (10 Hz).
-    inspection : dict or None
-        `inspection.json`, where it was written.
+    inspections : list of dict
+        One of each log, as in `inspection.json`; none where that was not written.
     digests : dict
         The first 12 hexadecimal digits of each file's SHA-256.
     """
@@ -49,7 +49,7 @@ class RunFolder:
     nominal: Vehicle
     corrected: Vehicle
     series: pd.DataFrame
-    inspection: dict[str, Any] | None
+    inspections: list[dict[str, Any]]
     digests: dict[str, str]
 
 
@@ -76,10 +76,14 @@ def read_run(folder: Path) -> RunFolder:
         except (OSError, UnicodeDecodeError) as error:
             raise RequestError(f"{folder / name} cannot be read ({error}); {REMEDY}") from None
 
-    findings = _json(text("findings.json"), "findings", folder)
-    comparison = _json(text("comparison.json"), "comparison", folder)
+    findings = _json(text("findings.json"), "findings", folder / "findings.json")
+    comparison = _json(text("comparison.json"), "comparison", folder / "comparison.json")
+    inspections: dict[str, Any] = {"logs": []}
+    if (folder / "inspection.json").exists():
+        inspections = _json(text("inspection.json"), "inspections", folder / "inspection.json")
     _check_findings(findings, folder / "findings.json")
     _check_comparison(comparison, folder / "comparison.json")
+    _check_inspections(inspections, folder / "inspection.json")
     return RunFolder(
         folder=folder,
         findings=findings,
@@ -87,14 +91,12 @@ def read_run(folder: Path) -> RunFolder:
         nominal=_vehicle(text("nominal.yaml"), folder / "nominal.yaml"),
         corrected=_vehicle(text("model.yaml"), folder / "model.yaml"),
         series=_series(text("series.csv"), folder / "series.csv"),
-        inspection=_json(text("inspection.json"), None, folder) if (folder / "inspection.json").exists() else None,
+        inspections=inspections["logs"],
         digests=digests,
     )
 
 
-def _json(text: str, schema: str | None, folder: Path) -> dict[str, Any]:
-    path = folder / f"{schema or 'inspection'}.json"
-
+def _json(text: str, schema: str, path: Path) -> dict[str, Any]:
     def refuse(constant: str) -> NoReturn:
         raise ValueError(f"{constant} is not JSON")
 
@@ -105,7 +107,7 @@ def _json(text: str, schema: str | None, folder: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise RequestError(f"{path}: expected a JSON object, got a {type(content).__name__}; {REMEDY}")
     expected = f"undertow.{schema}/1"
-    if schema and content.get("schema") != expected:
+    if content.get("schema") != expected:
         raise RequestError(f"{path}: expected schema {expected!r}, got {content.get('schema')!r}; {REMEDY}")
     return content
 
@@ -137,6 +139,17 @@ def _check_comparison(comparison: Mapping[str, Any], path: Path) -> None:
         acceleration = model.get("acceleration", {})
         rmse = acceleration.get("rmse", {}) if isinstance(acceleration, dict) else acceleration
         _check_errors(rmse, model.get("rollout", {}), path)
+
+
+def _check_inspections(inspections: Mapping[str, Any], path: Path) -> None:
+    _check_records(inspections, "logs", ("path",), path)
+    for log in inspections["logs"]:
+        for key in ("channels", "alignment"):
+            _check_records({key: [], **log}, key, (), path)
+        for key in ("excitation", "plan"):
+            if not isinstance(log.get(key) or {}, dict):
+                raise RequestError(f"{path}: expected an object or null under {key!r}, got {log[key]!r}; {REMEDY}")
+        _check_records({"segments": [], **(log.get("plan") or {})}, "segments", (), path)
 
 
 def _check_errors(acceleration: Any, rollout: Any, path: Path) -> None:

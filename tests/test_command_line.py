@@ -168,7 +168,8 @@ def test_inspect_as_a_table_and_as_json(place: Path) -> None:
     content = strict(done("inspect", place / "log.csv", "-v", "blueboat", "--json"))
     assert content["schema"] == "undertow.inspection/1"
     assert [c["name"] for c in content["channels"]] == [*"xy", "psi", *"uvr", "newton_port", "newton_stbd"]
-    assert content == strict((place / "run" / "inspection.json").read_text())
+    written = strict((place / "run" / "inspection.json").read_text())
+    assert written == {"schema": "undertow.inspections/1", "logs": [content]}
 
 
 def test_compare_takes_run_folders_and_vehicle_files(place: Path) -> None:
@@ -259,6 +260,11 @@ def test_several_logs_are_one_data_set(place: Path, here: Path) -> None:
     done("simulate", "-v", "blueboat", "--duration", "40", "--seed", "5", "--out", "other.csv")
     content = strict(done("compare", place / "log.csv", "other.csv", "-v", "blueboat", "--json"))
     assert content["logs"] == [str(place / "log.csv"), "other.csv"]
+    done("discover", place / "log.csv", "other.csv", "-v", "blueboat", "--out", "run")
+    inspected = strict(Path("run/inspection.json").read_text())
+    assert [log["path"] for log in inspected["logs"]] == content["logs"]
+    page = Path("run/report.html").read_text()
+    assert all(f"inspection of {path}" in page for path in content["logs"])
 
 
 def test_the_frame_and_the_map_reach_the_reader(place: Path, here: Path) -> None:
@@ -377,7 +383,8 @@ def test_the_run_folder_holds_what_was_promised(place: Path) -> None:
     assert {"findings.json", "model.yaml", "comparison.json", "report.html", "series.csv"} <= set(files(run))
     for path in run.glob("*.json"):
         content = strict(path.read_text("utf-8"))
-        assert content["schema"] == f"undertow.{path.stem}/1"
+        name = "inspections" if path.stem == "inspection" else path.stem  # one for each log
+        assert content["schema"] == f"undertow.{name}/1"
         assert "\r" not in path.read_text("utf-8")
     findings, comparison = (strict((run / f"{name}.json").read_text()) for name in ("findings", "comparison"))
     check_findings(findings)

@@ -244,6 +244,15 @@ BROKEN = {
     "time that runs back": (b"t,u\n0,1\n2,2\n1.5,3\n", r"time runs backwards in u \(u\) at row 4: 1.5"),
     "PWM of zero": (b"t,pwm_port\n0,1500\n1,0\n", r"pwm_port \(pwm_port\) must lie within 800 to 2200 \[us\], got 0"),
     "normalized in percent": (b"t,normalized_port\n0,0\n1,100\n", r"must lie within -1.05 to 1.05 \[1\], got 100"),
+    "a speed of 101 m/s": (b"t,u\n0,1\n1,-101\n", r"u \(u\) must lie within -100 to 100 \[m/s\], got -101 at t = 1"),
+    "drift without end": (b"t,v\n0,1\n1,1e300\n", r"v \(v\) must lie within -100 to 100 \[m/s\], got 1e\+300"),
+    "yaw rate in degrees": (b"t,r\n0,1\n1,51\n", r"r \(r\) must lie within -50 to 50 \[rad/s\], got 51"),
+    "position in millimetres": (b"t,x\n0,1\n1,2e8\n", r"must lie within -1e\+08 to 1e\+08 \[m\], got 2e\+08"),
+    "east far off": (b"t,y\n0,1\n1,-2e8\n", r"y \(y\) must lie within -1e\+08 to 1e\+08 \[m\], got -2e\+08"),
+    "acceleration in raw counts": (b"t,ax\n0,1\n1,16384\n", r"within -10000 to 10000 \[m/s\^2\], got 16384"),
+    "sideways in raw counts": (b"t,ay\n0,1\n1,16384\n", r"ay \(ay\) must lie within -10000 to 10000"),
+    "thrust of a rocket": (b"t,newton_port\n0,1\n1,2e7\n", r"within -1e\+07 to 1e\+07 \[N\], got 2e\+07"),
+    "a turbine": (b"t,rad_s_port\n0,1\n1,2e5\n", r"within -100000 to 100000 \[rad/s\], got 200000"),
     "a zero quaternion": (b"t,qx,qy,qz,qw\n0,0,0,0,0\n", "is zero in all 1 rows"),
 }
 

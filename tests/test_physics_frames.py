@@ -1,6 +1,7 @@
 """Frames and files of the ground floor: axes turned by hand, files whole or not at all."""
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,11 @@ def test_json_is_strict_and_rounded() -> None:
     assert files.strict_json({"a": math.nan, "b": [1 / 3, True, None]}) == (
         '{\n "a": null,\n "b": [\n  0.333333333,\n  true,\n  null\n ]\n}'
     )
+
+
+def test_json_of_the_largest_number_is_not_rounded_to_infinity() -> None:
+    largest = sys.float_info.max
+    assert files.strict_json([largest, -largest]) == "[\n 1.79769313e+308,\n -1.79769313e+308\n]"
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

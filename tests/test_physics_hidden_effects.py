@@ -83,6 +83,23 @@ def test_wrong_effect_is_refused_in_words(boat: Vehicle, text: str, message: str
         apply_effects(boat, dict([parse_effect(text)]))
 
 
+@pytest.mark.parametrize(
+    ("effects", "message"),
+    [
+        (
+            {"thruster_asymmetry": 0.8, "stbd_scale": 0.7},
+            "expected one value for stbd_scale, got 0.8 from thruster_asymmetry and 0.7 from stbd_scale; give it once",
+        ),
+        ({"lag": 0.4, "thruster_lag": 0.4}, "expected one value for lag, got 0.4 from lag and 0.4 from thruster_lag"),
+        ({"steady_current": 0.3, "current_east": 0.1}, "expected one value for current_east, got 0 from"),
+    ],
+)
+def test_two_values_for_what_is_replaced_are_refused(boat: Vehicle, effects: Mapping[str, float], message: str) -> None:
+    with pytest.raises(RequestError, match=message):
+        apply_effects(boat, effects)
+    assert apply_effects(boat, {"thruster_asymmetry": 0.8, "port_scale": 0.7}).value("port_scale") == 0.7
+
+
 def test_too_many_values_are_refused_without_the_command_line(boat: Vehicle) -> None:
     with pytest.raises(RequestError, match=r"effect steady_current: expected 2 value\(s\)"):
         apply_effects(boat, {"steady_current": (0.1, 0.2, 0.3)})

@@ -217,7 +217,14 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
     model = copy.deepcopy(nominal)
     model["damping"] |= {"X_uu": -7.8, "N_rr": -8.3, "Y_vv": -74.0}
     model["thrusters"][1]["scale"] = 0.806
-    inspection = {"schema": "undertow.inspection/1", "rate": 20.0, "channels": [{"name": "u", "rate": 20.0, "gaps": 0}]}
+    channel = {"name": "u", "unit": "m/s", "rate": 20.0, "gaps": 0, "longest_gap": None, "noise": 0.0152}
+    offsets = [{"offset": 0.002, "sentence": "in step"}, {"offset": -0.11, "sentence": "late"}, {"offset": None}]
+    plan = {"rate": 10.0, "segments": [{"start": 0.0, "end": 300.0, "rows": 3000}], "notes": [], "missing": []}
+    one = {"schema": "undertow.inspection/1", "path": "lake/one.csv", "channels": [channel], "plan": plan}
+    one |= {"alignment": offsets, "excitation": {"seconds": 300.0}}
+    two = one | {"path": "lake/two.csv", "excitation": None, "alignment": []}
+    two |= {"channels": [channel | {"gaps": 3, "longest_gap": 1.25}, {"name": "pwm_port", "gaps": 9}]}
+    inspection = {"schema": "undertow.inspections/1", "logs": [one, two]}
     for name, content in {"findings": findings, "comparison": comparison, "inspection": inspection}.items():
         (folder / f"{name}.json").write_text(json.dumps(content))
     (folder / "nominal.yaml").write_text(yaml.safe_dump(nominal))
@@ -264,6 +271,16 @@ def test_page_tells_the_whole_story(text):
     assert "X += X_uu u_r |u_r|" in text
     assert "This log cannot tell it from input delay." in text
     assert text.count("<svg") == 1 + 7 + 2 + 4 + 2
+
+
+def test_page_shows_the_quality_of_every_log(text):
+    rows = re.findall(r'<tr><td class="text">(lake/\w+\.csv)</td>(.*?)</tr>', text)
+    cells = {path: re.findall("<td>(.*?)</td>", rest) for path, rest in rows}
+    assert cells == {
+        "lake/one.csv": ["1", "0", "300", "20.0", "", "0.110", "0.0152", "", ""],
+        "lake/two.csv": ["1", "3", "", "20.0", "1.25", "", "0.0152", "", ""],
+    }
+    assert text.count("<summary>inspection of lake/") == 2
 
 
 def test_page_leads_with_the_rollout_error_before_and_after(sample, text):
@@ -395,6 +412,18 @@ def test_missing_folder_is_named(tmp_path):
             "expected at least one entry in 'steps'",
         ),
         ("comparison.json", '{"schema": "undertow.comparison/1"}', "expected a list of objects under 'models'"),
+        ("inspection.json", '{"schema": "undertow.inspection/1"}', "expected schema 'undertow.inspections/1'"),
+        *(
+            ("inspection.json", f'{{"schema": "undertow.inspections/1", "logs": {logs}}}', message)
+            for logs, message in (
+                ("3", "expected a list of objects under 'logs'"),
+                ("[{}]", r"logs\[0\] lacks 'path'"),
+                ('[{"path": "a", "channels": 3}]', "expected a list of objects under 'channels'"),
+                ('[{"path": "a", "alignment": [3]}]', "expected a list of objects under 'alignment'"),
+                ('[{"path": "a", "plan": [3]}]', r"expected an object or null under 'plan', got \[3\]"),
+                ('[{"path": "a", "plan": {"segments": 3}}]', "expected a list of objects under 'segments'"),
+            )
+        ),
         ("model.yaml", "mass: -1", "model.yaml"),
         ("model.yaml", "a: [", "model.yaml is not valid YAML"),
         ("nominal.yaml", "just text", "nominal.yaml"),
