@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..physics.effects import EFFECTS
-from ..physics.frames import AXES
+from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
@@ -15,6 +15,10 @@ from .search import Search
 from .uncertainty import Interval
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
+_ALIVE = 2.0
+"""Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
+_LEAST_FORCE = 1e-3
+_STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
 _MANOEUVRES = {
     "reverse_thrust_loss": "an astern run and a few thrust reversals",
     "thrust_dead_zone": "slow steps of small commands through zero, ahead and astern",
@@ -63,10 +67,11 @@ def conclude(
         for term in _terms(pool[e.key], nominal, corrected, intervals)
     )
     open_ends = [e for e in evidence if e.selected and e.key not in kept]
-    verdict = "missing" if missing else "undecided" if open_ends or unnamed else "nothing missing"
+    still = bool((search.force_scale < np.maximum(_ALIVE * search.noise_error, _LEAST_FORCE)).all())
+    verdict = "missing" if missing else "undecided" if open_ends or unnamed or still else "nothing missing"
     return Findings(
         verdict,
-        _headline(missing, unnamed, open_ends),
+        _STILL if still and not missing else _headline(missing, unnamed, open_ends),
         missing,
         tuple(found),
         unnamed,
@@ -168,7 +173,8 @@ def _criterion(search: Search) -> dict[str, object]:
         ),
         "material": f"it explains at least {settings.materiality:.0%} of the force at work on some axis, alone",
         "rollouts": f"5 s rollouts do not get worse with it (by {WORSE:.0%} and {SIGNIFICANT:g} standard errors)",
-        "force_scale": {a: float(s) for a, s in zip(("surge", "sway", "yaw"), search.force_scale, strict=True)},
+        "unit": dict(zip(AXES, FORCE_UNITS, strict=True)),
+        "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (
             f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "
             f"scored on {search.weak.settings.blocks} held-out blocks"

@@ -40,12 +40,16 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
         )
         if index >= 0
     ]
-    lower = np.array([row[2] for row in rows]) / scale
-    upper = np.array([row[3] for row in rows]) / scale
+    # Solve for total values, each in units of its own size, so that every number the solver sees is of order one.
+    start = np.array([row[1] for row in rows]) / scale
+    target = target + factor @ start
+    size = float(np.linalg.norm(target)) or 1.0
+    lower = (np.array([row[2] for row in rows]) / scale + start) / size
+    upper = (np.array([row[3] for row in rows]) / scale + start) / size
     x = cvxpy.Variable(columns.size)
     limits = [x[k] >= b for k, b in enumerate(lower) if np.isfinite(b)]
     limits += [x[k] <= b for k, b in enumerate(upper) if np.isfinite(b)]
-    problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(factor @ x - target)), limits)
+    problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(factor @ x - target / size)), limits)
     try:
         problem.solve(solver=cvxpy.CLARABEL)
     except cvxpy.SolverError as error:
@@ -54,17 +58,14 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
         raise RequestError(
             f"lawful refit: expected an optimal solution, the solver says {problem.status!r}; try fewer effects"
         )
-    change = np.asarray(x.value, dtype=float)
-    slack = _TOLERANCE * (1.0 + np.abs(change))
-    if (change < lower - slack).any() or (change > upper + slack).any():
-        broken = [
-            row[0] for row, a, b, c in zip(rows, change, lower, upper, strict=True) if not b - 1e-6 <= a <= c + 1e-6
-        ]
-        raise RequestError(f"lawful refit: the solution breaks the limits of {', '.join(broken)}; try fewer effects")
-    change = np.clip(change, lower, upper) * scale
-    for (symbol, start, _, _), delta in zip(rows, change, strict=True):
-        values[symbol] = start + float(delta)
-    return values
+    found = np.asarray(x.value, dtype=float)
+    slack = _TOLERANCE * (1.0 + np.abs(found))
+    broken = (found < lower - slack) | (found > upper + slack)
+    if broken.any():
+        names = ", ".join(row[0] for row, bad in zip(rows, broken, strict=True) if bad)
+        raise RequestError(f"lawful refit: the solution breaks the limits of {names}; try fewer effects")
+    total = np.clip(found, lower, upper) * size * scale
+    return values | {row[0]: float(value) for row, value in zip(rows, total, strict=True)}
 
 
 def _factor(normal: Array, pull: Array) -> tuple[Array, Array]:

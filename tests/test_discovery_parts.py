@@ -213,3 +213,14 @@ def test_adding_finds_the_shape_of_a_lag():
 def test_adding_refuses_what_it_cannot_add(draggy: Motion, names: list[str], message: str):
     with pytest.raises(RequestError, match=message):
         add_effects([draggy], HULL, names, DiscoverySettings())
+
+
+def test_a_boat_that_hardly_moves_tells_nothing():
+    log = simulate_world(HULL, {}, duration=90.0, noise="clean", seed=1).motion(0.05)
+    rng = np.random.default_rng(3)
+    noise = rng.normal(size=log.velocity.shape) * [0.015, 0.015, 0.006]
+    for velocity in (0.0 * noise, noise):
+        still = Motion(log.time, 0 * log.position, 0 * log.heading, velocity, 0 * log.commands, log.thrusters)
+        found = find_missing([still], HULL).findings
+        assert (found.verdict, found.missing) == ("undecided", ())
+        assert "hardly moves" in found.headline

@@ -63,8 +63,8 @@ def test_a_perfect_model_leaves_only_the_error_of_sampling(weak: WeakForm):
 
 
 def test_a_log_too_short_for_the_blocks_is_refused(motion: Motion):
-    with pytest.raises(RequestError, match="at least 64 are needed; give a longer log"):
-        WeakForm([motion.slice(0, 200)], WeakSettings())
+    with pytest.raises(RequestError, match="at least 32 are needed; give a longer log"):
+        WeakForm([motion.slice(0, 120)], WeakSettings())
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def compressed(weak: WeakForm) -> tuple[Linearisation, GramScores, list, np.ndar
     weight = 1.0 / np.array([2.0, 1.0, 0.5]) ** 2
     columns = linear.columns.copy()
     columns[:, :, -1] += rng.normal(0.0, 0.5, columns.shape[:2])
-    scores = GramScores(columns, weak.block, weight)
+    scores = GramScores(columns, linear.noise, weak.block, weight)
     chosen = [
         without_limits(linear.options[key][1]) for key in ("munk_moment", "mean_wind", "thruster_lag", "yaw_trim")
     ]

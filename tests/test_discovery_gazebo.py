@@ -1,0 +1,121 @@
+"""The main job on real Gazebo logs: what was put into the simulator is what the tool names, and nothing else.
+
+Three runs travel with the tests; the others are read from the shared data where that lies beside the checkout.
+"""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from undertow.discovery.findings import FoundTerm
+from undertow.reports.inputs import read_inputs
+from undertow.reports.run import Run, add, discover
+
+HERE = Path(__file__).parent / "data"
+SHARED = Path(__file__).parents[2] / "shared" / "data" / "gazebo"
+LEVEL = ("B_4", "F_1", "H_1")
+QUADRATIC = ("B_2", "B_4", "C_1", "C_2", "D_1", "D_2", "E_2", "G_2", "H_1")
+PLAIN = ("A_1", "A_2", "F_1")
+
+
+def path_of(run: str) -> Path:
+    for folder in (HERE, SHARED):
+        if (folder / f"{run}.csv.gz").is_file():
+            return folder / f"{run}.csv.gz"
+    pytest.skip(f"run {run} is not here: it lies in the shared data, which is not beside this checkout")
+
+
+@cache
+def discovered(run: str, hull: str = "linear") -> Run:
+    vehicle = HERE / f"vehicle_{hull}{'_level' if run in LEVEL else ''}.yaml"
+    return discover(read_inputs(path_of(run), vehicle))
+
+
+def terms(run: Run) -> dict[str, FoundTerm]:
+    return {t.symbol: t for c in run.findings.candidates if c.verdict == "missing" for t in c.terms}
+
+
+@pytest.mark.parametrize("run", QUADRATIC)
+def test_quadratic_damping_is_named_where_it_was(run: str):
+    found = discovered(run)
+    assert {"surge_quadratic_damping", "yaw_quadratic_damping"} <= set(found.findings.missing)
+    assert terms(found)["X_uu"].value == pytest.approx(-8.0, rel=0.05)
+
+
+@pytest.mark.parametrize("run", PLAIN)
+def test_quadratic_damping_is_not_named_where_it_was_not(run: str):
+    named = set(discovered(run).findings.missing)
+    assert not named & {"surge_quadratic_damping", "sway_quadratic_damping", "yaw_quadratic_damping"}
+    assert named == {"munk_moment", "sway_lift"}
+
+
+@pytest.mark.parametrize("run", ["D_1", "D_2"])
+def test_the_weak_thruster_is_named_with_its_scale(run: str):
+    found = discovered(run)
+    assert "thruster_asymmetry" in found.findings.missing
+    assert terms(found)["stbd_scale"].value == pytest.approx(0.8, abs=0.03)
+    assert "port_scale" not in terms(found)
+
+
+@pytest.mark.parametrize("run", ["C_1", "C_2"])
+def test_the_current_is_named_within_three_centimetres_a_second(run: str):
+    found = discovered(run)
+    assert "steady_current" in found.findings.missing
+    assert terms(found)["current_north"].value == pytest.approx(0.15, abs=0.03)
+    assert terms(found)["current_east"].value == pytest.approx(0.25, abs=0.03)
+
+
+@pytest.mark.parametrize("run", [r for r in (*QUADRATIC, *PLAIN) if r[0] not in "CD"])
+def test_no_current_and_no_weak_thruster_where_there_was_none(run: str):
+    assert not {"thruster_asymmetry", "steady_current"} & set(discovered(run).findings.missing)
+
+
+@pytest.mark.parametrize("run", ["B_2", "B_4"])
+def test_the_simulators_own_coefficients_lack_exactly_two_terms(run: str):
+    found = discovered(run, "full")
+    assert set(found.findings.missing) == {"munk_moment", "sway_lift"}
+    assert terms(found)["N_uv"].value == pytest.approx(12.0, abs=0.5)
+    assert terms(found)["Y_ur"].value == pytest.approx(6.0, abs=0.2)
+    assert not found.findings.unnamed
+
+
+def test_drag_that_drives_is_left_unnamed_rather_than_given_a_wrong_name():
+    found = discovered("F_1").findings
+    values = {(t.axis, t.form): t.value for t in found.unnamed}
+    assert values == {
+        ("surge", "u^2"): pytest.approx(-8.0, rel=0.02),
+        ("sway", "v^2"): pytest.approx(80.0, rel=0.02),  # -80 about the FLU axes of the simulator
+        ("yaw", "r^2"): pytest.approx(8.0, rel=0.02),
+    }
+
+
+@pytest.mark.parametrize("run", [*QUADRATIC, *PLAIN])
+def test_the_rollout_error_falls_to_a_third_or_less(run: str):
+    steps = discovered(run).findings.steps
+    before, after = (step["rollout_rmse"]["10"] for step in (steps[0], steps[-1]))
+    shares = {name: after[name] / before[name] for name in ("surge", "sway", "yaw", "position")}
+    assert max(shares.values()) <= 1 / 3, shares
+
+
+@pytest.mark.parametrize("run", ["A_2", "C_2", "D_2"])
+def test_adding_the_named_effects_by_hand_gives_the_same_model(run: str):
+    found = discovered(run)
+    again = add(found.findings.missing, found.inputs)
+    before, after = (step["rollout_rmse"]["10"] for step in (again.findings.steps[0], again.findings.steps[-1]))
+    assert after["position"] <= before["position"] / 3
+    for symbol, term in terms(found).items():
+        assert again.discovery.corrected.value(symbol) == pytest.approx(
+            found.discovery.corrected.value(symbol), rel=0.01, abs=0.005
+        ), (symbol, term)
+
+
+@pytest.mark.parametrize("run", ["A_2", "C_2", "D_2"])
+def test_intervals_hold_what_was_put_into_the_simulator(run: str):
+    found = terms(discovered(run))
+    truth = {"X_uu": -8.0, "stbd_scale": 0.8, "current_north": 0.15, "current_east": 0.25}
+    for symbol in set(truth) & set(found):
+        interval = found[symbol].ci95
+        assert interval is not None
+        slack = 0.02 * abs(truth[symbol])  # the simulator pitches and rolls, the model does not
+        assert interval.lower - slack <= truth[symbol] <= interval.upper + slack
