@@ -1,9 +1,10 @@
 """Discovery, step by step: search the catalogue, look for structure that it leaves, weigh the evidence, conclude."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..physics.frames import Array
 from ..physics.motion import Motion
@@ -12,7 +13,7 @@ from .conclude import conclude
 from .evidence import weigh
 from .findings import Findings
 from .lawful import lawful_refit
-from .library import shortlist, term_candidate
+from .library import shortlist, term_candidate, twins
 from .options import Candidate, candidates
 from .search import Search, SearchSettings, State
 from .uncertainty import Interval, block_bootstrap
@@ -79,7 +80,13 @@ def find_missing(
         when the log is too short for the weak form, or a solver fails.
     """
     settings = settings or DiscoverySettings()
-    say = progress or (lambda text: None)
+    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
+        return _find(motions, nominal, settings, progress or (lambda text: None))
+
+
+def _find(
+    motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, say: Callable[[str], None]
+) -> Discovery:
     weak = WeakForm(motions, settings.weak)
     pool = candidates(nominal)
     say("searching the catalogue of effects")
@@ -129,11 +136,24 @@ def _with_terms(
     state: State,
     say: Callable[[str], None],
 ) -> tuple[Search, State]:
-    """Search again with a sparse shortlist of unnamed terms, from the named model and from nothing; keep the better."""
-    symbols = dict.fromkeys((*shortlist(weak, nominal), *shortlist(weak, state.vehicle)))
-    search = Search(weak, nominal, (*pool, *(term_candidate(s, nominal) for s in symbols)), settings)
+    """Search again with a sparse shortlist of unnamed terms, from the named model and from nothing; keep the better.
+
+    Terms that move much like a chosen one then join, so that a term is not blamed where its twin would do as well.
+    """
+
+    def widened(symbols: Iterable[str]) -> Search:
+        terms = [term_candidate(s, nominal) for s in dict.fromkeys(symbols)]
+        return Search(weak, nominal, (*pool, *terms), settings)
+
+    symbols = [*shortlist(weak, nominal), *shortlist(weak, state.vehicle)]
+    search = widened(symbols)
     found = [search.run(start=state, progress=say), search.run(progress=say)]
-    return search, min(found, key=lambda s: s.score)
+    best = min(found, key=lambda s: s.score)
+    alike = twins(weak, best.vehicle, [key for key in best.active if ":" in key])
+    if not alike:
+        return search, best
+    search = widened([*symbols, *alike])
+    return search, search.run(start=best, progress=say)
 
 
 def _steps(search: Search, final: State, corrected: Vehicle) -> tuple[tuple[str | None, Vehicle], ...]:

@@ -24,6 +24,7 @@ from .options import Candidate
 from .weak import WeakForm
 
 _ALIAS = 0.9995
+_TWIN = 0.9
 
 
 def _same(form: Form) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -98,13 +99,7 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
     columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
     """
-    library = TermLibrary(degree)
-    states = [
-        np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1)
-        for motion in weak.motions
-    ]
-    library.fit(states[0])
-    features = weak.average([library.values(state) for state in states])
+    library, features = _tested_features(weak, vehicle, degree)
     balance = weak.balance(vehicle)
     found: list[str] = []
     for axis, name in enumerate(AXES):
@@ -126,6 +121,39 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
             if (axis, _same(forms[keep[k]])) not in _NAMED_KEYS:
                 found.append(f"{name}:{forms[keep[k]].text}")
     return tuple(found)
+
+
+def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 3, degree: int = 3) -> tuple[str, ...]:
+    """Unnamed terms that move nearly as given ones do on this log: at most `most` each, the closest first.
+
+    Their tested columns correlate by more than 0.9 in modulus. Terms of the catalogue are left out: they are tried
+    anyway.
+    """
+    if not symbols:
+        return ()
+    library, features = _tested_features(weak, vehicle, degree)
+    names = [form.text for form in library.forms_]
+    norms = np.maximum(np.sqrt((features**2).sum(axis=0)), 1e-300)
+    found: list[str] = []
+    for symbol in symbols:
+        axis, text = symbol.split(":", 1)
+        k = names.index(text)
+        alike = np.abs(features.T @ features[:, k]) / (norms * norms[k])
+        near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN]
+        named = [(AXES.index(axis), _same(library.forms_[n])) in _NAMED_KEYS for n in near]
+        found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:most]
+    return tuple(dict.fromkeys(s for s in found if s not in symbols))
+
+
+def _tested_features(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[TermLibrary, Array]:
+    """The library and its features along the log, averaged by the test functions, (tests, features)."""
+    library = TermLibrary(degree)
+    states = [
+        np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1)
+        for motion in weak.motions
+    ]
+    library.fit(states[0])
+    return library, weak.average([library.values(state) for state in states])
 
 
 def _distinct(features: Array, order: Sequence[int]) -> list[int]:

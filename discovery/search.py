@@ -4,20 +4,19 @@ Each model is scored by sum over axes of (independent tests / 2) log(held-out er
 parameter. The floor is a share of the force scale of the axis: what is smaller does not matter (materiality).
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 
 from ..physics.frames import Array
 from ..physics.matrices import mass_matrix
 from ..physics.vehicle import Vehicle
+from .changes import apply_fit, changes, difference, reset, settled
 from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
 from .weak import WeakForm
 
-_PROMISING = 12
 _INERTIA = ("X_udot", "Y_vdot", "N_rdot")
 
 
@@ -135,9 +134,9 @@ class Search:
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
             moved = apply_fit(vehicle, chosen, fit)
-            settled = _settled(vehicle, moved, chosen)
+            rests = settled(vehicle, moved, chosen)
             vehicle, error = moved, fit.in_sample
-            if settled:
+            if rests:
                 break
         linear, scores = self.linearise(vehicle, active, error, pool)
         chosen = [linear.options[key][0] for key in active]
@@ -152,11 +151,14 @@ class Search:
             improved = self._step(state, refused)
             if improved is None:
                 break
-            self.trail.append(_difference(state.active, improved.active))
+            self.trail.append(difference(state.active, improved.active))
             if progress is not None:
                 progress(self.trail[-1])
             state = improved
-        return self._prune(state)
+        pruned = self._prune(state)
+        if progress is not None and pruned is not state:
+            progress(f"{difference(state.active, pruned.active)} (too small to matter)")
+        return pruned
 
     def _prune(self, state: State) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
@@ -179,8 +181,8 @@ class Search:
     def restrict(self, state: State, active: Sequence[str]) -> State:
         """A model with some of its effects only, fitted again."""
         gone = [c for c in self.pool if c.key in state.active and c.key not in active]
-        reset = {s: self.nominal.value(s) for c in gone for s in c.symbols}
-        return self.evaluate(state.vehicle.with_values(reset), tuple(active), state.fit.in_sample)
+        null = {s: self.nominal.value(s) for c in gone for s in c.symbols}
+        return self.evaluate(state.vehicle.with_values(null), tuple(active), state.fit.in_sample)
 
     def replace(self, state: State, old: str, new: str, linear: Linearisation, scores: GramScores) -> State:
         """A model with one effect in place of another, fitted from the better of its shapes."""
@@ -194,7 +196,7 @@ class Search:
         """Make a change that was scored about the columns at hand, and refine it."""
         chosen = list(change.values())
         fit = self.fit(scores, chosen)
-        start = apply_fit(_reset(state.vehicle, self.nominal, now, change), chosen, fit)
+        start = apply_fit(reset(state.vehicle, self.nominal, now, change), chosen, fit)
         return self.evaluate(start, [key for key in change if not key.startswith("-")], fit.in_sample)
 
     def reshape(self, state: State) -> State:
@@ -230,7 +232,7 @@ class Search:
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True):
-            neighbours = enumerate(_changes(linear, scores, now, two_for_one))
+            neighbours = enumerate(changes(linear, scores, now, two_for_one))
             scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
             ranked = sorted(scored, key=lambda item: item[:2])
             for score, _, change in ranked[:6]:
@@ -244,58 +246,6 @@ class Search:
                     return trial
                 refused.add(frozenset(active))
         return None
-
-
-def _changes(
-    linear: Linearisation, scores: GramScores, now: dict[str, Option], two_for_one: bool
-) -> Iterator[dict[str, Option]]:
-    """Neighbouring models worth a score: one effect added, dropped, reshaped or swapped; or two replaced by one.
-
-    For each set of dropped effects, only the most promising additions by in-sample error are given.
-    """
-    new = [option for key, options in linear.options.items() if key not in now for option in options[1:]]
-    drops = list(combinations(now, 2)) if two_for_one else [(), *((key,) for key in now)]
-    for drop in drops:
-        # A dropped effect leaves its offset behind: the columns were taken with it in place.
-        kept = {key: option for key, option in now.items() if key not in drop}
-        kept |= {f"-{key}": linear.options[key][1] for key in drop}
-        if drop:
-            yield kept
-        gains = scores.screen(list(kept.values()), new)
-        for n in np.argsort(-gains, kind="stable")[:_PROMISING]:
-            yield {**kept, new[n].key: new[n]}
-    if not two_for_one:
-        for key in now:
-            for option in linear.options[key][2:]:
-                yield {**now, key: option}
-
-
-def _reset(vehicle: Vehicle, nominal: Vehicle, now: dict[str, Option], change: dict[str, Option]) -> Vehicle:
-    gone = [option for key, option in now.items() if key not in change]
-    return vehicle.with_values({s: nominal.value(s) for option in gone for s in option.symbols})
-
-
-def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
-    """The vehicle with the fitted parameters set."""
-    by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
-    values = {}
-    for option in chosen:
-        for symbol, start, index in zip(
-            option.symbols, option.start, option.free or (-1,) * len(option.symbols), strict=True
-        ):
-            values[symbol] = start + by_column.get(index, 0.0)
-    return vehicle.with_values(values)
-
-
-def _settled(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
-    pairs = [(before.value(s), after.value(s)) for option in chosen for s in option.symbols]
-    return all(abs(a - b) <= 1e-4 * (abs(a) + 1e-3) for a, b in pairs)
-
-
-def _difference(before: Sequence[str], after: Sequence[str]) -> str:
-    gone = [f"- {key}" for key in before if key not in after]
-    come = [f"+ {key}" for key in after if key not in before]
-    return ", ".join(come + gone) or "reshaped"
 
 
 def _noise_blocks(weak: WeakForm, nominal: Vehicle) -> Array:

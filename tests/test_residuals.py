@@ -1,0 +1,91 @@
+"""Residuals and scores against closed forms and against models whose errors are known."""
+
+import numpy as np
+import pytest
+
+from undertow.measurements.dataset import WEAK, DataSet, Recipe
+from undertow.measurements.derive import smooth
+from undertow.physics.matrices import mass_matrix
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import simulate_motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.residuals.models import VehicleModel
+from undertow.residuals.residual import residuals
+from undertow.residuals.scores import acceleration_score, rollout_scores
+
+HULL = load_vehicle("blueboat")
+MODEL = VehicleModel(HULL, "truth")
+
+
+@pytest.fixture(scope="module")
+def world() -> Motion:
+    """A minute of noise-free motion, simulated on the very grid of the scores."""
+    start = simulate_world(HULL, {}, duration=60.0, noise="clean", seed=2).motion(0.1)
+    return simulate_motion(HULL, start)
+
+
+def raw(motion: Motion) -> DataSet:
+    return DataSet((motion,), (), WEAK)
+
+
+def test_the_true_model_rolls_out_without_error(world: Motion):
+    scores = rollout_scores(MODEL, raw(world))
+    assert set(scores) == {"2", "10", "30"}
+    for score in scores.values():
+        assert score.velocity.max() < 1e-12
+        assert score.position < 1e-11
+        assert score.diverged == 0
+
+
+def test_every_start_with_room_counts_once(world: Motion):
+    rows = world.time.size
+    for name, seconds in (("2", 2.0), ("10", 10.0), ("30", 30.0)):
+        room = rows - round(seconds / world.time_step)
+        assert rollout_scores(MODEL, raw(world))[name].starts == len(range(0, room, 5))
+
+
+def test_horizons_longer_than_every_motion_are_left_out(world: Motion):
+    assert set(rollout_scores(MODEL, raw(world.slice(0, 150)))) == {"2", "10"}
+
+
+def test_a_constant_force_too_much_shows_with_its_size(world: Motion):
+    wrong = VehicleModel(HULL.with_values({"yaw_trim": 2.0}), "wrong")
+    found = residuals(wrong.vehicle, raw(world))[0]
+    assert np.median(found.force[:, 2]) == pytest.approx(-2.0, abs=0.02)
+    expected = (np.linalg.inv(mass_matrix(HULL)) @ [0.0, 0.0, 2.0])[2]
+    assert acceleration_score(wrong, raw(world)).rmse[2] == pytest.approx(expected, rel=0.1)
+
+
+def test_r2_is_one_for_a_perfect_model_and_nan_with_nothing_to_explain(world: Motion):
+    assert acceleration_score(MODEL, raw(world)).r2 == pytest.approx(1.0, abs=2e-2)
+    zero = np.zeros(200)
+    pair = np.zeros((200, 2))
+    still = Motion(0.1 * np.arange(200, dtype=float), pair, zero, np.zeros((200, 3)), pair, world.thrusters)
+    score = acceleration_score(MODEL, raw(still))
+    assert np.isnan(score.r2).all()
+    assert score.rmse == pytest.approx(0.0)
+
+
+def test_the_definitions_are_the_usual_ones(world: Motion):
+    score = acceleration_score(VehicleModel(HULL.with_values({"X_u": -30.0}), "draggy"), raw(world))
+    measured = np.gradient(world.velocity, 0.1, axis=0, edge_order=2)
+    modelled = VehicleModel(HULL.with_values({"X_u": -30.0}), "draggy").acceleration(world)
+    error = measured - modelled
+    assert score.rmse == pytest.approx(np.sqrt((error**2).mean(axis=0)))
+    assert score.mae == pytest.approx(np.abs(error).mean(axis=0))
+    assert score.r2 == pytest.approx(1.0 - (error**2).mean(axis=0) / measured.var(axis=0))
+
+
+def test_both_sides_pass_the_same_filter(world: Motion):
+    recipe = Recipe(rate=10.0, cutoff=1.2)
+    filtered = DataSet((smooth(world, 1.2),), (), recipe, (world,))
+    unfair = acceleration_score(MODEL, DataSet(filtered.motions, (), WEAK)).rmse
+    assert (acceleration_score(MODEL, filtered).rmse < 0.8 * unfair).all()
+
+
+def test_a_runaway_rollout_is_counted_and_stays_finite(world: Motion):
+    runaway = VehicleModel(HULL.with_values({"X_u": 400.0}), "runaway")
+    score = rollout_scores(runaway, raw(world))["10"]
+    assert score.diverged > 0
+    assert np.isfinite(score.velocity).all()
