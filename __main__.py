@@ -2,20 +2,21 @@
 
 import io
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from .physics.effects import EFFECTS
+
 if TYPE_CHECKING:
     from .reports.inputs import Inputs
-    from .reports.run import Run
 
 app = typer.Typer(
     name="undertow",
-    help="Find the physics your boat model is missing.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -26,9 +27,37 @@ VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle fil
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
+_WIDEST = 120
+"""Columns beyond which nothing is spread out."""
 SeedOption = Annotated[
     int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
 ]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        _say(f"undertow {version('undertow')}")
+        raise typer.Exit
+
+
+def _catalogue() -> str:
+    """The names of all effects, a paragraph for each family."""
+    names: dict[str, list[str]] = {}
+    for effect in EFFECTS:
+        names.setdefault(effect.family, []).append(effect.name)
+    families = (f"{family}: {', '.join(members)}." for family, members in names.items())
+    return "\n\n".join(("Effects:", *families, "A term without a name is an axis and a form, such as yaw:u|r|."))
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Find the physics your boat model is missing."""
 
 
 @app.command()
@@ -44,8 +73,7 @@ def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")
         ):
             _check_folder(out)
             _say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
-            inputs = _read([log], str(car), None, None)
-            _discover(inputs, out, report=True, seed=0)
+            _discover(out, partial(_read, [log], str(car), None, None), report=True, seed=0)
 
 
 @app.command()
@@ -68,9 +96,9 @@ def inspect(
         if as_json:
             _print_json(found)
         else:
-            from .reports.terminal import inspection_table
+            from .reports.inspected import inspection_screen
 
-            _show(inspection_table(found))
+            _show(inspection_screen(found, model))
 
 
 @app.command()
@@ -110,10 +138,11 @@ def discover(
     """Rank, test and select the physical effects that the vehicle model misses."""
     with _failing_clearly():
         _check_folder(out)
-        _discover(_read(logs, vehicle, frame, channels), out, report=not no_report, seed=seed, as_json=as_json)
+        read = partial(_read, logs, vehicle, frame, channels)
+        _discover(out, read, report=not no_report, seed=seed, as_json=as_json)
 
 
-@app.command()
+@app.command(epilog=_catalogue())
 def add(
     effects: Annotated[
         list[str], typer.Argument(metavar="EFFECT...", help="Effects to add; with --vehicle, a LOG last.")
@@ -155,12 +184,19 @@ def add(
         found = add_named(names, _read(paths, nominal, frame, channels), progress=_progress)
         if out is not None:
             found.discovery.corrected.save(out)
+        findings = found.findings.to_dict()
         if as_json:
-            _print_json({"schema": "undertow.added/1", **_only(found, "steps", "candidates", "unnamed")})
+            wanted = {key: findings[key] for key in ("steps", "candidates", "unnamed")}
+            _print_json({"schema": "undertow.added/1", **wanted})
             return
-        _show_steps(found)
+        from .reports.terminal import added_table, unnamed_table
+
+        _prose(findings["headline"])
+        tables = [added_table(findings)] if findings["candidates"] else []
+        _show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
+        _show_steps(findings)
         if out is not None:
-            _say(f"\nCorrected vehicle: {out}")
+            _say(f"Corrected vehicle: {out}")
 
 
 @app.command()
@@ -171,7 +207,9 @@ def simulate(
         list[str] | None, typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value.")
     ] = None,
     programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
-    duration: Annotated[float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log [s].")] = 300.0,
+    duration: Annotated[
+        float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log in seconds.")
+    ] = 300.0,
     noise: Annotated[str, typer.Option("--noise", help="Sensors: clean, field or rough.")] = "field",
     seed: SeedOption = 0,
 ) -> None:
@@ -193,8 +231,9 @@ def simulate(
         nominal = load_vehicle(vehicle)
         world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
         world.write(out)
-        changed = {s: v for s, v in world.vehicle.values.items() if v != nominal.values.get(s, 0.0)}
-        listed = ", ".join(f"{s} = {v:g}" for s, v in changed.items()) or "nothing"
+        before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
+        changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
+        listed = ", ".join(changed) or "nothing"
         _say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
 
 
@@ -216,44 +255,43 @@ def main() -> None:
     app()
 
 
-def _discover(inputs: "Inputs", out: Path, *, report: bool, seed: int, as_json: bool = False) -> None:
+def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: int, as_json: bool = False) -> None:
+    """Read, search, write the run folder, and tell the story; the time told is that of all four."""
     import time
 
+    begun = time.perf_counter()
     from .discovery.discover import DiscoverySettings
+    from .reports import terminal
     from .reports.folder import write_run
     from .reports.run import discover as find
-    from .reports.terminal import candidates_table, failures_table
 
-    begun = time.perf_counter()
-    run = find(inputs, DiscoverySettings(seed=seed), progress=_progress)
+    run = find(read(), DiscoverySettings(seed=seed), progress=_progress)
     write_run(run, out, report=report)
-    if as_json:
-        _print_json(run.findings.to_dict())
-        return
     findings = run.findings.to_dict()
-    _say(f"\n{findings['headline']}\n")
-    _show(failures_table(findings["failures"]), candidates_table(findings))
-    _show_steps(run)
-    _say(f"\nDone in {time.perf_counter() - begun:.1f} s. Corrected vehicle: {out / 'model.yaml'}")
+    if as_json:
+        _print_json(findings)
+        return
+    _say("")
+    _prose(findings["headline"])
+    _show(terminal.failures_table(findings), terminal.candidates_table(findings))
+    _show(terminal.missing_in_words(findings))
+    if findings["unnamed"]:
+        _show(terminal.unnamed_table(findings))
+    _show_steps(findings)
+    _prose(terminal.not_judged(findings))
+    _show(terminal.advice_list(findings))
+    _say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
+    if len(run.findings.steps) > 1:
+        _say(f"Corrected vehicle: {out / 'model.yaml'}")
     if report:
         _say(f"Report: {out / 'report.html'}")
 
 
-def _show_steps(run: "Run") -> None:
-    from .reports.terminal import steps_table
+def _show_steps(findings: dict[str, Any]) -> None:
+    from .reports.terminal import error_left, steps_table
 
-    _show(steps_table(run.findings.to_dict()))
-    before, after = (step["rollout_rmse"].get("10") for step in (run.findings.steps[0], run.findings.steps[-1]))
-    if before and after and len(run.findings.steps) > 1:
-        shares = ", ".join(
-            f"{axis} {after[axis] / max(before[axis], 1e-12):.0%}" for axis in ("surge", "sway", "yaw", "position")
-        )
-        _say(f"Held-out 10 s rollout error after, as a share of before: {shares}.")
-
-
-def _only(run: "Run", *keys: str) -> dict[str, Any]:
-    findings = run.findings.to_dict()
-    return {key: findings[key] for key in keys}
+    _show(steps_table(findings))
+    _prose(error_left(findings))
 
 
 def _read(
@@ -303,13 +341,23 @@ def _say(text: str) -> None:
     print(text)
 
 
-def _show(*tables: Any) -> None:
+def _prose(text: str) -> None:
+    """Print a paragraph, wrapped at the terminal's width, and a blank line; nothing for an empty text."""
+    from rich.text import Text
+
+    _show(Text(text) if text else None)
+
+
+def _show(*parts: Any) -> None:
+    """Print tables and texts, each with a blank line after it; None is passed over."""
     from rich.console import Console
 
     console = Console()
-    for table in tables:
-        console.print(table)
-        console.print()
+    console.width = min(console.width, _WIDEST)
+    for part in parts:
+        if part is not None:
+            console.print(part)
+            console.print()
 
 
 def _print_json(data: dict[str, Any]) -> None:

@@ -49,7 +49,8 @@ def add_effects(
         state = min((_with(search, state, candidate) for candidate in group), key=lambda s: s.score)
         steps.append((state.active[-1], state.vehicle))
     state = search.reshape(state)
-    evidence, linear, scores = weigh(search, state, settings.seed)
+    evidence = weigh(search, state, settings.seed)
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]
     corrected = nominal.with_values(lawful_refit(scores, chosen), name=f"{nominal.name}, corrected").checked()
     steps[-1] = (steps[-1][0], corrected)

@@ -159,6 +159,8 @@ def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: S
         return "No named effect is missing for sure, but the log asks for terms that nobody has named."
     if open_ends:
         names = ", ".join(e.key.replace("_", " ") for e in open_ends)
+        if all(e.rollouts_object for e in open_ends):
+            return f"Undecided: the force balance asks for {names}, but predictions get worse with it."
         return f"Undecided: something is missing, but this log cannot tell what for sure ({names})."
     return "Nothing material is missing: the model explains this log."
 
@@ -172,7 +174,7 @@ def _criterion(search: Search) -> dict[str, object]:
             f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
         ),
         "material": f"it explains at least {settings.materiality:.0%} of the force at work on some axis, alone",
-        "rollouts": f"5 s rollouts do not get worse with it (by {WORSE:.0%} and {SIGNIFICANT:g} standard errors)",
+        "rollouts": f"5 s rollouts with it and 10 s rollouts with all are not worse ({WORSE:.0%}, {SIGNIFICANT:g} sigma)",
         "unit": dict(zip(AXES, FORCE_UNITS, strict=True)),
         "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (

@@ -1,7 +1,7 @@
 """Discovery, step by step: search the catalogue, look for structure that it leaves, weigh the evidence, conclude."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -15,6 +15,7 @@ from .findings import Findings
 from .lawful import lawful_refit
 from .library import shortlist, term_candidate, twins
 from .options import Candidate, candidates
+from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, SearchSettings, State
 from .uncertainty import Interval, block_bootstrap
 from .weak import WeakForm, WeakSettings
@@ -96,16 +97,18 @@ def _find(
         say("named effects leave structure: looking for terms that nobody has named")
         search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
     say("weighing the evidence")
-    evidence, linear, scores = weigh(search, state, settings.seed)
+    evidence = weigh(search, state, settings.seed)
     kept = tuple(e.key for e in evidence if e.sure)
-    final = state if set(kept) == set(state.active) else search.restrict(state, kept)
-    if final is not state:
-        linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
+    final = search.restrict(state, kept)
+    if kept and worse_as_a_whole(motions, nominal, final.vehicle):
+        evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
+        kept, final = (), search.restrict(state, ())
+    linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
     name = f"{nominal.name}, corrected"
     corrected = nominal.with_values(lawful_refit(scores, chosen), name=name).checked() if kept else nominal
     intervals: dict[str, Interval] = block_bootstrap(scores, chosen, settings.seed)
-    if final is not state:
+    if set(kept) != set(state.active):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         intervals = block_bootstrap(wide, [far.options[k][0] for k in state.active], settings.seed) | intervals
     steps = _steps(search, final, corrected)
@@ -120,6 +123,15 @@ def _find(
         [s for s, _ in steps[1:]],
     )
     return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
+
+
+def worse_as_a_whole(motions: Sequence[Motion], nominal: Vehicle, corrected: Vehicle) -> bool:
+    """True when 10 s open-loop rollouts of a corrected model are significantly worse than the nominal model's.
+
+    On field logs the force balance can ask for effects that wreck predictions; then none of them is called missing.
+    """
+    before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (nominal, corrected))
+    return rollouts_object(before, after)
 
 
 def leaves_structure(search: Search, state: State) -> bool:

@@ -55,11 +55,8 @@ class Evidence:
         return self.selected and self.confidence >= SURE and not self.rollouts_object
 
 
-def weigh(search: Search, state: State, seed: int) -> tuple[list[Evidence], Linearisation, GramScores]:
-    """Evidence for every candidate of a search about its final model, best first.
-
-    Returns also the linearisation and Gram matrices about that model, for intervals and the lawful refit.
-    """
+def weigh(search: Search, state: State, seed: int) -> list[Evidence]:
+    """Evidence for every candidate of a search about its final model, best first."""
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     whole = search.fit(scores, list(now.values()))
@@ -71,7 +68,7 @@ def weigh(search: Search, state: State, seed: int) -> tuple[list[Evidence], Line
         else:
             found.append(_not_selected(search, candidate, linear, scores, now, whole, seed))
     found.sort(key=lambda e: (not e.selected, -e.gain))
-    return found, linear, scores
+    return found
 
 
 def _selected(

@@ -11,6 +11,8 @@ from ..physics.vehicle import Vehicle
 
 HORIZON = 5.0
 """Length of a rollout [s]: long enough to accumulate a wrong force, short enough to forget a noisy start."""
+WHOLE_HORIZON = 10.0
+"""Length of the rollouts [s] by which a corrected model as a whole must not be worse than the nominal one."""
 SPACING = 2.5
 """Distance between starts [s]."""
 WORSE = 0.03
@@ -19,11 +21,11 @@ SIGNIFICANT = 2.5
 """Standard errors by which the rise must exceed zero."""
 
 
-def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle) -> Array:
-    """Mean square velocity errors of 5 s open-loop rollouts from measured starts every 2.5 s, (starts, 3)."""
+def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float = HORIZON) -> Array:
+    """Mean square velocity errors of `horizon` [s] open-loop rollouts from measured starts every 2.5 s, (starts, 3)."""
     squares = [np.zeros((0, 3))]
     for motion in motions:
-        steps = round(HORIZON / motion.time_step)
+        steps = round(horizon / motion.time_step)
         starts = np.arange(0, motion.time.size - steps, max(1, round(SPACING / motion.time_step)))
         if starts.size:
             states = rollout(vehicle, motion, starts, steps).states[:, 1:, 3:]

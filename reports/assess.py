@@ -94,11 +94,14 @@ def comparison(models: Sequence[Model], parts: Parts, logs: Sequence[str], table
 
 
 def model_failures(table: pd.DataFrame, model: Model, which: str, judge: str) -> list[dict[str, Any]]:
-    """Where a model fails, on the held-out rows if they are long enough to fill the regimes, else on the whole log."""
-    rows = table if judge == "all" else table[table["part"] == judge]
-    if rows.empty or len(rows) * _step(table) < ENOUGH_SECONDS:
-        rows = table
-    return [{**place, "model": model.name} for place in failures(rows, which)]
+    """Where a model fails, on the judged rows if they are long enough to fill the regimes, else on the whole log.
+
+    `rows_of` of each place says which: the part's name, or "all".
+    """
+    rows, rows_of = table[table["part"] == judge], judge
+    if judge == "all" or len(rows) * _step(table) < ENOUGH_SECONDS:
+        rows, rows_of = table, "all"
+    return [{**place, "model": model.name, "rows_of": rows_of} for place in failures(rows, which)]
 
 
 def _step(table: pd.DataFrame) -> float:

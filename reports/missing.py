@@ -7,7 +7,7 @@ from .figures import coefficients, ranked_effects
 from .markup import Html, element, figure, lines, render, table
 from .plotted import coefficient_rows
 from .run_folder import RunFolder
-from .wording import MINUS, interval, listing, percent, typeset, unit_text, words
+from .wording import MINUS, cannot_tell, effect_words, interval, listing, percent, typeset, unit_text, words
 
 
 def missing_effects(run: RunFolder) -> Html:
@@ -51,7 +51,7 @@ def _effect(item: Mapping[str, Any]) -> Html:
     equation = str(item.get("equation") or "")
     return element(
         "div",
-        element("h3", words(str(item["effect"])).capitalize()),
+        element("h3", effect_words(item).capitalize()),
         element("p", unit_text(str(item.get("sentence") or ""))),
         *[element("div", equation, cls="equation")] * bool(equation),
         *values,
@@ -64,16 +64,21 @@ def _effect(item: Mapping[str, Any]) -> Html:
 def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
     rows = []
     for item in candidates:
-        verdict, terms = str(item["verdict"]), item.get("terms") or []
+        unseen, terms = cannot_tell(item), item.get("terms") or []
+        verdict = str(item["verdict"])
         twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
         rows.append(
             (
-                words(str(item["effect"])),
-                element("span", verdict, cls=f"tag {verdict}" if verdict in ("missing", "possible") else "tag"),
+                effect_words(item),
+                element(
+                    "span",
+                    "cannot tell" if unseen else verdict,
+                    cls=f"tag {verdict}" if verdict in ("missing", "possible") else "tag",
+                ),
                 render(*lines(map(_value, terms))),
                 render(*lines(interval(term.get("ci95")) for term in terms)),
-                percent(item.get("error_drop"), minus=MINUS),
-                percent(item.get("confidence")),
+                "" if unseen else percent(item.get("error_drop"), minus=MINUS),
+                "" if unseen else percent(item.get("confidence")),
                 render(*lines(twins)),
             )
         )

@@ -3,14 +3,27 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich import box
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from .wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, number, percent, pick_horizon, unit_text, words
+from .layout import Fitting, bullets, glossary, plain_table, section
+from .wording import (
+    ACCELERATION_UNITS,
+    AXES,
+    ROLLOUT_UNITS,
+    cannot_tell,
+    effect_words,
+    finite,
+    listing,
+    number,
+    percent,
+    pick_horizon,
+    unit_text,
+    words,
+)
 
-VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "no evidence": "dim"}
+VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "yellow", "no evidence": "dim"}
 
 
 def steps_table(findings: Mapping[str, Any]) -> Table:
@@ -22,56 +35,96 @@ def steps_table(findings: Mapping[str, Any]) -> Table:
         The content of `findings.json`.
     """
     steps = findings["steps"]
-    horizon = pick_horizon([key for step in steps for key in step["rollout_rmse"]])
-    table = _table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
-    table.collapse_padding = True
+    horizon = _horizon(steps)
+    table = plain_table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
     table.add_column("effect added", min_width=12)
     for axis in AXES:
         table.add_column(f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}", justify="right", no_wrap=True)
     for axis in (*AXES, "position"):
         heading = f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}"
         table.add_column(heading, justify="right", no_wrap=True)
+    names = _names(findings)
     for index, step in enumerate(steps):
         added = step.get("added")
         rollout = step["rollout_rmse"].get(horizon) or {}
         style = "red" if index == 0 else "bold cyan" if index == len(steps) - 1 else ""
-        cells = [number(step["acceleration_rmse"].get(axis)) for axis in AXES]
-        cells += [number(rollout.get(axis)) for axis in (*AXES, "position")]
-        table.add_row(Text(f"+ {words(str(added))}" if added else "nominal model"), *cells, style=style)
+        cells = [number(step["acceleration_rmse"].get(axis), 2) for axis in AXES]
+        cells += [number(rollout.get(axis), 2) for axis in (*AXES, "position")]
+        label = f"+ {names.get(str(added), words(str(added)))}" if added else "nominal model"
+        table.add_row(Text(label, overflow="fold"), *cells, style=style)
     return table
 
 
-def candidates_table(findings: Mapping[str, Any], *, most: int = 12) -> Table:
+def error_left(findings: Mapping[str, Any]) -> str:
+    """What is left of the rollout error after the last step, by axis, as a sentence; empty when nothing was added."""
+    steps = findings["steps"]
+    horizon = _horizon(steps)
+    before, after = (step["rollout_rmse"].get(horizon) or {} for step in (steps[0], steps[-1]))
+    ratios = {axis: finite(after.get(axis)) / max(finite(before.get(axis)), 1e-12) for axis in (*AXES, "position")}
+    if len(steps) < 2 or not before or not after:
+        return ""
+    shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
+    return f"Held-out {horizon} s rollout error after, as a share of before: {shares}."
+
+
+def candidates_table(findings: Mapping[str, Any], *, most: int = 12) -> RenderableType:
     """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
     candidates = findings["candidates"]
-    shown = candidates[:most]
-    rest = len(candidates) - len(shown)
-    table = _table("Effects, best first", caption=f"and {rest} more in findings.json" if rest else "")
-    table.add_column("effect", min_width=14)
-    table.add_column("verdict", no_wrap=True)
-    table.add_column("value (95 %)")
-    table.add_column("error\nremoved", justify="right", no_wrap=True)
-    table.add_column("sure", justify="right", no_wrap=True)
-    for item in shown:
-        verdict = str(item["verdict"])
-        values = "\n".join(_value(term) for term in item.get("terms") or []) if verdict != "no evidence" else ""
-        twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
-        effect = words(str(item["effect"])) + (f"\n(or {', '.join(twins)})" if twins else "")
-        style = VERDICT_STYLES.get(verdict, "")
-        table.add_row(
-            Text(effect),
-            Text(verdict, style=style),
-            Text(values),
-            percent(item.get("error_drop")),
-            percent(item.get("confidence")),
-        )
+    rest = len(candidates) - most
+    caption = f"and {rest} more in findings.json" if rest > 0 else ""
+    return _effects("Effects, best first", candidates[:most], caption=caption, verdicts=True)
+
+
+def added_table(findings: Mapping[str, Any]) -> RenderableType:
+    """The effects that a person added by name, with their fitted values, whatever undertow itself thinks of them."""
+    return _effects("Effects added, fitted together", findings["candidates"], caption="", verdicts=False)
+
+
+def unnamed_table(findings: Mapping[str, Any]) -> Table:
+    """Terms that no effect of the catalogue stands for: axis, monomial, value and 95 % interval."""
+    table = plain_table("Terms without a name", "a term here is a hint, not a cause")
+    table.add_column("axis", no_wrap=True)
+    table.add_column("form", overflow="fold")
+    table.add_column("value", no_wrap=True)
+    table.add_column("95 % interval", no_wrap=True)
+    for term in findings.get("unnamed") or []:
+        value = f"{number(term.get('value'))} {unit_text(str(term.get('unit') or ''))}".rstrip()
+        cells = (str(term.get("axis")), str(term.get("form")), value, _interval(term))
+        table.add_row(*map(Text, cells))
     return table
+
+
+def missing_in_words(findings: Mapping[str, Any]) -> RenderableType | None:
+    """What each missing effect means, in a sentence; None when nothing is missing."""
+    pairs = [
+        (effect_words(item), unit_text(str(item.get("sentence") or "")))
+        for item in findings["candidates"]
+        if item["verdict"] == "missing" and item.get("sentence")
+    ]
+    return section("What is missing, in words", glossary(pairs)) if pairs else None
+
+
+def not_judged(findings: Mapping[str, Any]) -> str:
+    """The effects that this log cannot show, as a sentence; empty when there are none."""
+    names = list(dict.fromkeys(effect_words(item) for item in findings["candidates"] if cannot_tell(item)))
+    return f"Could not be judged in this log: {listing(names)}." if names else ""
+
+
+def advice_list(findings: Mapping[str, Any]) -> RenderableType | None:
+    """Manoeuvres that would settle what this log leaves open, each said once; None when there are none."""
+    reasons: dict[str, list[str]] = {}
+    for item in findings.get("advice") or []:
+        reasons.setdefault(str(item.get("manoeuvre", "")), []).append(str(item.get("why", "")))
+    lines = [f"{manoeuvre}: {'; '.join(dict.fromkeys(why))}" for manoeuvre, why in reasons.items()]
+    return section("What to record next", bullets(lines)) if lines else None
 
 
 def failures_table(failures: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> Table:
     """Where the models fail: the content of `comparison.json` (or `findings.json`), or its list of failures."""
     places = (failures.get("failures") or []) if isinstance(failures, Mapping) else failures
-    table = _table("Where it fails", caption="" if places else "the error is spread evenly: no regime stands out")
+    rows_of = {str(place["rows_of"]) for place in places if "rows_of" in place}
+    title = f"Where it fails ({', '.join(map(_rows_in_words, sorted(rows_of)))})" if rows_of else "Where it fails"
+    table = plain_table(title, "" if places else "the error is spread evenly: no regime stands out")
     table.show_header = bool(places)
     table.add_column("model", no_wrap=True)
     table.add_column("where")
@@ -94,7 +147,7 @@ def failures_table(failures: Mapping[str, Any] | Sequence[Mapping[str, Any]]) ->
 def comparison_table(comparison: Mapping[str, Any]) -> Table:
     """All compared models: one column each, acceleration and rollout errors by axis and horizon below one another."""
     models = comparison["models"]
-    table = _table(f"Models on the {comparison.get('split', 'held-out')} part", caption="root mean square errors")
+    table = plain_table(f"Models on the {comparison.get('split', 'held-out')} part", caption="root mean square errors")
     table.add_column("error", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for model in models:
@@ -116,94 +169,58 @@ def comparison_table(comparison: Mapping[str, Any]) -> Table:
     return table
 
 
-def inspection_table(inspection: Mapping[str, Any]) -> RenderableType:
-    """An inspection (`Inspection.to_dict()`, or its JSON): channels, other records, then the facts and the plan.
-
-    Parameters
-    ----------
-    inspection : mapping
-        Lists of records become tables, mappings and everything else rows of facts.
-    """
-    facts = _table("The log, and what undertow would do with it")
-    facts.show_header = False
-    facts.add_column("", no_wrap=True, style="bold")
-    facts.add_column("")
-    tables: list[RenderableType] = []
-    for name, value in inspection.items():
-        if name == "channels" and _is_records(value):
-            tables.append(_channels(value))
-        elif _is_records(value) and all("sentence" in item for item in value):
-            facts.add_row(Text(words(str(name))), Text("\n".join(str(item["sentence"]) for item in value)))
-        elif _is_records(value):
-            tables.append(_records(words(str(name)), value))
-        elif isinstance(value, Mapping):
-            for key, inner in value.items():
-                facts.add_row(Text(f"{words(str(name))}: {words(str(key))}"), Text(_plain(inner)))
-        elif name != "schema" and value not in (None, "", [], ()):
-            facts.add_row(Text(words(str(name))), Text(_plain(value)))
-    tables += [facts] if facts.rows else []
-    return Group(*(part for index, table in enumerate(tables) for part in ([Text(), table] if index else [table])))
+def _effects(title: str, candidates: Sequence[Mapping[str, Any]], *, caption: str, verdicts: bool) -> RenderableType:
+    """Effects with values: each interval beside its value where there is room, or else below it."""
+    return Fitting([_effects_in(title, candidates, caption, verdicts, gap) for gap in (" ", "\n")])
 
 
-def _channels(channels: Sequence[Mapping[str, Any]]) -> Table:
-    table = _table("Channels")
-    table.add_column("channel", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    for name in ("rows", "rate Hz", "gaps", "longest\ngap s", "smallest", "largest", "noise"):
-        table.add_column(name, justify="right", no_wrap=True)
-    keys = ("count", "rate", "gaps", "longest_gap", "minimum", "maximum", "noise")
-    for channel in channels:
-        cells = [number(channel.get(key), blank="") for key in keys]
-        table.add_row(Text(str(channel.get("name"))), Text(str(channel.get("unit", ""))), *cells)
+def _effects_in(title: str, candidates: Sequence[Mapping[str, Any]], caption: str, verdicts: bool, gap: str) -> Table:
+    table = plain_table(title, caption)
+    table.add_column("effect", min_width=14)
+    if verdicts:
+        table.add_column("verdict", no_wrap=True)
+    table.add_column("value (95 %)", overflow="fold")
+    table.add_column("error\nremoved", justify="right", no_wrap=True)
+    table.add_column("sure", justify="right", no_wrap=True)
+    for item in candidates:
+        unseen = cannot_tell(item)
+        verdict = "cannot tell" if unseen else str(item["verdict"])
+        terms = item.get("terms") or [] if verdict != "no evidence" else []
+        twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
+        effect = effect_words(item) + (f"\n(or {', '.join(twins)})" if twins else "")
+        table.add_row(
+            Text(effect),
+            *[Text(verdict, style=VERDICT_STYLES.get(verdict, ""))] * verdicts,
+            Text("\n".join(_value(term, gap) for term in terms)),
+            "" if unseen else percent(item.get("error_drop")),
+            "" if unseen else percent(item.get("confidence")),
+        )
     return table
 
 
-def _is_records(value: Any) -> bool:
-    return isinstance(value, list | tuple) and bool(value) and all(isinstance(item, Mapping) for item in value)
+def _names(findings: Mapping[str, Any]) -> dict[str, str]:
+    """Effects in words, with the thruster where only one is meant."""
+    found: dict[str, list[str]] = {}
+    for item in findings.get("candidates") or []:
+        found.setdefault(str(item["effect"]), []).append(effect_words(item))
+    return {effect: names[0] if len(names) == 1 else words(effect) for effect, names in found.items()}
 
 
-def _table(title: str, caption: str = "") -> Table:
-    return Table(
-        title=Text(title, style="bold"),
-        caption=Text(caption, style="dim") if caption else None,
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1),
-        pad_edge=False,
-        show_edge=False,
-        title_justify="left",
-        caption_justify="left",
-    )
+def _horizon(steps: Sequence[Mapping[str, Any]]) -> str:
+    return pick_horizon([key for step in steps for key in step["rollout_rmse"]])
 
 
-def _records(title: str, records: Sequence[Mapping[str, Any]]) -> Table:
-    table = _table(title)
-    names = list(dict.fromkeys(str(name) for record in records for name in record))
-    for name in names:
-        is_number = all(isinstance(record.get(name), int | float) for record in records)
-        table.add_column(Text(words(name)), justify="right" if is_number else "left")
-    for record in records:
-        table.add_row(*(Text(_plain(record.get(name, ""))) for name in names))
-    return table
+def _rows_in_words(rows_of: str) -> str:
+    return {"all": "whole log", "test": "held-out part"}.get(rows_of, f"{rows_of} part")
 
 
-def _plain(value: Any) -> str:
-    if isinstance(value, bool) or value is None:
-        return {True: "yes", False: "no", None: ""}[value]
-    if isinstance(value, int | float):
-        return number(value, 4)
-    if isinstance(value, Mapping):
-        return ", ".join(f"{words(str(name))} {_plain(inner)}" for name, inner in value.items())
-    if isinstance(value, list | tuple):
-        # Sentences stand on lines of their own, names and numbers in one.
-        separator = "\n" if any(isinstance(inner, str) and " " in inner for inner in value) else ", "
-        return separator.join(map(_plain, value))
-    return str(value)
-
-
-def _value(term: Mapping[str, Any]) -> str:
+def _interval(term: Mapping[str, Any]) -> str:
     ends = term.get("ci95")
-    interval = f" ({number(ends[0])} to {number(ends[1])})" if isinstance(ends, list | tuple) and len(ends) == 2 else ""
-    return (
-        f"{term.get('symbol')} = {number(term.get('value'))} {unit_text(str(term.get('unit') or ''))}".rstrip()
-        + interval
-    )
+    return f"{number(ends[0])} to {number(ends[1])}" if isinstance(ends, list | tuple) and len(ends) == 2 else ""
+
+
+def _value(term: Mapping[str, Any], gap: str) -> str:
+    unit = unit_text(str(term.get("unit") or ""))
+    value = f"{term.get('symbol')} = {number(term.get('value'))} {unit}".rstrip()
+    interval = _interval(term)
+    return f"{value}{gap}({interval})" if interval else value

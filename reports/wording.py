@@ -1,8 +1,10 @@
 """Numbers, units and names as a reader wants to see them, the same on the page, in the figures and on the terminal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+from ..physics.effects import BY_NAME
 
 MINUS = "\N{MINUS SIGN}"
 NARROW = "\N{NO-BREAK SPACE}"
@@ -20,6 +22,31 @@ def words(name: str) -> str:
     'surge quadratic damping'
     """
     return name.replace("_", " ")
+
+
+def effect_words(candidate: Mapping[str, Any]) -> str:
+    """The effect of a candidate in words, with the thruster that is meant where it concerns one.
+
+    Examples
+    --------
+    >>> effect_words({"effect": "thruster_asymmetry", "terms": [{"symbol": "stbd_scale"}]})
+    'thruster asymmetry (stbd)'
+    """
+    name = str(candidate["effect"])
+    effect = BY_NAME.get(name)
+    if effect is None or not effect.per_thruster:
+        return words(name)
+    ending = effect.symbols[0].replace("{thruster}", "")
+    meant = [str(term.get("symbol")).removesuffix(ending) for term in candidate.get("terms") or []]
+    return f"{words(name)} ({', '.join(meant)})" if meant else words(name)
+
+
+def cannot_tell(candidate: Mapping[str, Any]) -> bool:
+    """Whether the log holds no manoeuvre in which the effect would show, so that no number about it means anything.
+
+    The findings say so in their sentence only.
+    """
+    return candidate["verdict"] == "possible" and str(candidate.get("sentence")).startswith("This log cannot tell:")
 
 
 def finite(value: Any) -> float:

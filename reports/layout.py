@@ -1,0 +1,75 @@
+"""What every screen on the terminal is made of: headings, bullets, and tables that fit the width that there is."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from rich import box
+from rich.console import Console, ConsoleOptions, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+_WIDEST = 1000
+
+
+def plain_table(title: str, caption: str = "") -> Table:
+    """An empty table in the house's style."""
+    return Table(
+        title=heading(title) if title else None,
+        caption=Text(caption, style="dim") if caption else None,
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1),
+        pad_edge=False,
+        show_edge=False,
+        collapse_padding=True,
+        title_justify="left",
+        caption_justify="left",
+    )
+
+
+def heading(text: str, style: str = "bold") -> Text:
+    """The first line of a section."""
+    return Text(text, style=style)
+
+
+def bullets(texts: Sequence[str], style: str = "") -> Table:
+    """Sentences, one below the other, wrapped and indented; long paths are folded, never cut."""
+    grid = Table.grid(padding=(0, 1))
+    grid.add_column(no_wrap=True)
+    grid.add_column(overflow="fold")
+    for text in texts:
+        grid.add_row("-", Text(text, style=style))
+    return grid
+
+
+def glossary(pairs: Sequence[tuple[str, str]]) -> Table:
+    """Names with a sentence each."""
+    grid = Table.grid(padding=(0, 2))
+    grid.add_column(max_width=26)
+    grid.add_column(overflow="fold")
+    for name, sentence in pairs:
+        grid.add_row(Text(name, style="bold"), Text(sentence))
+    return grid
+
+
+def section(title: str, *parts: RenderableType, style: str = "bold") -> Group:
+    """A heading and what belongs under it."""
+    return Group(heading(title, style), *parts)
+
+
+def stacked(parts: Sequence[RenderableType]) -> Group:
+    """Sections below one another, a blank line between them."""
+    return Group(*(part for index, each in enumerate(parts) for part in ([Text(), each] if index else [each])))
+
+
+@dataclass(frozen=True, slots=True)
+class Fitting:
+    """The first of several tables, from full to bare, that needs no cutting or folding at the width that there is."""
+
+    tables: Sequence[Table]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+        """Choose when the width is known."""
+        free = options.update(width=_WIDEST)
+        widths = (console.measure(table, options=free).maximum for table in self.tables)
+        fitting = (table for table, width in zip(self.tables, widths, strict=True) if width <= options.max_width)
+        yield next(fitting, self.tables[-1])
