@@ -174,7 +174,7 @@ def _criterion(search: Search) -> dict[str, object]:
             f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
         ),
         "material": f"it explains at least {settings.materiality:.0%} of the force at work on some axis, alone",
-        "rollouts": f"5 s rollouts with it and 10 s rollouts with all are not worse ({WORSE:.0%}, {SIGNIFICANT:g} sigma)",
+        "rollouts": f"5 s rollouts with it, 10 s rollouts of all are not worse ({WORSE:.0%}, {SIGNIFICANT:g} sigma)",
         "unit": dict(zip(AXES, FORCE_UNITS, strict=True)),
         "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (
