@@ -28,7 +28,7 @@ from .price import NOTHING, Binding, price_in_words
 from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, solve_excess, solve_refit
 
 _TOLERANCE = 1e-6
-_MARGIN = 1e-7
+_MARGIN = 1e-6
 """Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
 _LEAST_MASS = 1e-3
 """Smallest eigenvalue of M, scaled to a unit rigid body, that a refit may reach."""
@@ -238,7 +238,7 @@ class _Passive:
         slack = solve_excess(self.before / self.scale, self.degree)
         size, vectors = np.linalg.eigh(control_matrices(self.before / self.scale, slack, self.degree))
         missing = np.einsum("...ik,...k,...jk->...ij", vectors, np.maximum(-size, 0.0), vectors)
-        self.numbers = replace(self.numbers, allowance=missing + 10.0 * _MARGIN * np.eye(3))
+        self.numbers = replace(self.numbers, allowance=missing + _MARGIN * np.eye(3))
 
     def solve(self, ease: float) -> Solution | None:
         """The refit with S + allowance + ease >= 0 at the control points; None when no values do that."""
@@ -270,7 +270,7 @@ class _Passive:
             )
 
     def binding(self, solution: Solution, free: dict[str, float], values: dict[str, float], misfit: float) -> Binding:
-        """The control point with the largest multiplier, and the parameter that it moves most.
+        """The control point with the largest multiplier, and the parameter whose move costs the fit most.
 
         Parameters
         ----------
@@ -278,8 +278,7 @@ class _Passive:
         """
         relief = np.trace(solution.pull, axis1=2, axis2=3) / self.scale
         orthant, point = np.unravel_index(int(np.argmax(relief)), relief.shape)
-        change = basis(self.degree).lift[point] @ self.numbers.slope[orthant]
-        push = np.einsum("ij,ijk->k", solution.pull[orthant, point], change)
+        push = np.einsum("oqij,qijm,omk->k", solution.pull, basis(self.degree).lift, self.numbers.slope)
         moved = np.array([values[s] - free[s] for s in self.scaled.symbols]) / self.scaled.unit
         k = int(np.argmax(np.abs(push * moved)))
         symbol = self.scaled.symbols[k]

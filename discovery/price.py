@@ -16,7 +16,7 @@ class Binding:
     ----------
     state : corner of the envelope (u, v, r) [m/s, m/s, rad/s]
     multiplier : share of the misfit that 1 W more at this corner would save [1/W]
-    symbol : the parameter that the law moves most there
+    symbol : the parameter that the law moves most, weighed by what that costs
     wanted, allowed : its value without and with the law
     unit : of the parameter
     """
@@ -61,14 +61,23 @@ def price_in_words(price: float, binding: Binding | None, kept: bool, nominal: s
     if binding is None or price <= NOTHING:
         return short + "That costs nothing."
     law = "Passivity" if kept else "That"
-    u, v, r = binding.state
     watts = next((w for w in (1.0, 0.1, 0.01, 1e-3) if binding.multiplier * w <= 0.5), 1e-4)
-    at = "at rest" if not any(binding.state) else f"at u = {u:.2f} m/s, v = {v:.2f} m/s, r = {r:.2f} rad/s"
+    at = "at rest" if not any(binding.state) else f"at {state_in_words(binding.state)}"
     return (
         f"{short}{law} costs {percent(price)} of fit. It binds {at}: {binding.symbol} wants {binding.wanted:.4g} "
         f"{binding.unit} and is held at {binding.allowed:.4g}; {watts:g} W more there would save "
         f"{percent(binding.multiplier * watts)} of the misfit."
     )
+
+
+def state_in_words(state: State) -> str:
+    """Velocities with units.
+
+    >>> state_in_words((1.954, 0.0, -0.0001))
+    'u = 1.95 m/s, v = 0.00 m/s, r = 0.00 rad/s'
+    """
+    u, v, r = (round(x, 2) + 0.0 for x in state)
+    return f"u = {u:.2f} m/s, v = {v:.2f} m/s, r = {r:.2f} rad/s"
 
 
 def percent(share: float) -> str:

@@ -24,7 +24,7 @@ _LOCK = Lock()
 _INSIDE = 1e-6
 """Margin that a certificate takes where it can, so that the solver's tolerance does not break it."""
 _COARSER = {"tol_gap_abs": 1e-6, "tol_gap_rel": 1e-6, "tol_feas": 1e-7}
-"""Tolerances of a second attempt, where the finer ones are beyond rounding; every constraint is checked again anyway."""
+"""Tolerances of a second attempt where the finer ones are beyond rounding; every constraint is checked again."""
 _NONE = (cvxpy.INFEASIBLE, cvxpy.INFEASIBLE_INACCURATE)
 
 

@@ -152,7 +152,8 @@ def worst_dissipation(
     """Random search of the envelope for the largest power of the damping force; at rest it is 0 W.
 
     Half of the states are drawn evenly over the box, a quarter on its faces, a quarter along rays at all scales, since
-    linear terms show at low and cubic ones at high speed. The best are then moved at random, ever less.
+    linear terms show at low and cubic ones at high speed. The best by power, and the best by power over squared
+    speed (else rest, where there is no power, would hide all else), are then moved at random, ever less.
     """
     rng = np.random.default_rng(seed)
     low, high = np.array(envelope.lower), np.array(envelope.upper)
@@ -162,20 +163,27 @@ def worst_dissipation(
     axis = rng.integers(0, 3, quarter)
     states[face, axis] = np.where(rng.random(quarter) < 0.5, low[axis], high[axis])
     states[quarter : 2 * quarter] *= 10.0 ** rng.uniform(-3.0, 0.0, (quarter, 1))
+
+    def share(where: Array) -> Array:
+        return damping_power(vehicle, where) / np.maximum(((where / (high - low)) ** 2).sum(axis=-1), 1e-12)
+
+    found = [states]
+    for worth in (share, lambda where: damping_power(vehicle, where)):
+        pool = np.concatenate(found)
+        best = pool[np.argsort(-worth(pool))[:64]]
+        reach = 0.1 * (high - low)
+        for _ in range(refinements):
+            trial = np.clip(best[:, None, :] + reach * rng.normal(size=(best.shape[0], 16, 3)), low, high)
+            trial = np.concatenate([best[:, None, :], trial], axis=1)
+            best = trial[np.arange(best.shape[0]), np.argmax(worth(trial), axis=1)]
+            reach = 0.7 * reach
+        found.append(best)
+    states = np.concatenate(found)
     power = damping_power(vehicle, states)
-    best = states[np.argsort(-power)[:64]]
-    reach = 0.1 * (high - low)
-    for _ in range(refinements):
-        trial = np.clip(best[:, None, :] + reach * rng.normal(size=(best.shape[0], 16, 3)), low, high)
-        trial = np.concatenate([best[:, None, :], trial], axis=1)
-        winner = np.argmax(damping_power(vehicle, trial), axis=1)
-        best = trial[np.arange(best.shape[0]), winner]
-        reach = 0.7 * reach
-    power = damping_power(vehicle, best)
     k = int(np.argmax(power))
     if power[k] <= 0.0:
         return WorstPower(0.0, (0.0, 0.0, 0.0))
-    return WorstPower(float(power[k]), _state(best[k]))
+    return WorstPower(float(power[k]), _state(states[k]))
 
 
 def mass_margin(vehicle: Vehicle) -> float:
