@@ -66,4 +66,4 @@ def power_scale(*powers: Array) -> Array:
 
 def least_eigenvalues(power: Array, slack: Array | None, degree: Exponents) -> Array:
     """Smallest eigenvalue of S at each control point, (orthants, K), in the unit of the power."""
-    return np.linalg.eigvalsh(control_matrices(power, slack, degree))[..., 0]
+    return np.asarray(np.linalg.eigvalsh(control_matrices(power, slack, degree))[..., 0], dtype=float)

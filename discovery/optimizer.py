@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from pysindy.optimizers import BaseOptimizer
@@ -83,7 +84,7 @@ class LawfulOptimizer(BaseOptimizer):
                 values, loss = self._solve(x, y / size, forms, support, size, lawful)
                 share = [abs(c) * weight[k] / size[axis] for (axis, k), c in zip(support, values, strict=True)]
                 kept = [place for place, s in zip(support, share, strict=True) if s >= self.threshold]
-                coefficients = np.zeros((3, len(forms)))
+                coefficients: Any = np.zeros((3, len(forms)))  # pysindy's own types are narrower than its arrays
                 for (axis, k), value in zip(support, values, strict=True):
                     coefficients[axis, k] = value
                 self.coef_ = coefficients
@@ -94,7 +95,8 @@ class LawfulOptimizer(BaseOptimizer):
             if not lawful:
                 free_loss = loss
         if not support:
-            self.coef_ = np.zeros((3, len(forms)))
+            nothing: Any = np.zeros((3, len(forms)))
+            self.coef_ = nothing
         self.price_ = max(0.0, loss / max(free_loss, 1e-300) - 1.0)
 
     def _solve(

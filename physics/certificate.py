@@ -54,7 +54,8 @@ def basis(degree: Exponents) -> Basis:
     points = np.array(list(product(*(range(d + 1) for d in degree))))
     total = 2 + max(degree)
     exponents, lift, slack = [], [], []
-    for e in sorted(product(range(total + 1), repeat=3), key=lambda e: (sum(e), e)):
+    cubes = ((i, j, k) for i, j, k in product(range(total + 1), repeat=3))
+    for e in sorted(cubes, key=lambda e: (sum(e), e)):
         slots = [(i, j) for i, j in _PAIRS if 2 <= sum(e) <= total and _fits(e, i, j, degree)]
         if not slots:
             continue

@@ -120,7 +120,11 @@ def test_the_proof_is_about_the_power_of_the_force_equation(extra: dict[str, flo
     ],
 )
 def test_a_proof_stands_on_the_knife_edge(vehicle: Vehicle, symbol: str, edge: float, drives: float):
-    box = Envelope((-1.0, -0.5, -1 / 3), (1.0, 0.5, 1 / 3)) if symbol == "Y_ur" else Envelope((-2.0,) * 3, (2.0,) * 3)
+    box = (
+        Envelope((-1.0, -0.5, -1 / 3), (1.0, 0.5, 1 / 3))
+        if symbol == "Y_ur"
+        else Envelope((-2.0, -2.0, -2.0), (2.0, 2.0, 2.0))
+    )
     inside, outside = (vehicle.with_values({symbol: edge + side * drives * EDGE}) for side in (-1.0, 1.0))
     assert certify(inside, box).holds
     assert not certify(outside, box).holds
