@@ -13,9 +13,9 @@ from ..physics.vehicle import Vehicle
 from .conclude import conclude
 from .discover import Discovery, DiscoverySettings
 from .evidence import weigh
-from .lawful import lawful_refit
 from .library import term_candidate
 from .options import Candidate, candidates
+from .passivity import lawful_model
 from .search import Search, State
 from .uncertainty import block_bootstrap
 from .weak import WeakForm
@@ -24,7 +24,7 @@ from .weak import WeakForm
 def add_effects(
     motions: Sequence[Motion], nominal: Vehicle, names: Sequence[str], settings: DiscoverySettings
 ) -> Discovery:
-    """Add effects in the order given, all fitted together under their physical limits.
+    """Add effects in the order given, all fitted together under their physical limits and the law of dissipation.
 
     Parameters
     ----------
@@ -52,12 +52,13 @@ def add_effects(
     evidence = weigh(search, state, settings.seed)
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]
-    corrected = nominal.with_values(lawful_refit(scores, chosen), name=f"{nominal.name}, corrected").checked()
+    lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
+    corrected = lawful.vehicle
     steps[-1] = (steps[-1][0], corrected)
     intervals = block_bootstrap(scores, chosen, settings.seed)
     order = [label for label, _ in steps[1:]]
     kept = [e for e in evidence if e.selected]
-    findings = conclude(search, nominal, corrected, corrected, kept, intervals, state.active, order)
+    findings = conclude(search, nominal, lawful, corrected, kept, intervals, state.active, order)
     findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}.")
     return Discovery(nominal, corrected, tuple(steps), findings, np.sqrt(state.fit.held_out), search.noise_error)
 

@@ -10,6 +10,7 @@ from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from .options import Candidate
+from .passivity import Lawful
 from .rollouts import SIGNIFICANT, WORSE
 from .search import Search
 from .uncertainty import Interval
@@ -32,7 +33,7 @@ _MANOEUVRES = {
 def conclude(
     search: Search,
     nominal: Vehicle,
-    corrected: Vehicle,
+    lawful: Lawful,
     considered: Vehicle,
     evidence: Sequence[Evidence],
     intervals: Mapping[str, Interval],
@@ -43,13 +44,14 @@ def conclude(
 
     Parameters
     ----------
-    corrected : the model with the kept effects
+    lawful : the model with the kept effects, and how the law stands in it
     considered : the model with everything that the search selected, sure or not
     evidence : on every candidate, best first
     intervals : 95 % intervals of total values by symbol
     kept : keys of the effects that are sure
     order : keys in the order in which they are added
     """
+    corrected = lawful.vehicle
     pool = {candidate.key: candidate for candidate in search.pool}
     found = [
         _effect(pool[e.key], e, nominal, corrected if e.key in kept else considered, intervals, e.key in kept)
@@ -64,7 +66,7 @@ def conclude(
         term
         for e in evidence
         if ":" in e.key and e.key in kept
-        for term in _terms(pool[e.key], nominal, corrected, intervals)
+        for term in _terms(pool[e.key], nominal, lawful.unconstrained, intervals)
     )
     open_ends = [e for e in evidence if e.selected and e.key not in kept]
     still = bool((search.force_scale < np.maximum(_ALIVE * search.noise_error, _LEAST_FORCE)).all())
@@ -77,6 +79,7 @@ def conclude(
         unnamed,
         _criterion(search),
         _advice(evidence, open_ends),
+        passivity=lawful.passivity.to_dict(),
     )
 
 

@@ -12,9 +12,9 @@ from ..physics.vehicle import Vehicle
 from .conclude import conclude
 from .evidence import weigh
 from .findings import Findings
-from .lawful import lawful_refit
 from .library import shortlist, term_candidate, twins
 from .options import Candidate, candidates
+from .passivity import lawful_model
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, SearchSettings, State
 from .uncertainty import Interval, block_bootstrap
@@ -105,8 +105,8 @@ def _find(
         kept, final = (), search.restrict(state, ())
     linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
-    name = f"{nominal.name}, corrected"
-    corrected = nominal.with_values(lawful_refit(scores, chosen), name=name).checked() if kept else nominal
+    lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
+    corrected = lawful.vehicle
     intervals: dict[str, Interval] = block_bootstrap(scores, chosen, settings.seed)
     if set(kept) != set(state.active):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
@@ -115,7 +115,7 @@ def _find(
     findings = conclude(
         search,
         nominal,
-        corrected if kept else nominal,
+        lawful,
         state.vehicle,
         evidence,
         intervals,

@@ -89,6 +89,7 @@ class Findings:
     advice : manoeuvres that would tell what this log cannot
     criterion : what an effect had to satisfy
     data : rows, seconds, split and notes
+    passivity : whether the corrected model dissipates over the envelope of the log, and what that cost
     """
 
     verdict: Literal["missing", "nothing missing", "undecided"]
@@ -101,6 +102,7 @@ class Findings:
     steps: tuple[dict[str, Any], ...] = ()
     failures: tuple[dict[str, Any], ...] = ()
     data: dict[str, Any] = field(default_factory=dict)
+    passivity: dict[str, Any] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """As `findings.json` writes it (schema `undertow.findings/1`)."""
@@ -115,6 +117,7 @@ class Findings:
             "failures": list(self.failures),
             "advice": list(self.advice),
             "criterion": self.criterion,
+            "passivity": self.passivity,
             "data": self.data,
         }
 

@@ -4,7 +4,7 @@ The rows of [columns, balance] of a block are replaced by their Gram matrix on e
 held-out error and the block bootstrap then need only matrices of the size of the model.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -149,6 +149,20 @@ class GramScores:
         part = combination[:, used]
         inner = gram[:, :, used[:, None], used[None, :]]
         return np.einsum("ki,kaij,kj->ka", part, inner, part)
+
+    def loss(self, chosen: Sequence[Option], values: Mapping[str, float]) -> float:
+        """Weighted mean square force error of total values by symbol; the mean over axes is about 1 at the fit."""
+        columns, _, _, target = self._layout(chosen)
+        starts = [
+            (symbol, start)
+            for option in chosen
+            for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free))
+            if index >= 0
+        ]
+        change = np.array([values[symbol] - start for symbol, start in starts])
+        combination = target.copy()
+        combination[columns] -= change * self.scale[columns]
+        return float(combination @ self._total @ combination) / (3 * self.tests)
 
     def block_normal(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array]:
         """Normal equations of each block: (columns, (blocks, p, p), (blocks, p)), in unscaled parameters."""
