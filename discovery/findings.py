@@ -88,6 +88,7 @@ class Findings:
     failures : where the nominal model fails
     advice : manoeuvres that would tell what this log cannot
     criterion : what an effect had to satisfy
+    identifiability : what the log can show and tell apart
     data : rows, seconds, split and notes
     """
 
@@ -98,6 +99,7 @@ class Findings:
     unnamed: tuple[FoundTerm, ...]
     criterion: dict[str, Any]
     advice: tuple[dict[str, str], ...] = ()
+    identifiability: dict[str, Any] = field(default_factory=dict)
     steps: tuple[dict[str, Any], ...] = ()
     failures: tuple[dict[str, Any], ...] = ()
     data: dict[str, Any] = field(default_factory=dict)
@@ -114,6 +116,7 @@ class Findings:
             "steps": list(self.steps),
             "failures": list(self.failures),
             "advice": list(self.advice),
+            "identifiability": self.identifiability,
             "criterion": self.criterion,
             "data": self.data,
         }
