@@ -110,10 +110,10 @@ def identify(
     weight = 1.0 / (search.noise_error**2 + search.floor)
     clear = np.maximum(signal.diagonal(axis1=1, axis2=2), 0.0)
     blur = noise.diagonal(axis1=1, axis2=2)
-    blur = np.where(blur > _ROUNDING * clear, blur, 0.0)
     axis_share = np.sqrt(clear) / search.share_scale[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.nan_to_num(np.sqrt((weight @ clear) / (weight @ blur)), nan=0.0, posinf=np.inf)
+        square = (weight @ clear) / (weight @ blur)
+    ratio = np.nan_to_num(np.sqrt(np.where(square < 1.0 / _ROUNDING, square, np.inf)), nan=0.0, posinf=np.inf)
     excitation: dict[str, Excitation] = {}
     alive: dict[str, list[int]] = {}
     for candidate in search.pool:

@@ -87,12 +87,12 @@ def _rehearsal(
 
 
 def amplitude_columns(candidate: Candidate, options: Sequence[Option]) -> tuple[int, ...]:
-    """Columns of a candidate's amplitudes, as it stands or, if absent, in a middling one of its shapes.
+    """Columns of a candidate's amplitudes, as it stands or, if absent, in the middle one of its shapes.
 
     Lag, delay and dead zone have no amplitude: their column is the force that the whole effect adds or takes.
     """
     present = [option for option in options[1:] if option.present]
-    here = options[0] if options[0].present else present[(len(present) - 1) // 2]
+    here = options[0] if options[0].present else present[len(present) // 2]
     if candidate.effect.fixed_amplitude:
         return (options[1].offset if options[0].present else here.offset,)
     pairs = zip(candidate.parameters, here.free, strict=True)
@@ -141,7 +141,7 @@ def plausible_amounts(search: Search, rehearsal: Rehearsal | None) -> dict[str, 
 def _joined(runs: Sequence[Motion]) -> Motion:
     rows, step = sum(run.time.size for run in runs), runs[0].time_step
     return Motion(
-        step * np.arange(rows),
+        step * np.arange(rows, dtype=float),
         np.concatenate([run.position for run in runs]),
         np.concatenate([run.heading for run in runs]),
         np.concatenate([run.velocity for run in runs]),

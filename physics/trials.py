@@ -108,9 +108,9 @@ TRIALS: tuple[Trial, ...] = (
     ),
     Trial(
         "circles",
-        "turning circles both ways at two speeds: 35 % ahead with 20 % differential thrust for 12 s to starboard and "
+        "turning circles both ways at two speeds: 40 % ahead with 20 % differential thrust for 12 s to starboard and "
         "12 s to port, then 75 % ahead with 25 % for 12 s each",
-        (*_both_sides((12.0, 0.35, 0.2)), *_both_sides((12.0, 0.75, 0.25))),
+        (*_both_sides((12.0, 0.4, 0.2)), *_both_sides((12.0, 0.75, 0.25))),
     ),
     Trial(
         "spin",
@@ -176,7 +176,7 @@ def drive(vehicle: Vehicle, trials: Sequence[Trial] = TRIALS, heading: float = 0
     rows = [1 + round(sum(step[0] for step in trial.steps) / COMMAND_STEP) for trial in trials]
     longest = max(rows)
     names = tuple(t.name for t in vehicle.thrusters)
-    time = COMMAND_STEP * np.arange(longest)
+    time = COMMAND_STEP * np.arange(longest, dtype=float)
     still: list[Motion] = []
     for trial in trials:
         level = _padded(hold(*trial.steps), longest)
