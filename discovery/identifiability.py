@@ -71,10 +71,10 @@ class Identifiability:
         """What the log cannot show or tell apart, for a line of progress."""
         blind = [_words(key) for key in (*self.dormant, *self.noise_limited)]
         groups = [" and ".join(map(_words, group)) for group in self.groups]
-        told = [f"it does not show {', '.join(blind)}"] if blind else []
-        told += [f"in it move alike {'; '.join(groups)}"] if groups else []
+        told = [f"does not show {', '.join(blind)}"] if blind else []
+        told += [f"hardly tells apart {'; '.join(groups)}"] if groups else []
         return (
-            f"before the search, this log: {'; '.join(told) or 'it shows every effect, and no two of them move alike'}"
+            f"before the search: this log {', and '.join(told) or 'shows every effect, and no two of them move alike'}"
         )
 
     def to_dict(self) -> dict[str, Any]:
