@@ -1,4 +1,4 @@
-"""From evidence to words: verdicts, sentences, the headline, and advice where the log cannot tell."""
+"""From evidence to words: verdicts, sentences and the headline."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,25 +9,16 @@ from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
+from .identifiability import Identifiability
 from .options import Candidate
 from .passivity import Lawful
 from .rollouts import SIGNIFICANT, WORSE
-from .search import Search
+from .search import ALIVE, Search
 from .uncertainty import Interval
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
-_ALIVE = 2.0
-"""Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
 _LEAST_FORCE = 1e-3
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
-_MANOEUVRES = {
-    "reverse_thrust_loss": "an astern run and a few thrust reversals",
-    "thrust_dead_zone": "slow steps of small commands through zero, ahead and astern",
-    "steady_current": "straight legs on four headings",
-    "mean_wind": "straight legs on four headings, at two speeds",
-    "thruster_lag": "sharp steps of the command",
-    "input_delay": "sharp steps of the command",
-}
 
 
 def conclude(
@@ -39,6 +30,8 @@ def conclude(
     intervals: Mapping[str, Interval],
     kept: Sequence[str],
     order: Sequence[str | None],
+    known: Identifiability | None = None,
+    advice: tuple[dict[str, str], ...] = (),
 ) -> Findings:
     """Write the findings.
 
@@ -50,6 +43,8 @@ def conclude(
     intervals : 95 % intervals of total values by symbol
     kept : keys of the effects that are sure
     order : keys in the order in which they are added
+    known : what the log can show and tell apart
+    advice : manoeuvres that would settle what it leaves open
     """
     corrected = lawful.vehicle
     pool = {candidate.key: candidate for candidate in search.pool}
@@ -69,7 +64,7 @@ def conclude(
         for term in _terms(pool[e.key], nominal, lawful.unconstrained, intervals)
     )
     open_ends = [e for e in evidence if e.selected and e.key not in kept]
-    still = bool((search.force_scale < np.maximum(_ALIVE * search.noise_error, _LEAST_FORCE)).all())
+    still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     verdict = "missing" if missing else "undecided" if open_ends or unnamed or still else "nothing missing"
     return Findings(
         verdict,
@@ -78,7 +73,8 @@ def conclude(
         tuple(found),
         unnamed,
         _criterion(search),
-        _advice(evidence, open_ends),
+        advice,
+        identifiability=known.to_dict() if known else {},
         passivity=lawful.passivity.to_dict(),
     )
 
@@ -104,8 +100,9 @@ def _effect(
     sure: bool,
 ) -> FoundEffect:
     effect = candidate.effect
+    hidden = e.dormant or e.noise_limited or bool(e.indistinguishable_from)
     verdict: Verdict = (
-        "missing" if sure else "possible" if e.selected or e.dormant or e.confidence >= 0.5 else "no evidence"
+        "missing" if sure else "possible" if e.selected or hidden or e.confidence >= 0.5 else "no evidence"
     )
     terms = _terms(candidate, nominal, vehicle, intervals) if e.selected else ()
     sentence = effect.meaning
@@ -123,6 +120,8 @@ def _effect(
         sentence = f"Doubtful: the force balance asks for it, but open-loop rollouts get worse with it. ({sentence})"
     elif e.dormant:
         sentence = f"This log cannot tell: it holds no manoeuvre in which it would show. ({sentence})"
+    elif e.noise_limited:
+        sentence = f"This log cannot tell: what would show it is hardly more than sensor noise. ({sentence})"
     elif verdict == "possible":
         sentence = f"Perhaps: {sentence[0].lower()}{sentence[1:]} The evidence is below what undertow demands."
     else:
@@ -192,19 +191,3 @@ def _criterion(search: Search) -> dict[str, object]:
             f"scored on {search.weak.settings.blocks} held-out blocks"
         ),
     }
-
-
-def _advice(evidence: Sequence[Evidence], open_ends: Sequence[Evidence]) -> tuple[dict[str, str], ...]:
-    advice = []
-    for e in evidence:
-        if e.dormant or e in open_ends:
-            name = e.key.split("[")[0]
-            manoeuvre = _MANOEUVRES.get(name, "a longer log with more varied speeds and turns")
-            rivals = ", ".join(e.indistinguishable_from).replace("_", " ")
-            why = (
-                f"would tell {name.replace('_', ' ')} from {rivals}"
-                if rivals
-                else f"would show {name.replace('_', ' ')}"
-            )
-            advice.append({"manoeuvre": manoeuvre, "why": why})
-    return tuple(advice)

@@ -9,12 +9,15 @@ from threadpoolctl import threadpool_limits
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .advice import advise, open_questions
 from .conclude import conclude
 from .evidence import weigh
 from .findings import Findings
+from .identifiability import identify
 from .library import shortlist, term_candidate, twins
 from .options import Candidate, candidates
 from .passivity import lawful_model
+from .rehearsal import plausible_amounts, rehearse
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, SearchSettings, State
 from .uncertainty import Interval, block_bootstrap
@@ -90,14 +93,21 @@ def _find(
 ) -> Discovery:
     weak = WeakForm(motions, settings.weak)
     pool = candidates(nominal)
-    say("searching the catalogue of effects")
     search = Search(weak, nominal, pool, settings.search)
+    rehearsal = rehearse(search, nominal, ())
+    plausible = plausible_amounts(search, rehearsal)
+    say(identify(search, nominal, (), plausible).sentence)
+    say("searching the catalogue of effects")
     state = search.run(progress=say)
     if leaves_structure(search, state):
         say("named effects leave structure: looking for terms that nobody has named")
         search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
     say("weighing the evidence")
-    evidence = weigh(search, state, settings.seed)
+    if search.pool != pool:
+        rehearsal = rehearse(search, nominal, ())
+        plausible = plausible_amounts(search, rehearsal)
+    known = identify(search, state.vehicle, state.active, plausible)
+    evidence = weigh(search, state, settings.seed, known)
     kept = tuple(e.key for e in evidence if e.sure)
     final = search.restrict(state, kept)
     if kept and worse_as_a_whole(motions, nominal, final.vehicle):
@@ -121,6 +131,8 @@ def _find(
         intervals,
         kept,
         [s for s, _ in steps[1:]],
+        known,
+        advise(search, state, open_questions(evidence, kept, known), plausible, None if state.active else rehearsal),
     )
     return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
 

@@ -1,12 +1,14 @@
 """The evidence for and against each candidate: what it is worth, how sure that is, and what looks just like it."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
 from .gram import Fit, GramScores
+from .identifiability import Identifiability
 from .options import Candidate, Linearisation, Option
 from .rollouts import rollout_squares, rollouts_object
 from .search import Search, State
@@ -17,9 +19,6 @@ SURE = 0.9
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
 _DRAWS = 2000
-_RIVALS = 12
-_PLAUSIBLE = {"cg_offset": 0.3}
-_ALIVE = 1e-4
 _NEAR_LIMIT = 1e-3
 
 
@@ -34,11 +33,14 @@ class Evidence:
     gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
     share : (3,) force that only it explains, as a share of each axis' force scale
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
-    confidence : share of block resamples in which it earns its price and is material
-    indistinguishable_from : candidates that explain the log as well in its place
+    confidence : share of block resamples in which it earns its price and is material, divided among it and its
+        look-alikes
+    indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
+        ones in whose place it does
     rollouts_object : True when open-loop rollouts get worse with it
     at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
-    dormant : True when even a large amount of it would leave no material trace in this log
+    dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
+    noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     """
 
     key: str
@@ -49,8 +51,9 @@ class Evidence:
     confidence: float
     indistinguishable_from: tuple[str, ...]
     rollouts_object: bool
-    at_limit: bool
-    dormant: bool
+    at_limit: bool = False
+    dormant: bool = False
+    noise_limited: bool = False
 
     @property
     def sure(self) -> bool:
@@ -58,8 +61,14 @@ class Evidence:
         return self.selected and self.confidence >= SURE and not self.rollouts_object and not self.at_limit
 
 
-def weigh(search: Search, state: State, seed: int) -> list[Evidence]:
-    """Evidence for every candidate of a search about its final model, best first."""
+def weigh(search: Search, state: State, seed: int, known: Identifiability | None = None) -> list[Evidence]:
+    """Evidence for every candidate of a search about its final model, best first.
+
+    Parameters
+    ----------
+    seed : of the block resamples
+    known : what the log can show and tell apart about the final model; without it nothing counts as dormant
+    """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     whole = search.fit(scores, list(now.values()))
@@ -67,11 +76,22 @@ def weigh(search: Search, state: State, seed: int) -> list[Evidence]:
     found = []
     for candidate in search.pool:
         if candidate.key in now:
-            found.append(_selected(search, state, candidate, linear, scores, now, squares, seed))
+            alike = known.alike(candidate.key) if known else ()
+            found.append(_selected(search, state, candidate, linear, scores, now, squares, seed, alike))
         else:
             found.append(_not_selected(search, candidate, linear, scores, now, whole, seed))
     found.sort(key=lambda e: (not e.selected, -e.gain))
-    return found
+    return [e if e.selected else _not_shown(e, found, known) for e in found]
+
+
+def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability | None) -> Evidence:
+    """A candidate that was not selected, with the reasons why the log may not show it."""
+    return replace(
+        e,
+        indistinguishable_from=tuple(s.key for s in found if e.key in s.indistinguishable_from),
+        dormant=known is not None and e.key in known.dormant,
+        noise_limited=known is not None and e.key in known.noise_limited,
+    )
 
 
 def _selected(
@@ -83,6 +103,7 @@ def _selected(
     now: dict[str, Option],
     squares: Array,
     seed: int,
+    alike: Sequence[str],
 ) -> Evidence:
     without = search.without(state, candidate.key)
     price = search.price(search.fit(scores, [now[candidate.key]]), [now[candidate.key]])
@@ -91,12 +112,13 @@ def _selected(
     rest = {key: option for key, option in now.items() if key != candidate.key}
     gone = {f"-{candidate.key}": linear.options[candidate.key][1]}
     for other in search.pool:
-        if other.key in now:
+        # A name is rivalled by names only: an unnamed term that does as well is no reason to withhold it.
+        if other.key in now or (":" in other.key and ":" not in candidate.key):
             continue
         quick = min(
             search.quick(scores, {**rest, **gone, other.key: o}) for o in linear.options[other.key] if o.present
         )
-        if quick < state.score + 4.0 * TELL_APART:
+        if other.key in alike or quick < state.score + 4.0 * TELL_APART:
             start = search.replace(state, candidate.key, other.key, linear, scores)
             if start.score < state.score + TELL_APART:
                 rivals.append(other.key)
@@ -111,7 +133,6 @@ def _selected(
         tuple(rivals),
         rollouts_object(rollout_squares(search.weak.motions, without.vehicle), squares),
         _at_limit(search, candidate, now[candidate.key]),
-        False,
     )
 
 
@@ -129,7 +150,7 @@ def _not_selected(
     fits = [(search.fit(scores, [*now.values(), option]), option) for option in present]
     fit, option = min(fits, key=lambda pair: search.score(pair[0], [*now.values(), pair[1]]))
     gain = base - search.score(fit, [*now.values(), option])
-    share = np.sqrt(np.maximum(whole.held_out - fit.held_out, 0.0)) / search.force_scale
+    share = np.sqrt(np.maximum(whole.held_out - fit.held_out, 0.0)) / search.share_scale
     price = search.price(search.fit(scores, [option]), [option])
     return Evidence(
         candidate.key,
@@ -140,8 +161,6 @@ def _not_selected(
         _confidence(search, whole, fit, price, seed),
         (),
         False,
-        False,
-        _dormant(search, candidate, linear, present),
     )
 
 
@@ -162,7 +181,7 @@ def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: i
     counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.weak.time.size
     before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
     gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor)).sum(axis=1)
-    share = np.sqrt(np.maximum(before - after, 0.0)) / search.force_scale
+    share = np.sqrt(np.maximum(before - after, 0.0)) / search.share_scale
     return share_of_draws((gain > price) & (share.max(axis=1) >= search.settings.materiality))
 
 
@@ -175,30 +194,6 @@ def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
             if np.isfinite(limit) and room > 0.0 and abs(value - limit) < _NEAR_LIMIT * room:
                 return True
     return False
-
-
-def _dormant(search: Search, candidate: Candidate, linear: Linearisation, present: list[Option]) -> bool:
-    """True when even a large amount of an effect would stay below the material share on every axis.
-
-    For lag, delay and dead zone "large" is the middle of the grid of starting values.
-    """
-    if candidate.effect.fixed_amplitude:
-        typical = present[len(present) // 2]
-        force = linear.columns[:, :, typical.offset]
-        trace = float((np.sqrt((force**2).mean(axis=0)) / search.force_scale).max())
-        return trace < search.settings.materiality
-    largest = 0.0
-    for option in present:
-        for parameter, index, low, high in zip(
-            candidate.parameters, option.free, option.lower, option.upper, strict=True
-        ):
-            if index < 0 or parameter.grid:
-                continue
-            trace = float((np.sqrt((linear.columns[:, :, index] ** 2).mean(axis=0)) / search.force_scale).max())
-            reach = [abs(limit) for limit in (low, high) if limit != 0.0]
-            amount = min(min(reach), _PLAUSIBLE.get(candidate.key, np.inf))
-            largest = max(largest, trace * amount if np.isfinite(amount) else trace / _ALIVE)
-    return largest < search.settings.materiality
 
 
 def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:

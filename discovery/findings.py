@@ -42,7 +42,8 @@ class FoundEffect:
     effect, family, equation : from the catalogue
     sentence : the finding in words, with numbers
     verdict : "missing" (the tool would add it), "possible" (it may be there, this log cannot tell), "no evidence"
-    confidence : share of block resamples in which it earns its price and is material, 0..1
+    confidence : share of block resamples in which it earns its price and is material, divided among it and its
+        look-alikes, 0..1
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
@@ -88,6 +89,7 @@ class Findings:
     failures : where the nominal model fails
     advice : manoeuvres that would tell what this log cannot
     criterion : what an effect had to satisfy
+    identifiability : what the log can show and tell apart
     data : rows, seconds, split and notes
     passivity : whether the corrected model dissipates over the envelope of the log, and what that cost
     """
@@ -99,6 +101,7 @@ class Findings:
     unnamed: tuple[FoundTerm, ...]
     criterion: dict[str, Any]
     advice: tuple[dict[str, str], ...] = ()
+    identifiability: dict[str, Any] = field(default_factory=dict)
     steps: tuple[dict[str, Any], ...] = ()
     failures: tuple[dict[str, Any], ...] = ()
     data: dict[str, Any] = field(default_factory=dict)
@@ -116,6 +119,7 @@ class Findings:
             "steps": list(self.steps),
             "failures": list(self.failures),
             "advice": list(self.advice),
+            "identifiability": self.identifiability,
             "criterion": self.criterion,
             "passivity": self.passivity,
             "data": self.data,

@@ -17,6 +17,9 @@ from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
 from .weak import WeakForm
 
+ALIVE = 2.0
+"""Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
+_LOUD = 4.0
 _INERTIA = ("X_udot", "Y_vdot", "N_rdot")
 
 
@@ -61,15 +64,26 @@ class Search:
     nominal : the vehicle to be corrected
     pool : candidates that may be missing
     settings : what a change must be worth
+
+    Attributes
+    ----------
+    force_scale : (3,) size of the forces at work [N, N, N m]
+    quiet : (3,) True for an axis on which hardly anything but sensor noise is at work
+    floor : (3,) square of the force error that does not matter: a share of the force scale, or on a quiet axis four
+        times what sensor noise makes, lest noise be explained
     """
 
     def __init__(self, weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
         self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
-        self.floor = (settings.materiality * self.force_scale) ** 2
         self._mass = np.diag(mass_matrix(nominal))
         self.noise_blocks = _noise_blocks(weak, nominal)
         self.nominal_error = (weak.balance(nominal) ** 2).mean(axis=0)
+        at_work = np.maximum(self.force_scale, np.sqrt(self.nominal_error))
+        self.quiet = at_work < ALIVE * self.noise_error
+        self.floor = np.where(
+            self.quiet, (_LOUD * self.noise_error) ** 2, (settings.materiality * self.force_scale) ** 2
+        )
         self.trail: list[str] = []
 
     def linearise(
@@ -108,6 +122,11 @@ class Search:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
         likelihood = 0.5 * self.weak.independent * np.log(fit.held_out + self.floor).sum()
         return float(likelihood + self.price(fit, chosen))
+
+    @property
+    def share_scale(self) -> Array:
+        """What forces are shares of (3,): the force scale, or on a quiet axis one of which the floor is material."""
+        return np.sqrt(self.floor) / self.settings.materiality
 
     @property
     def noise_error(self) -> Array:
@@ -221,7 +240,7 @@ class Search:
 
     def unique_share(self, without: State, within: State) -> Array:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
-        return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.force_scale
+        return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.share_scale
 
     def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""

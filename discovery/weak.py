@@ -141,6 +141,10 @@ class WeakForm:
         The root mean square over the log of the largest single contribution to the balance: inertia, or the model's
         total force, or the thrust on its axis, whichever is larger at the time.
         """
+        return np.sqrt((self.largest_force(vehicle) ** 2).mean(axis=0))
+
+    def largest_force(self, vehicle: Vehicle) -> Array:
+        """Modulus of the largest single contribution to the balance at each test, (tests, 3) [N, N, N m]."""
         mass = mass_matrix(vehicle)
         rates = self.derivative([motion.velocity for motion in self.motions]) @ mass
         modelled = self.average([modelled_force(vehicle, motion) for motion in self.motions])
@@ -150,7 +154,7 @@ class WeakForm:
             passive.append(modelled_force(vehicle, still))
         thrust = self.average(passive)
         parts = np.stack([rates, modelled, thrust, modelled - thrust])
-        return np.sqrt((np.abs(parts).max(axis=0) ** 2).mean(axis=0))
+        return np.abs(parts).max(axis=0)
 
 
 def _sensor_noise(motions: Sequence[Motion]) -> Array:

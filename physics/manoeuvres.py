@@ -23,32 +23,32 @@ Manoeuvre = Callable[[np.random.Generator], Array]
 """Draws one manoeuvre: (m, 2) common and differential command, normalised to -1..1, 10 Hz."""
 
 
-def _hold(*steps: tuple[float, float, float]) -> Array:
-    """(seconds, common, differential) steps as a series (m, 2)."""
+def hold(*steps: tuple[float, float, float]) -> Array:
+    """(seconds, common, differential) steps as a series (m, 2) at 10 Hz."""
     return np.concatenate([np.tile([common, turn], (max(1, round(s / COMMAND_STEP)), 1)) for s, common, turn in steps])
 
 
 def _acceleration_coast(rng: np.random.Generator) -> Array:
-    return _hold((8.0, 1.0, 0.0), (7.0, 0.0, 0.0), (5.0, rng.uniform(0.3, 0.7), 0.0), (4.0, 0.0, 0.0))
+    return hold((8.0, 1.0, 0.0), (7.0, 0.0, 0.0), (5.0, rng.uniform(0.3, 0.7), 0.0), (4.0, 0.0, 0.0))
 
 
 def _astern_run(rng: np.random.Generator) -> Array:
     turn = rng.choice([-1.0, 1.0]) * 0.3
-    return _hold((5.0, -1.0, 0.0), (4.0, -rng.uniform(0.3, 0.6), turn), (3.0, 0.0, 0.0))
+    return hold((5.0, -1.0, 0.0), (4.0, -rng.uniform(0.3, 0.6), turn), (3.0, 0.0, 0.0))
 
 
 def _zigzag(common: float, turn: float, period: float, swings: int) -> Manoeuvre:
     def draw(rng: np.random.Generator) -> Array:
         side = rng.choice([-1.0, 1.0])
         steps = [(period, common, side * turn * (-1.0) ** k) for k in range(swings)]
-        return _hold((3.0, common, 0.0), (0.5 * period, common, -side * turn), *steps)
+        return hold((3.0, common, 0.0), (0.5 * period, common, -side * turn), *steps)
 
     return draw
 
 
 def _circle(common: float, turn: float) -> Manoeuvre:
     def draw(rng: np.random.Generator) -> Array:
-        return _hold((2.0, common, 0.0), (rng.uniform(8.0, 11.0), common, turn))
+        return hold((2.0, common, 0.0), (rng.uniform(8.0, 11.0), common, turn))
 
     return draw
 
@@ -56,31 +56,31 @@ def _circle(common: float, turn: float) -> Manoeuvre:
 def _reversals(rng: np.random.Generator) -> Array:
     turn = rng.uniform(-0.15, 0.15)
     levels = (0.8, -0.7, 0.4, -1.0, 1.0, -0.3)
-    return _hold(*((rng.uniform(2.5, 4.0), level, turn) for level in levels))
+    return hold(*((rng.uniform(2.5, 4.0), level, turn) for level in levels))
 
 
 def _spin(rng: np.random.Generator) -> Array:
     side = rng.choice([-1.0, 1.0])
-    return _hold((5.0, 0.0, 0.6 * side), (5.0, 0.0, -0.35 * side), (2.0, 0.0, 0.0), (3.0, 0.0, side))
+    return hold((5.0, 0.0, 0.6 * side), (5.0, 0.0, -0.35 * side), (2.0, 0.0, 0.0), (3.0, 0.0, side))
 
 
 def _random_steps(rng: np.random.Generator) -> Array:
-    return _hold(*((rng.uniform(1.0, 3.5), rng.uniform(-0.6, 1.0), rng.uniform(-0.5, 0.5)) for _ in range(11)))
+    return hold(*((rng.uniform(1.0, 3.5), rng.uniform(-0.6, 1.0), rng.uniform(-0.5, 0.5)) for _ in range(11)))
 
 
 def _small_steps(rng: np.random.Generator) -> Array:
     levels = rng.permutation([0.04, -0.06, 0.09, -0.12, 0.15, -0.2, 0.25])
-    return _hold(*((2.5, level * rng.uniform(0.5, 1.0), 0.5 * level * rng.choice([-1.0, 1.0])) for level in levels))
+    return hold(*((2.5, level * rng.uniform(0.5, 1.0), 0.5 * level * rng.choice([-1.0, 1.0])) for level in levels))
 
 
 def _one_side(rng: np.random.Generator) -> Array:
     a, b = 0.5 * rng.uniform(0.5, 1.0, 2)
-    return _hold((5.0, a, a), (5.0, b, -b), (2.5, -0.4, -0.4), (2.5, -0.4, 0.4))
+    return hold((5.0, a, a), (5.0, b, -b), (2.5, -0.4, -0.4), (2.5, -0.4, 0.4))
 
 
 def _legs(rng: np.random.Generator) -> Array:
     speeds, turns = rng.uniform(0.35, 0.9, 4), rng.choice([-1.0, 1.0], 4) * rng.uniform(0.25, 0.45, 4)
-    return _hold(*(leg for c, d in zip(speeds, turns, strict=True) for leg in ((5.0, c, 0.0), (2.5, 0.6 * c, d))))
+    return hold(*(leg for c, d in zip(speeds, turns, strict=True) for leg in ((5.0, c, 0.0), (2.5, 0.6 * c, d))))
 
 
 def _sweep(rng: np.random.Generator) -> Array:
@@ -92,7 +92,7 @@ def _sweep(rng: np.random.Generator) -> Array:
 
 
 def _small_turns(rng: np.random.Generator) -> Array:
-    return _hold(*((rng.uniform(4.0, 7.0), rng.uniform(0.25, 0.5), rng.uniform(-0.12, 0.12)) for _ in range(5)))
+    return hold(*((rng.uniform(4.0, 7.0), rng.uniform(0.25, 0.5), rng.uniform(-0.12, 0.12)) for _ in range(5)))
 
 
 MANOEUVRES: dict[str, Manoeuvre] = {
@@ -140,7 +140,7 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
     if not 0.0 < duration < np.inf:
         raise RequestError(f"programme {name!r}: the duration must be a positive number of seconds, got {duration:g}")
     rows = int(np.ceil(duration / COMMAND_STEP - 1e-9)) + 1
-    pieces, length = [_hold((1.0, 0.0, 0.0))], round(1.0 / COMMAND_STEP)
+    pieces, length = [hold((1.0, 0.0, 0.0))], round(1.0 / COMMAND_STEP)
     while length < rows:
         for k in rng.permutation(len(PROGRAMMES[name])):
             pieces.append(MANOEUVRES[PROGRAMMES[name][k]](rng))
@@ -194,6 +194,26 @@ def programme(vehicle: Vehicle, name: str = "rich", duration: float = 300.0, see
     """
     rng = np.random.default_rng([seed, 1])
     common, turn = draw_programme(name, duration, rng).T
+
+    def small_steps() -> Array:
+        return np.repeat(rng.choice([-0.3, -0.15, 0.0, 0.0, 0.15, 0.3], common.size // 30 + 1), 30)[: common.size]
+
+    return thruster_commands(vehicle, common, turn, small_steps)
+
+
+def thruster_commands(
+    vehicle: Vehicle, common: Array, turn: Array, sideways: Callable[[], Array] | None = None
+) -> Array:
+    """Commands of a vehicle's thrusters from a common and a differential command, both normalised, (n,).
+
+    Parameters
+    ----------
+    sideways : gives the normalised command (n,) of each thruster that pushes sideways; without it they rest
+
+    Returns
+    -------
+    (n, thrusters) in each thruster's command unit
+    """
     columns = []
     for thruster in vehicle.thrusters:
         ahead = np.cos(thruster.angle)
@@ -202,7 +222,6 @@ def programme(vehicle: Vehicle, name: str = "rich", duration: float = 300.0, see
         elif abs(ahead) >= 0.5:
             fraction = np.sign(ahead) * common
         else:
-            blocks = rng.choice([-0.3, -0.15, 0.0, 0.0, 0.15, 0.3], common.size // 30 + 1)
-            fraction = np.repeat(blocks, 30)[: common.size]
+            fraction = np.zeros_like(common) if sideways is None else sideways()
         columns.append(command_of(thruster, np.clip(fraction, -1.0, 1.0)))
     return np.column_stack(columns)

@@ -1,0 +1,182 @@
+"""Identifiability: what a log can show and tell apart, whatever may be missing, from the columns of its candidates.
+
+Three questions of every candidate. Would a plausible amount of it make a material force in this log (excitation)? Is
+its column more than what sensor noise makes of it? And does it move just as another does (alias groups)? Two effects of
+several parameters move alike when some amount of one moves as some amount of the other: their largest canonical
+correlation (Hotelling 1936, doi:10.1093/biomet/28.3-4.321) is then near one.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..physics.frames import AXES, Array
+from ..physics.vehicle import Vehicle
+from .gram import GramScores
+from .rehearsal import amplitude_columns
+from .search import Search
+
+ALIAS = 0.98
+"""Canonical correlation above which two candidates move alike."""
+LEAST_SIGNAL = 2.0
+"""Signal to noise of a column below which sensor noise decides its coefficient."""
+
+_ROUNDING = 1e-20
+
+
+@dataclass(frozen=True, slots=True)
+class Excitation:
+    """How strongly a log would show one candidate.
+
+    Attributes
+    ----------
+    share : root mean square force of a plausible amount, over the force scale of the axis on which it is largest
+    signal_to_noise : of its clearest column, all axes together; infinite where sensor noise does not enter
+    """
+
+    share: float
+    signal_to_noise: float
+
+
+@dataclass(frozen=True, slots=True)
+class Identifiability:
+    """What a log can show and tell apart about one model.
+
+    Attributes
+    ----------
+    excitation : by key of the candidate
+    groups : keys of candidates that move alike, each with a canonical correlation above 0.98 with another of its group
+    dormant : keys of candidates of which a plausible amount leaves no material force
+    noise_limited : keys of candidates whose columns are hardly more than sensor noise
+    quiet : axes on which hardly anything but sensor noise is at work
+    condition : of the matrix of all other columns, each scaled to length one; None when there are none. All thrusters'
+        common scale is left out beside those of each thruster, whose sum it is.
+    """
+
+    excitation: Mapping[str, Excitation]
+    groups: tuple[tuple[str, ...], ...]
+    dormant: tuple[str, ...]
+    noise_limited: tuple[str, ...]
+    quiet: tuple[str, ...]
+    condition: float | None
+
+    def alike(self, key: str) -> tuple[str, ...]:
+        """The other candidates in the group of a candidate."""
+        return tuple(other for group in self.groups if key in group for other in group if other != key)
+
+    @property
+    def sentence(self) -> str:
+        """What the log cannot show or tell apart, for a line of progress."""
+        blind = [_words(key) for key in (*self.dormant, *self.noise_limited)]
+        groups = [" and ".join(map(_words, group)) for group in self.groups]
+        told = [f"does not show {', '.join(blind)}"] if blind else []
+        told += [f"hardly tells apart {'; '.join(groups)}"] if groups else []
+        return (
+            f"before the search: this log {', and '.join(told) or 'shows every effect, and no two of them move alike'}"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `findings.json` writes it under `identifiability`."""
+        return {
+            "groups": [list(group) for group in self.groups],
+            "dormant": list(self.dormant),
+            "noise_limited": list(self.noise_limited),
+            "quiet_axes": list(self.quiet),
+            "condition": self.condition,
+            "excitation": {
+                key: {
+                    "share": e.share,
+                    "signal_to_noise": e.signal_to_noise if np.isfinite(e.signal_to_noise) else None,
+                }
+                for key, e in self.excitation.items()
+            },
+        }
+
+
+def identify(
+    search: Search, vehicle: Vehicle, active: Sequence[str], plausible: Mapping[str, tuple[float, ...]]
+) -> Identifiability:
+    """Judge every candidate of a search about a model, numerically, on the log as the weak form sees it.
+
+    Parameters
+    ----------
+    vehicle : the model, with the `active` candidates in it
+    plausible : an amount for each amplitude column of every candidate (`rehearsal.plausible_amounts`)
+    """
+    linear, scores = search.linearise(vehicle, active)
+    signal, noise = column_moments(scores)
+    weight = 1.0 / (search.noise_error**2 + search.floor)
+    clear = np.maximum(signal.diagonal(axis1=1, axis2=2), 0.0)
+    blur = noise.diagonal(axis1=1, axis2=2)
+    axis_share = np.sqrt(clear) / search.share_scale[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = (weight @ clear) / (weight @ blur)
+    ratio = np.nan_to_num(np.sqrt(np.where(square < 1.0 / _ROUNDING, square, np.inf)), nan=0.0, posinf=np.inf)
+    excitation: dict[str, Excitation] = {}
+    alive: dict[str, list[int]] = {}
+    for candidate in search.pool:
+        columns = list(amplitude_columns(candidate, linear.options[candidate.key]))
+        shares = axis_share[:, columns].max(axis=0) * plausible[candidate.key]
+        excitation[candidate.key] = Excitation(float(shares.max()), float(ratio[columns].max()))
+        shown = (shares >= search.settings.materiality) & (ratio[columns] >= LEAST_SIGNAL)
+        if shown.any():
+            alive[candidate.key] = [index for index, shows in zip(columns, shown, strict=True) if shows]
+    dormant = tuple(key for key, e in excitation.items() if e.share < search.settings.materiality)
+    limited = tuple(key for key in excitation if key not in alive and key not in dormant)
+    together = np.tensordot(weight, signal, axes=1)
+    names = [c.key for c in search.pool if not (c.key == "thrust_scale" and any("thruster_asym" in k for k in alive))]
+    used = [index for key in names for index in alive.get(key, [])]
+    groups, condition = alias_groups(together, alive), _condition(together, used)
+    quiet = tuple(name for name, is_quiet in zip(AXES, search.quiet, strict=True) if is_quiet)
+    return Identifiability(excitation, groups, dormant, limited, quiet, condition)
+
+
+def column_moments(scores: GramScores) -> tuple[Array, Array]:
+    """Mean products of columns and balance, cleared of sensor noise, and what noise adds to them, (3, p, p) each."""
+    scale = scores.scale[:, None] * scores.scale[None, :] / scores.tests
+    noise = np.zeros_like(scores.gram[0]) if scores.noise is None else scores.noise.sum(axis=0) * scale
+    return scores.gram.sum(axis=0) * scale - noise, noise
+
+
+def alias_groups(gram: Array, columns: Mapping[str, Sequence[int]]) -> tuple[tuple[str, ...], ...]:
+    """Connected components of candidates whose largest canonical correlation exceeds 0.98, singles left out.
+
+    Parameters
+    ----------
+    gram : (p, p) weighted products of columns, all axes together
+    columns : the columns of each candidate
+    """
+    whitened = {key: _whitener(gram[np.ix_(index, index)]) for key, index in columns.items()}
+    groups = [{key} for key in columns]
+    keys = list(columns)
+    for n, a in enumerate(keys):
+        for b in keys[n + 1 :]:
+            across = whitened[a].T @ gram[np.ix_(columns[a], columns[b])] @ whitened[b]
+            if np.linalg.norm(across, 2) > ALIAS:
+                joined = set().union(*(g for g in groups if a in g or b in g))
+                groups = [g for g in groups if not g & joined] + [joined]
+    found = [tuple(key for key in keys if key in group) for group in groups if len(group) > 1]
+    return tuple(sorted(found, key=lambda group: keys.index(group[0])))
+
+
+def _whitener(gram: Array) -> Array:
+    """W with W^T gram W = 1 in the directions that carry more than a millionth of the largest."""
+    scale = 1.0 / np.sqrt(np.diag(gram))
+    size, vectors = np.linalg.eigh(gram * (scale[:, None] * scale[None, :]))
+    keep = size > 1e-6 * size.max()
+    return scale[:, None] * vectors[:, keep] / np.sqrt(size[keep])
+
+
+def _condition(gram: Array, used: Sequence[int]) -> float | None:
+    if not used:
+        return None
+    inside = gram[np.ix_(used, used)]
+    scale = 1.0 / np.sqrt(np.diag(inside))
+    size = np.linalg.eigvalsh(inside * (scale[:, None] * scale[None, :]))
+    return float(np.sqrt(size.max() / max(float(size.min()), 1e-12 * size.max())))
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
