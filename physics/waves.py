@@ -1,7 +1,7 @@
 """Waves: the first-order motion that a boat makes with the sea, on top of the motion that its forces explain.
 
 Low-frequency and wave-frequency motion are added, as is usual for control (Fossen 2021, chapter 10): the boat follows
-the orbits of the water and turns with it, so the sensors see waves, but no mean force acts and the model misses nothing.
+the orbits of the water and turns with it. The sensors see waves, but no mean force acts, and a model misses nothing.
 """
 
 import numpy as np
@@ -28,9 +28,9 @@ def in_waves(motion: Motion, amplitude: float, rng: np.random.Generator) -> Moti
     """What a boat that follows `motion` in calm water does in long-crested waves of a random direction.
 
     The water's orbital velocity w(t) = sum a_k cos(omega_k t + e_k) along the waves moves the boat, and its shear turns
-    it: a line at an angle beta to the waves turns by sin(beta) cos(beta) sum (k_k a_k / omega_k) cos(omega_k t + e_k) with
-    k_k = omega_k^2 / g (deep water, waves longer than the boat). Frequencies are those met. Position, heading,
-    velocities over ground and yaw rate belong together: each is the integral or the derivative of the other.
+    it: a line at an angle beta to the waves turns by sin(beta) cos(beta) sum (kappa_k a_k / omega_k) cos(omega_k t +
+    e_k), with the wave number kappa_k = omega_k^2 / g (deep water, waves longer than the boat). Frequencies are those
+    met. Position and velocity over ground, heading and yaw rate belong together: one is the derivative of the other.
 
     Parameters
     ----------
