@@ -25,7 +25,7 @@ class SimulatedLog:
     Attributes
     ----------
     vehicle : the true vehicle, effects included
-    truth : the noise-free motion on the simulation's grid
+    truth : the motion without noise and waves, on the simulation's grid
     odometry_time : (n,) stamps [s], increasing
     odometry : (n, 6) north, east [m], psi [rad, continuous], u, v [m/s], r [rad/s], noisy
     command_time : (m,) stamps [s], increasing; a command is held until the next stamp

@@ -1,7 +1,7 @@
 """Worlds: a vehicle with a hidden effect drives a programme, and sensors write the log that undertow is to explain."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
@@ -16,6 +16,7 @@ from .simulated_log import SimulatedLog
 from .simulation import SPEED_LIMIT, simulate_motion
 from .typical_effects import random_hull, typical_effect
 from .vehicle import Vehicle
+from .waves import in_waves
 
 __all__ = [
     "NOISE",
@@ -37,7 +38,7 @@ DURATIONS = (1.0, 86400.0)
 
 @dataclass(frozen=True, slots=True)
 class Sensors:
-    """What the log of a world suffers: standard deviations of white noise, and losses.
+    """What the log of a world suffers: standard deviations of white noise, losses, and waves.
 
     Attributes
     ----------
@@ -48,6 +49,7 @@ class Sensors:
     jitter : of the time stamps [s], cut at 0.4 of the channel's step, so that stamps always increase
     dropouts : share of odometry rows that are lost
     odometry_rate : [Hz]
+    waves : significant amplitude of the waves' orbital velocity [m/s]; see `waves.in_waves`
     """
 
     speed: float = 0.0
@@ -57,6 +59,7 @@ class Sensors:
     jitter: float = 0.0
     dropouts: float = 0.0
     odometry_rate: float = 20.0
+    waves: float = 0.0
 
 
 NOISE: dict[str, Sensors] = {
@@ -90,20 +93,24 @@ class World:
         Raises
         ------
         RequestError
-            for an unknown programme, a duration outside 1 to 86400 s, or a world whose motion diverges.
+            for an unknown programme, a duration outside 1 to 86400 s, waves of no finite amplitude, or a world whose
+            motion diverges.
         """
         shortest, longest = DURATIONS
         if not shortest <= self.duration <= longest:
             raise RequestError(
                 f"simulate: expected a duration of {shortest:g} to {longest:g} s, got {self.duration:g} s"
             )
+        if not 0.0 <= sensors.waves < np.inf:
+            raise RequestError(f"simulate: expected waves of 0 m/s or more, got {sensors.waves:g} m/s")
         held = programme(self.vehicle, self.programme, self.duration, self.seed)
         stamps = COMMAND_STEP * np.arange(held.shape[0], dtype=float)
         truth = self._truth(stamps, held)
         rng = np.random.default_rng([self.seed, 3])
         period = 1.0 / sensors.odometry_rate
         time = period * np.arange(int(truth.time[-1] / period + 1e-6) + 1, dtype=float)
-        exact = np.column_stack([truth.position, truth.heading, truth.velocity])
+        sensed = in_waves(truth, sensors.waves, np.random.default_rng([self.seed, 4])) if sensors.waves else truth
+        exact = np.column_stack([sensed.position, sensed.heading, sensed.velocity])
         deviation = np.array([sensors.position] * 2 + [sensors.heading] + [sensors.speed] * 2 + [sensors.yaw_rate])
         state = np.column_stack([np.interp(time, truth.time, column) for column in exact.T])
         state = state + deviation * rng.standard_normal(state.shape)
@@ -138,6 +145,7 @@ def simulate_world(
     programme: str = "rich",
     duration: float = 300.0,
     noise: str = "field",
+    waves: float = 0.0,
     seed: int = 0,
 ) -> SimulatedLog:
     """The log of a world in which `vehicle` has hidden `effects`.
@@ -148,17 +156,18 @@ def simulate_world(
     programme : `rich`, `zigzag` or `gentle`
     duration : [s], 1 to 86400
     noise : `clean`, `field` or `rough` (see `NOISE`)
+    waves : significant amplitude of orbital velocity that the sensors see on top [m/s]
 
     Raises
     ------
     RequestError
-        for an unknown effect, programme or noise preset, a duration out of range, values that give no sound vehicle, or
-        a diverging motion.
+        for an unknown effect, programme or noise preset, a duration or waves out of range, values that give no sound
+        vehicle, or a diverging motion.
     """
     if noise not in NOISE:
         near = get_close_matches(noise, NOISE, n=1, cutoff=0.0)
         raise RequestError(f"unknown noise {noise!r}: did you mean {near[0]!r}? There are: {', '.join(NOISE)}")
-    return World(apply_effects(vehicle, effects), programme, duration, seed).run(NOISE[noise])
+    return World(apply_effects(vehicle, effects), programme, duration, seed).run(replace(NOISE[noise], waves=waves))
 
 
 def _jittered(stamps: Array, deviation: float, rng: np.random.Generator) -> Array:

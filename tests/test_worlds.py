@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from undertow.physics.errors import RequestError
+from undertow.physics.frames import body_to_earth
 from undertow.physics.manoeuvres import MANOEUVRES, PROGRAMMES, draw_programme, programme, side
 from undertow.physics.simulated_log import SimulatedLog
 from undertow.physics.simulation import simulate_motion
@@ -149,6 +150,23 @@ def test_noise_leaves_the_world_alone(boat: Vehicle, field_log: SimulatedLog) ->
     assert clean.odometry_time.size == 801
 
 
+def test_waves_are_what_a_boat_would_feel(boat: Vehicle, clean_log: SimulatedLog) -> None:
+    """Position, heading, velocity and yaw rate in waves belong together, and the sea changes nothing else."""
+    log = simulate_world(boat, {}, duration=30.0, noise="clean", waves=0.2, seed=4)
+    np.testing.assert_array_equal(log.truth.velocity, clean_log.truth.velocity)
+    calm, wavy = clean_log.motion(), log.motion()
+    north, east = body_to_earth(wavy.heading, wavy.velocity[:, 0], wavy.velocity[:, 1])
+    speeds = np.column_stack([north, east, wavy.velocity[:, 2]])
+    places = np.column_stack([wavy.position, wavy.heading])
+    np.testing.assert_allclose(np.gradient(places, wavy.time, axis=0)[1:-1], speeds[1:-1], atol=0.02)
+    orbit = speeds[:, :2] - np.column_stack(body_to_earth(calm.heading, calm.velocity[:, 0], calm.velocity[:, 1]))
+    assert 2.0 * np.sqrt((orbit**2).sum(axis=1).mean()) == pytest.approx(0.2, rel=0.2)
+    assert 0.002 < (wavy.velocity[:, 2] - calm.velocity[:, 2]).std() < 0.2
+    power = np.abs(np.fft.rfft(orbit, axis=0)).sum(axis=1)
+    frequency = np.fft.rfftfreq(wavy.time.size, wavy.time_step)
+    assert 0.4 < frequency[np.argmax(power)] < 0.6
+
+
 def test_clean_log_is_the_truth(clean_log: SimulatedLog, boat: Vehicle) -> None:
     motion, truth = clean_log.motion(0.1), clean_log.truth
     np.testing.assert_allclose(motion.velocity, truth.velocity[::5], atol=1e-12)
@@ -188,6 +206,8 @@ def test_an_effect_shows_in_the_truth(boat: Vehicle, clean_log: SimulatedLog) ->
     [
         ({"programme": "rihc"}, "unknown programme 'rihc': did you mean 'rich'"),
         ({"noise": "felid"}, "unknown noise 'felid': did you mean 'field'"),
+        ({"waves": -0.1}, r"expected waves of 0 m/s or more, got -0\.1 m/s"),
+        ({"waves": float("nan")}, "expected waves of 0 m/s or more, got nan m/s"),
         ({"duration": 0.2}, r"expected a duration of 1 to 86400 s, got 0\.2 s"),
         ({"duration": 86401.0}, "expected a duration of 1 to 86400 s, got 86401 s"),
         ({"duration": float("nan")}, "expected a duration of 1 to 86400 s, got nan"),

@@ -1,0 +1,98 @@
+"""How often discovery names exactly what is missing: a study over random hulls, effects, noise, programmes and waves.
+
+Each log is five minutes of a random sister of a shipped vehicle with random hidden effects of random size. Discovery
+sees the first 85 %, as in a report; the rest measures open-loop rollouts. Results are kept part by part in a folder, so
+that a study which was stopped goes on where it was; they count only for the source that made them. The full study on
+reporting seeds writes its table to `docs/hidden_effects.md`.
+
+    python benchmarks/hidden_effects.py [--seeds tuning|reporting] [--size small|full] [--part NAME]... [--jobs N]
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+from joblib import Parallel, delayed
+from study.figures import exact, table
+from study.judging import judge
+from study.worlds import PARTS, SEEDS
+
+ROOT = Path(__file__).resolve().parents[1]
+TABLE = ROOT / "docs" / "hidden_effects.md"
+PACKAGES = ("physics", "measurements", "discovery")
+"""Packages whose source decides the results."""
+
+
+def fingerprint() -> str:
+    """A hash of the sources that decide the results."""
+    digest = hashlib.sha256()
+    for path in sorted(p for package in PACKAGES for p in (ROOT / package).rglob("*") if p.suffix in (".py", ".yaml")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def kept(path: Path, made_by: str) -> list[dict[str, Any]]:
+    """Records of an earlier run, if the same source made them."""
+    if not path.is_file():
+        return []
+    stored = json.loads(path.read_text(encoding="utf-8"))
+    return stored["records"] if stored["source"] == made_by else []
+
+
+def run_part(part: str, seeds: str, logs: int, folder: Path, jobs: int) -> list[dict[str, Any]]:
+    """Run what is not yet kept of a part; write the results every few logs."""
+    made_by, path = fingerprint(), folder / f"{part}.json"
+    records = kept(path, made_by)[:logs]
+    start, block = SEEDS[seeds]
+    first = start + block * list(PARTS).index(part)
+    todo = (delayed(judge)(part, n, first + n) for n in range(len(records), logs))
+    judged = cast("Iterator[dict[str, Any]]", Parallel(n_jobs=jobs, return_as="generator")(todo))
+    for record in judged:
+        records.append(record)
+        said = "exact" if exact(record) else f"named {', '.join(record['missing'] + record['unnamed']) or 'nothing'}"
+        hidden = ", ".join(record["hidden"]) or "nothing"
+        print(f"{part} {len(records)}/{logs}, seed {record['seed']}: {hidden}: {said}", flush=True)
+        if len(records) % 10 == 0 or len(records) == logs:
+            folder.mkdir(parents=True, exist_ok=True)
+            draft = path.with_suffix(".part")
+            draft.write_text(json.dumps({"source": made_by, "records": records}, allow_nan=False), encoding="utf-8")
+            draft.replace(path)
+    return records
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the study, print its table, and write the page when it is the full one on reporting seeds."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", choices=SEEDS, default="reporting")
+    parser.add_argument("--size", choices=("small", "full"), default="full")
+    parser.add_argument("--part", choices=PARTS, action="append", help="may be repeated; default: all")
+    parser.add_argument("--logs", type=int, default=1_000, help="at most so many logs a part")
+    parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
+    parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "hidden_effects", help="where results are kept")
+    parser.add_argument("--table", type=Path, help=f"page to write (default: {TABLE.name} for the full study)")
+    given = parser.parse_args(arguments)
+    folder = given.folder / f"{given.seeds}-{given.size}"
+    results = {
+        part: run_part(part, given.seeds, min(given.logs, getattr(PARTS[part], given.size)), folder, given.jobs)
+        for part in given.part or PARTS
+    }
+    page = table(results, given.seeds)
+    whole = (given.seeds, given.size, set(results)) == ("reporting", "full", set(PARTS))
+    target = given.table or (TABLE if whole else None)
+    if target is not None:
+        target.write_text(page, encoding="utf-8")
+        print(f"wrote {target}")
+    print(page)
+    said = Counter(s for records in results.values() for r in records for s in r["standing"].values())
+    print("hidden effects were said to be:", ", ".join(f"{word} {count}" for word, count in said.most_common()))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,114 @@
+"""What is hidden: the parts of the study, and the draw of each log."""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from undertow.measurements.dataset import WEAK, DataSet
+from undertow.measurements.split import Split, split
+from undertow.physics.effects import EFFECTS
+from undertow.physics.errors import RequestError
+from undertow.physics.hidden_effects import apply_effects
+from undertow.physics.simulated_log import SimulatedLog
+from undertow.physics.typical_effects import random_hull, typical_effect
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds import NOISE, World
+from undertow.reports.inputs import read_inputs
+
+SEEDS = {"tuning": (0, 110), "reporting": (10_000, 1_000)}
+"""First seed, and how many each part has: settings are chosen on seeds 0 to 989, results are reported on others."""
+VEHICLES = ("blueboat", "otter", "blueboat_paper")
+DURATION, STEP = 300.0, 0.05
+WAVES = (0.05, 0.2)
+"""Significant amplitude of the waves' orbital velocity, drawn between these [m/s]."""
+BY_FILE = 10
+"""Every tenth log goes through a file and the reader, as a user's would; the others straight to the motion."""
+
+Values = dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of the study: logs with the same number of hidden effects.
+
+    `programmes` and `noises` take turns; `small` and `full` are numbers of logs.
+    """
+
+    title: str
+    hidden: int
+    small: int
+    full: int
+    programmes: tuple[str, ...] = ("rich",)
+    noises: tuple[str, ...] = ("field",)
+    waves: bool = False
+
+
+ALL = ("rich", "zigzag", "gentle")
+PARTS = {
+    "singles": Part("one effect, rich, field", 1, 26, 104),
+    "rough": Part("one effect, rich, rough", 1, 26, 104, noises=("rough",)),
+    "clean": Part("one effect, rich, clean", 1, 13, 26, noises=("clean",)),
+    "pairs": Part("two effects, rich, field", 2, 12, 80),
+    "triples": Part("three effects, rich, field", 3, 12, 60),
+    "nothing": Part("nothing, all programmes, all noise", 0, 9, 100, ALL, ("field", "rough", "clean")),
+    "waves": Part("nothing but waves, all programmes", 0, 9, 100, ALL, ("field", "rough"), waves=True),
+    "gentle": Part("one effect, gentle, field", 1, 13, 52, programmes=("gentle",)),
+    "zigzag": Part("one effect, zigzag, field", 1, 13, 26, programmes=("zigzag",)),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One log before it is looked at: the nominal hull, what is hidden from it (by label), and what was logged."""
+
+    nominal: Vehicle
+    hidden: dict[str, Values]
+    log: SimulatedLog
+    setting: dict[str, Any]
+
+
+def draw(part: Part, number: int, seed: int) -> Case:
+    """Draw log `number` of a part. Effects come in turn where one is hidden, at random where there are more."""
+    rng = np.random.default_rng([seed, 5])
+    base = VEHICLES[(number + number // len(EFFECTS)) % len(VEHICLES)]
+    kind = part.programmes[number % len(part.programmes)]
+    noise = part.noises[number // len(part.programmes) % len(part.noises)]
+    waves = float(rng.uniform(*WAVES)) if part.waves else 0.0
+    for _ in range(50):
+        nominal = random_hull(load_vehicle(base), rng)
+        names = [str(name) for name in rng.choice([e.name for e in EFFECTS], part.hidden, replace=False)]
+        if part.hidden == 1:
+            names = [EFFECTS[number % len(EFFECTS)].name]
+        try:
+            sizes = [(name, typical_effect(name, nominal, rng)) for name in names]
+            hidden = {label(name, list(values)): values for name, values in sizes}
+            true = apply_effects(nominal, merged(hidden))
+            log = World(true, kind, DURATION, seed).run(replace(NOISE[noise], waves=waves))
+        except RequestError:
+            continue  # no sound vehicle, or one that the effect hardly touches: another hull
+        setting = {"seed": seed, "vehicle": base, "programme": kind, "noise": noise, "waves": round(waves, 3)}
+        return Case(nominal, hidden, log, setting)
+    raise RequestError(f"seed {seed}: no sound world in fifty draws")
+
+
+def label(name: str, symbols: Sequence[str]) -> str:
+    """An effect's name, with the thruster where it concerns one."""
+    one = name == "thruster_asymmetry" and symbols
+    return f"{name}[{symbols[0].removesuffix('_scale')}]" if one else name
+
+
+def merged(hidden: Mapping[str, Values]) -> Values:
+    """All values by symbol; no two effects of the catalogue share one."""
+    return {symbol: value for values in hidden.values() for symbol, value in values.items()}
+
+
+def divided(case: Case, by_file: bool) -> Split:
+    """The log as discovery gets it, split as reports do, through a file or not."""
+    if not by_file:
+        return split(DataSet((case.log.motion(STEP),), (), WEAK))
+    with tempfile.TemporaryDirectory() as scratch:
+        return read_inputs(case.log.write(Path(scratch) / "log.csv"), case.nominal).weak
