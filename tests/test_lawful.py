@@ -27,6 +27,7 @@ from undertow.physics.laws import (
     worst_dissipation,
 )
 from undertow.physics.motion import Motion
+from undertow.physics.terms import monomials
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds import simulate_world
 
@@ -107,6 +108,20 @@ def test_the_proof_is_about_the_power_of_the_force_equation(extra: dict[str, flo
         found = -np.einsum("ki,okij,kj->ok", at, matrices[:, corners], at)
         wanted = np.array([damping_power(vehicle, at * np.array(far)) for far in BOX.orthants])
         np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+@pytest.mark.parametrize("axis", ["surge", "sway", "yaw"])
+def test_every_monomial_has_its_place_in_the_proof(axis: str):
+    rng = np.random.default_rng(1)
+    p = rng.random((20, 3))
+    for form in monomials(3):
+        vehicle = BARE.with_values({f"{axis}:{form.text}": 1.7})
+        degree = vehicle_degree(vehicle)
+        power = vehicle_power(vehicle, BOX, degree)
+        for orthant, far in enumerate(BOX.orthants):
+            terms = zip(power[orthant], basis(degree).monomials, strict=True)
+            value = sum(c * np.prod(p ** np.array(e), axis=1) for c, e in terms)
+            np.testing.assert_allclose(value, damping_power(vehicle, p * np.array(far)), atol=1e-12)
 
 
 @pytest.mark.parametrize(
