@@ -124,7 +124,7 @@ class LawfulOptimizer(BaseOptimizer):
         shape = Shape((False,) * upper.size, tuple(np.isfinite(upper).tolist()))
         law = None
         if lawful:
-            degree = degree_of((axis, forms[k]) for axis, k in support)
+            degree = degree_of([(axis, forms[k]) for axis, k in support])
             law = _law(forms, support, unit, self.envelope, degree)
             shape = Shape(shape.below, shape.above, len(self.envelope.orthants), degree)
         solution = None

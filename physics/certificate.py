@@ -12,7 +12,7 @@ such exchange is a free variable (a slack) of each orthant. Without them honest 
 X_vr = 0 does no work whatever its size.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations_with_replacement, product
@@ -68,9 +68,9 @@ def basis(degree: Exponents) -> Basis:
     return Basis(tuple(exponents), points / np.array(degree), np.stack(lift, axis=-1), np.stack(slack, axis=-1))
 
 
-def degree_of(terms: Iterable[tuple[int, Form]]) -> Exponents:
+def degree_of(terms: Sequence[tuple[int, Form]]) -> Exponents:
     """Degree of S in each velocity that given (axis, monomial) terms need; (1, 1, 1) for all of the catalogue."""
-    degree = [1, 1, 1]
+    degree, cubic = [1, 1, 1], [axis for axis, form in terms if form.degree > 2]
     for axis, form in terms:
         factors = [f.strip("|") for f in form.factors]
         if "uvr"[axis] in factors:
@@ -81,12 +81,14 @@ def degree_of(terms: Iterable[tuple[int, Form]]) -> Exponents:
             factors.pop()
         for k, name in enumerate("uvr"):
             degree[k] = max(degree[k], factors.count(name))
+    if cubic and max(degree) == 1:  # u r in every row is affine on each axis, yet P is of degree four
+        degree[cubic[0]] = 2
     return degree[0], degree[1], degree[2]
 
 
 def vehicle_degree(*vehicles: Vehicle) -> Exponents:
     """Degree of S in each velocity that serves all of some vehicles."""
-    return degree_of((axis, form) for vehicle in vehicles for _, axis, form in active_terms(vehicle))
+    return degree_of([(axis, form) for vehicle in vehicles for _, axis, form in active_terms(vehicle)])
 
 
 def power_of(axis: int, form: Form, envelope: Envelope, degree: Exponents) -> Array:
