@@ -191,6 +191,7 @@ def add(
             return
         from .reports.terminal import added_table, unnamed_table
 
+        _say("")
         _prose(findings["headline"])
         tables = [added_table(findings)] if findings["candidates"] else []
         _show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
@@ -343,9 +344,9 @@ def _say(text: str) -> None:
 
 def _prose(text: str) -> None:
     """Print a paragraph, wrapped at the terminal's width, and a blank line; nothing for an empty text."""
-    from rich.text import Text
+    from .reports.layout import Prose
 
-    _show(Text(text) if text else None)
+    _show(Prose(text) if text else None)
 
 
 def _show(*parts: Any) -> None:

@@ -105,10 +105,14 @@ def _effect(
     sentence = effect.meaning
     if verdict == "missing":
         axis = int(np.argmax(e.share))
-        sentence += f" It alone accounts for {e.share[axis]:.0%} of the {AXES[axis]} force at work in this log."
+        sentence += (
+            f" It alone accounts for {100.0 * e.share[axis]:.0f} % of the {AXES[axis]} force at work in this log."
+        )
     elif e.indistinguishable_from:
         rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
         sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
+    elif e.at_limit:
+        sentence = f"Doubtful: the log asks for more of it than physics allows, so it is something else. ({sentence})"
     elif e.rollouts_object:
         sentence = f"Doubtful: the force balance asks for it, but open-loop rollouts get worse with it. ({sentence})"
     elif e.dormant:
@@ -172,8 +176,11 @@ def _criterion(search: Search) -> dict[str, object]:
             f"each parameter earns a held-out log-likelihood of {settings.price:g} "
             f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
         ),
-        "material": f"it explains at least {settings.materiality:.0%} of the force at work on some axis, alone",
-        "rollouts": f"5 s rollouts with it, 10 s rollouts of all are not worse ({WORSE:.0%}, {SIGNIFICANT:g} sigma)",
+        "material": f"it explains at least {100.0 * settings.materiality:g} % of the force at work on some axis, alone",
+        "rollouts": (
+            "5 s rollouts with it, and 10 s rollouts of all together, are not worse "
+            f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"
+        ),
         "unit": dict(zip(AXES, FORCE_UNITS, strict=True)),
         "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (

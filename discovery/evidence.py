@@ -19,6 +19,7 @@ SURE = 0.9
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
 _DRAWS = 2000
+_NEAR_LIMIT = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,7 @@ class Evidence:
     indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
         ones in whose place it does
     rollouts_object : True when open-loop rollouts get worse with it
+    at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     """
@@ -48,13 +50,14 @@ class Evidence:
     confidence: float
     indistinguishable_from: tuple[str, ...]
     rollouts_object: bool
+    at_limit: bool
     dormant: bool = False
     noise_limited: bool = False
 
     @property
     def sure(self) -> bool:
-        """True when the search kept it, in nine of ten resamples, nothing looks like it, and rollouts do not object."""
-        return self.selected and self.confidence >= SURE and not self.rollouts_object
+        """True when the search kept it, nine of ten resamples agree, and no limit or rollout speaks against it."""
+        return self.selected and self.confidence >= SURE and not self.rollouts_object and not self.at_limit
 
 
 def weigh(search: Search, state: State, seed: int, known: Identifiability | None = None) -> list[Evidence]:
@@ -127,6 +130,7 @@ def _selected(
         confidence / (1 + len(rivals)),
         tuple(rivals),
         rollouts_object(rollout_squares(search.weak.motions, without.vehicle), squares),
+        _at_limit(search, candidate, now[candidate.key]),
     )
 
 
@@ -155,6 +159,7 @@ def _not_selected(
         _confidence(search, whole, fit, price, seed),
         (),
         False,
+        False,
     )
 
 
@@ -177,6 +182,17 @@ def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: i
     gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor)).sum(axis=1)
     share = np.sqrt(np.maximum(before - after, 0.0)) / search.share_scale
     return share_of_draws((gain > price) & (share.max(axis=1) >= search.settings.materiality))
+
+
+def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
+    """True when a parameter lies at a physical limit that is not its nominal value."""
+    for parameter, value in zip(candidate.parameters, option.start, strict=True):
+        nominal = search.nominal.value(parameter.symbol)
+        for limit in (parameter.lower, parameter.upper):
+            room = abs(limit - nominal)
+            if np.isfinite(limit) and room > 0.0 and abs(value - limit) < _NEAR_LIMIT * room:
+                return True
+    return False
 
 
 def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:

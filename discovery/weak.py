@@ -150,14 +150,7 @@ class WeakForm:
         modelled = self.average([modelled_force(vehicle, motion) for motion in self.motions])
         passive = []
         for motion in self.motions:
-            still = Motion(
-                motion.time,
-                motion.position,
-                motion.heading,
-                np.zeros_like(motion.velocity),
-                motion.commands,
-                motion.thrusters,
-            )
+            still = replace(motion, velocity=np.zeros_like(motion.velocity))
             passive.append(modelled_force(vehicle, still))
         thrust = self.average(passive)
         parts = np.stack([rates, modelled, thrust, modelled - thrust])

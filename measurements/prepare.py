@@ -7,7 +7,7 @@ import numpy as np
 from ..physics.averages import area_average
 from ..physics.errors import LogError, RequestError
 from ..physics.frames import Array, body_to_earth, earth_to_body
-from ..physics.motion import Motion
+from ..physics.motion import RUN_UP, Motion
 from ..physics.vehicle import Vehicle
 from .channels import Channel
 from .dataset import PAPER, WEAK, DataSet, Recipe
@@ -173,18 +173,21 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         position = np.column_stack([np.interp(grid, *part[name]) for name in ("x", "y")])
     else:
         position = _integrated(heading, surge, sway, step)
-    columns = [
-        area_average(channel.time, channel.value, grid, step, hold=recipe.commands == "hold")
-        for channel in (log.channels[name] for name in command_channels(vehicle))
-    ]
+    channels = [log.channels[name] for name in command_channels(vehicle)]
+    earliest = max((float(channel.time[0]) for channel in channels), default=grid[0])
+    steps_back = round(min(RUN_UP, max(grid[0] - earliest, 0.0)) / step)
+    wide = grid[0] + step * np.arange(-steps_back, grid.size)
+    averages = [area_average(c.time, c.value, wide, step, hold=recipe.commands == "hold") for c in channels]
+    commands = np.column_stack(averages) if averages else np.zeros((wide.size, 0))
     return Motion(
         time=grid,
         position=position,
         heading=heading,
         velocity=np.column_stack((surge, sway, rate)),
-        commands=np.column_stack(columns) if columns else np.zeros((grid.size, 0)),
+        commands=commands[steps_back:],
         thrusters=tuple(thruster.name for thruster in vehicle.thrusters) if vehicle else (),
         source=str(log.path),
+        run_up=commands[:steps_back] if steps_back else None,
     )
 
 

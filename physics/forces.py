@@ -27,8 +27,11 @@ class Actuation:
 
 def actuation(vehicle: Vehicle, motion: Motion) -> Actuation:
     """Thruster forces [N] and advance losses [N s/m] along a motion, with lag, delay, dead zone and scales applied."""
-    pairs = [thruster.response(motion.commands[:, k], motion.time_step) for k, thruster in enumerate(vehicle.thrusters)]
-    return Actuation(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]))
+    commands, past = motion.commands, 0
+    if motion.run_up is not None:
+        commands, past = np.concatenate([motion.run_up, commands]), motion.run_up.shape[0]
+    pairs = [thruster.response(commands[:, k], motion.time_step) for k, thruster in enumerate(vehicle.thrusters)]
+    return Actuation(np.array([p[0][past:] for p in pairs]), np.array([p[1][past:] for p in pairs]))
 
 
 def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple) -> Triple:

@@ -7,6 +7,9 @@ import numpy as np
 from .errors import LogError
 from .frames import Array
 
+RUN_UP = 20.0
+"""Longest history of commands that a motion keeps [s]: a delay of 2 s and six time constants of a lag of 3 s."""
+
 
 @dataclass(frozen=True, slots=True)
 class Motion:
@@ -23,6 +26,8 @@ class Motion:
         area and their instant whatever the log's rate.
     thrusters : the names of the command columns
     source : where it came from (file name, or the world that made it)
+    run_up : (m, thrusters) commands on the steps before the first row, so that lag and delay know their past; none
+        when the stretch begins with the log
 
     Raises
     ------
@@ -37,6 +42,7 @@ class Motion:
     commands: Array
     thrusters: tuple[str, ...]
     source: str = ""
+    run_up: Array | None = None
 
     def __post_init__(self) -> None:
         n = self.time.shape[0]
@@ -55,6 +61,8 @@ class Motion:
                 raise LogError(f"motion: {name} holds values that are not finite; drop those rows first")
         if n < 2:
             raise LogError(f"motion: expected at least 2 rows, got {n}")
+        if self.run_up is not None and (self.run_up.ndim != 2 or self.run_up.shape[1] != len(self.thrusters)):
+            raise LogError(f"motion: expected run_up of shape (m, {len(self.thrusters)}), got {self.run_up.shape}")
         steps = np.diff(self.time)
         if steps.min() <= 0 or np.ptp(steps) > 1e-6 * max(1.0, abs(self.time[-1])):
             raise LogError("motion: the time base is not even; resample the log first (undertow.prepare)")
@@ -70,8 +78,11 @@ class Motion:
         return float(self.time[-1] - self.time[0])
 
     def slice(self, start: int, stop: int) -> "Motion":
-        """Rows `start` to `stop` (exclusive) as a motion of its own."""
+        """Rows `start` to `stop` (exclusive) as a motion of its own; earlier commands become its run-up."""
         rows = slice(start, stop)
+        past = self.commands[:start]
+        past = past if self.run_up is None else np.concatenate([self.run_up, past])
+        most = round(RUN_UP / self.time_step)
         return replace(
             self,
             time=self.time[rows],
@@ -79,4 +90,5 @@ class Motion:
             heading=self.heading[rows],
             velocity=self.velocity[rows],
             commands=self.commands[rows],
+            run_up=past[-most:] if past.size else None,
         )

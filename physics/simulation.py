@@ -1,6 +1,6 @@
 """Simulation: fixed-step RK4 of many rollouts at once."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -120,12 +120,4 @@ def rollout(vehicle: Vehicle, motion: Motion, starts: np.ndarray, steps: int) ->
 def simulate_motion(vehicle: Vehicle, motion: Motion) -> Motion:
     """The motion that a vehicle makes from the first state of `motion` under its commands."""
     result = rollout(vehicle, motion, np.array([0]), motion.time.size - 1).states[0]
-    return Motion(
-        motion.time,
-        result[:, :2].copy(),
-        result[:, 2].copy(),
-        result[:, 3:].copy(),
-        motion.commands,
-        motion.thrusters,
-        motion.source,
-    )
+    return replace(motion, position=result[:, :2].copy(), heading=result[:, 2].copy(), velocity=result[:, 3:].copy())

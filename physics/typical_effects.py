@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .effects import effect_named
+from .effects import Effect, Parameter, effect_named
 from .errors import RequestError, VehicleError
 from .frames import Array
 from .hidden_effects import apply_effects
@@ -12,8 +12,12 @@ from .manoeuvres import COMMAND_STEP, command_of, programme
 from .matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from .motion import Motion
 from .simulation import rollout, simulate_motion
+from .terms import parse_form
 from .thrusters import Thruster
 from .vehicle import Vehicle
+
+_WILDEST = 3.0
+"""Share by which an effect changes 10 s rollouts beyond which it makes another boat of the vehicle."""
 
 
 def random_hull(vehicle: Vehicle, rng: np.random.Generator, spread: float = 1.0 / 3.0) -> Vehicle:
@@ -87,7 +91,7 @@ def materiality(nominal: Vehicle, changed: Vehicle, motion: Motion) -> Array:
 
 
 def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, Callable[[], tuple[float, ...]]]:
-    """For each effect, a draw of its parameters' values as `apply_effects` takes them."""
+    """For each effect with sizes of its own, a draw of its parameters' values as `apply_effects` takes them."""
     u, v, r = s.speed
     uniform = rng.uniform
 
@@ -150,13 +154,58 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
     }
 
 
+def _default_draw(effect: Effect, vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> tuple[float, ...]:
+    """Sizes for an effect that `_draws` does not know, from what the catalogue says of its parameters."""
+    return tuple(_default_size(p, effect.added, vehicle, s, rng) for p in effect.parameters)
+
+
+def _default_size(p: Parameter, added: bool, vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> float:
+    """A shape from the middle of its grid, a factor about its null value, or a share of what is large for the unit."""
+    if p.grid:
+        return float(np.quantile(p.grid, rng.uniform(0.25, 0.75)))
+    if p.null != 0.0:
+        size = rng.uniform(0.15, 0.4) * abs(p.null)
+    elif p.axis is not None and p.form:
+        size = rng.uniform(0.2, 0.7) * s.drag[p.axis] / float(parse_form(p.form)(*np.abs(s.speed)))
+    else:
+        size = 10.0 ** rng.uniform(-1.5, -0.6) * _large(p.unit, s)
+    start = vehicle.value(p.symbol) if added and "{" not in p.symbol else p.null
+    # At least a tenth of what the vehicle has stays: a hull without any drag is no hull.
+    signs = [
+        sign
+        for sign in (-1.0, 1.0)
+        if p.lower <= start + sign * size <= p.upper and not (sign * start < 0.0 and size > 0.9 * abs(start))
+    ] or [-1.0, 1.0]
+    total = float(np.clip(start + rng.choice(signs) * size, p.lower, p.upper))
+    return total - start if added else total
+
+
+def _large(unit: str, s: _Scales) -> float:
+    """What is large for a vehicle in an SI unit: thrust, moment, mass, inertia, and the radius and time of turns."""
+    leading = {"N m": s.moment, "N": s.thrust, "kg m^2": float(s.mass[2]), "kg": float(s.mass[0])}
+    base = {"m": float(s.speed[0] / s.speed[2]), "s": 1.0 / float(s.speed[2])}
+    above, _, below = unit.partition("/")
+    large = 1.0
+    for start, size in leading.items():
+        if f"{above} ".startswith(f"{start} "):
+            large, above = size, above.removeprefix(start)
+            break
+    for part, sign in ((above, 1), (below.strip("()"), -1)):
+        for factor in part.split():
+            name, _, power = factor.partition("^")
+            large *= base.get(name, 1.0) ** (sign * int(power or 1))
+    return large
+
+
 def typical_effect(
     effect_name: str, vehicle: Vehicle, rng: np.random.Generator, floor: float = 0.03
 ) -> dict[str, float]:
     """A material but plausible random size of an effect for a vehicle, by symbol, as `apply_effects` takes it.
 
     Sizes are shares of what the vehicle itself has: its drag at top speed, its greatest thrust and moment, its masses.
-    A draw that hardly changes the motion (see `materiality`) or that no sound vehicle can bear is drawn again.
+    An effect without a line in `_draws` gets sizes from the units, axes, forms and limits of its parameters.
+    A draw that hardly changes the motion (see `materiality`) or overturns it, or that no sound vehicle can bear, is
+    drawn again.
 
     Parameters
     ----------
@@ -165,11 +214,11 @@ def typical_effect(
     Raises
     ------
     RequestError
-        for an unknown effect, or when thirty draws change nothing that matters.
+        for an unknown effect, or when none of thirty draws changes the motion by a plausible amount.
     """
     effect = effect_named(effect_name)
     scales = _Scales(vehicle)
-    draw = _draws(vehicle, scales, rng)[effect_name]
+    draw = _draws(vehicle, scales, rng).get(effect_name, lambda: _default_draw(effect, vehicle, scales, rng))
     strong = [
         t.name
         for t, force in zip(vehicle.thrusters, scales.thrusts, strict=True)
@@ -183,9 +232,9 @@ def typical_effect(
             share = materiality(vehicle, apply_effects(vehicle, values), scales.motion)
         except RequestError:
             continue
-        if np.isfinite(share).all() and share.max() >= floor:
+        if floor <= share.max() <= max(_WILDEST, floor):
             return values
-        largest = max(largest, float(share.max()))
+        largest = max(largest, float(share.max())) if share.max() < floor else largest
     raise RequestError(
         f"{effect_name}: no draw changes {vehicle.name}'s motion by {floor:.0%} (most: {largest:.1%}); lower the floor"
     )

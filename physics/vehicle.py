@@ -93,6 +93,10 @@ class Vehicle(BaseModel):
         names = [t.name for t in self.thrusters]
         if len(set(names)) < len(names):
             raise ValueError(f"thruster names must differ, got {', '.join(names)}")
+        symbols = [t.symbol for t in self.terms]
+        twice = sorted({s for s in symbols if symbols.count(s) > 1})
+        if twice:
+            raise ValueError(f"terms: {', '.join(twice)} stands twice; keep one, with the sum of the values")
         m22, m33 = self.mass - self.value("Y_vdot"), self.inertia_z - self.value("N_rdot")
         m23 = self.mass * self.x_g - self.value("Y_rdot")
         m11 = self.mass - self.value("X_udot")
@@ -201,6 +205,19 @@ class Vehicle(BaseModel):
         write_text(path, yaml.safe_dump(ordered, sort_keys=False, allow_unicode=True, width=120))
 
 
+class _NoDuplicates(yaml.SafeLoader):
+    """The safe loader, which silently keeps the last of two equal keys, made to refuse them."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for key in keys:
+            if keys.count(key) > 1 and key != "<<":
+                raise yaml.YAMLError(
+                    f"key {key!r} stands twice in one mapping, line {node.start_mark.line + 1}; keep one"
+                )
+        return super().construct_mapping(node, deep)
+
+
 def _unknown_key(key: str, known: Iterable[str], where: str) -> str:
     names = sorted(k for k in known if "{" not in k)
     near = get_close_matches(str(key), names, n=1, cutoff=0.0)
@@ -268,7 +285,7 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
             f"vehicle file {text}: no such file; give a YAML file or one of {', '.join(shipped_vehicles())}"
         )
     try:
-        data = yaml.safe_load(source.read_text("utf-8"))
+        data = yaml.load(source.read_text("utf-8"), Loader=_NoDuplicates)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise VehicleError(f"vehicle file {text}: not readable as YAML ({reason})") from None

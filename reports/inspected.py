@@ -9,7 +9,7 @@ from rich.text import Text
 
 from ..measurements.channels import command_kind
 from ..physics.vehicle import Vehicle
-from .layout import Fitting, bullets, plain_table, section, stacked
+from .layout import Fitting, Prose, bullets, plain_table, section, stacked
 from .wording import finite, listing, number, percent, unit_text
 
 _MOST_UNUSED = 12
@@ -30,7 +30,7 @@ def inspection_screen(inspection: Mapping[str, Any], vehicle: Vehicle | None = N
     excitation: Mapping[str, Any] = inspection.get("excitation") or {}
     plan: Mapping[str, Any] = inspection.get("plan") or {}
     length = f": {number(excitation['seconds'])} s of usable motion" if "seconds" in excitation else ""
-    parts: list[RenderableType] = [Text(f"{inspection.get('path', 'log')}{length}", overflow="fold")]
+    parts: list[RenderableType] = [Prose(f"{inspection.get('path', 'log')}{length}")]
     if plan.get("missing"):
         title = f"Not usable for {vehicle.name}, because" if vehicle else "Not usable, because"
         parts.append(section(title, bullets(plan["missing"]), style="bold red"))
@@ -43,9 +43,11 @@ def inspection_screen(inspection: Mapping[str, Any], vehicle: Vehicle | None = N
     if excitation:
         sentences = [bullets(texts, style) for texts, style in _excitation(excitation) if texts]
         parts.append(section("What the boat did", *sentences))
-    alignment = [_sentence(str(item["sentence"])) for item in inspection.get("alignment") or [] if "sentence" in item]
-    if alignment:
-        parts.append(section("Time alignment", bullets(alignment)))
+    compared = [str(item["sentence"]) for item in inspection.get("alignment") or [] if "sentence" in item]
+    if compared:
+        late, in_step = ([_sentence(t) for t in compared if ("in step" in t) is fine] for fine in (False, True))
+        lists = [bullets(texts, style) for texts, style in ((late, WARNING), (in_step, "")) if texts]
+        parts.append(section("Time alignment", *lists))
     channels = inspection.get("channels") or []
     if channels:
         parts.append(_channels(channels))
@@ -58,7 +60,7 @@ def _plan(inspection: Mapping[str, Any], plan: Mapping[str, Any], vehicle: Vehic
     lines = []
     stretches = [(finite(part.get("start")), finite(part.get("end"))) for part in plan.get("segments") or []]
     if stretches:
-        spans = [f"{number(low)} to {number(high)} s" for low, high in stretches[:_MOST_STRETCHES]]
+        spans = [f"{_tenths(low)} to {_tenths(high)} s" for low, high in stretches[:_MOST_STRETCHES]]
         more = f" and {len(stretches) - len(spans)} more" if len(stretches) > len(spans) else ""
         many = f"{len(stretches)} stretches without gaps" if len(stretches) > 1 else "one stretch without gaps"
         lines.append(f"Take {many}: {', '.join(spans)}{more}.")
@@ -166,6 +168,17 @@ def _channel_table(channels: Sequence[Mapping[str, Any]], columns: Sequence[str]
 
 def _range(low: Any, high: Any) -> str:
     return "" if low is None or high is None else f"{number(low)} to {number(high)}"
+
+
+def _tenths(seconds: float) -> str:
+    """A time [s] to a tenth; a stamp of ten digits keeps them.
+
+    Examples
+    --------
+    >>> _tenths(0.05), _tenths(239.95), _tenths(1.7e9)
+    ('0.1', '239.9', '1700000000')
+    """
+    return f"{seconds:.1f}".removesuffix(".0")
 
 
 def _short(value: Any) -> str:

@@ -1,14 +1,33 @@
 """What every screen on the terminal is made of: headings, bullets, and tables that fit the width that there is."""
 
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from rich import box
 from rich.console import Console, ConsoleOptions, Group, RenderableType
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
 _WIDEST = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Prose:
+    """Words that are wrapped where there is room, but never between a number and its percent sign, as rich would."""
+
+    text: str
+    style: str = ""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+        """Wrap when the width is known; a path that is longer than a line is folded, not cut."""
+        lines = textwrap.wrap(self.text, options.max_width, break_on_hyphens=False) or [""]
+        yield from (Text(line, style=self.style, no_wrap=True) for line in lines)
+
+    def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
+        """Any width will do, up to the whole text in one line."""
+        return Measurement(1, max(len(self.text), 1)).with_maximum(options.max_width)
 
 
 def plain_table(title: str, caption: str = "") -> Table:
@@ -32,22 +51,20 @@ def heading(text: str, style: str = "bold") -> Text:
 
 
 def bullets(texts: Sequence[str], style: str = "") -> Table:
-    """Sentences, one below the other, wrapped and indented; long paths are folded, never cut."""
+    """Sentences, one below the other, wrapped and indented."""
     grid = Table.grid(padding=(0, 1))
     grid.add_column(no_wrap=True)
-    grid.add_column(overflow="fold")
     for text in texts:
-        grid.add_row("-", Text(text, style=style))
+        grid.add_row("-", Prose(text, style))
     return grid
 
 
 def glossary(pairs: Sequence[tuple[str, str]]) -> Table:
     """Names with a sentence each."""
     grid = Table.grid(padding=(0, 2))
-    grid.add_column(max_width=26)
-    grid.add_column(overflow="fold")
+    grid.add_column(no_wrap=True)
     for name, sentence in pairs:
-        grid.add_row(Text(name, style="bold"), Text(sentence))
+        grid.add_row(Text(name, style="bold"), Prose(sentence))
     return grid
 
 

@@ -7,7 +7,7 @@ from .figures import coefficients, ranked_effects
 from .markup import Html, element, figure, lines, render, table
 from .plotted import coefficient_rows
 from .run_folder import RunFolder
-from .wording import MINUS, cannot_tell, effect_words, interval, listing, percent, typeset, unit_text, words
+from .wording import MINUS, cannot_tell, effect_words, interval, listing, percent, twins, typeset, unit_text
 
 
 def missing_effects(run: RunFolder) -> Html:
@@ -47,7 +47,7 @@ def _effect(item: Mapping[str, Any]) -> Html:
         for term in item.get("terms") or []
     ]
     removed, sure = percent(item.get("error_drop"), minus=MINUS), percent(item.get("confidence"))
-    twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
+    others = twins(item)
     equation = str(item.get("equation") or "")
     return element(
         "div",
@@ -56,7 +56,7 @@ def _effect(item: Mapping[str, Any]) -> Html:
         *[element("div", equation, cls="equation")] * bool(equation),
         *values,
         element("p", f"Removes {removed} of the held-out error; confidence {sure}.", cls="facts"),
-        *[element("p", f"This log cannot tell it from {listing(twins)}.", cls="warn")] * bool(twins),
+        *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
         cls="card effect",
     )
 
@@ -66,7 +66,6 @@ def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
     for item in candidates:
         unseen, terms = cannot_tell(item), item.get("terms") or []
         verdict = str(item["verdict"])
-        twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
         rows.append(
             (
                 effect_words(item),
@@ -79,7 +78,7 @@ def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
                 render(*lines(interval(term.get("ci95")) for term in terms)),
                 "" if unseen else percent(item.get("error_drop"), minus=MINUS),
                 "" if unseen else percent(item.get("confidence")),
-                render(*lines(twins)),
+                render(*lines(twins(item))),
             )
         )
     head = ("effect", "verdict", "value", "95 % interval", "error removed", "confidence", "not to be told from")

@@ -19,6 +19,7 @@ from .wording import (
     number,
     percent,
     pick_horizon,
+    twins,
     unit_text,
     words,
 )
@@ -186,8 +187,8 @@ def _effects_in(title: str, candidates: Sequence[Mapping[str, Any]], caption: st
         unseen = cannot_tell(item)
         verdict = "cannot tell" if unseen else str(item["verdict"])
         terms = item.get("terms") or [] if verdict != "no evidence" else []
-        twins = [words(str(name)) for name in item.get("indistinguishable_from") or []]
-        effect = effect_words(item) + (f"\n(or {', '.join(twins)})" if twins else "")
+        others = twins(item)
+        effect = effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
         table.add_row(
             Text(effect),
             *[Text(verdict, style=VERDICT_STYLES.get(verdict, ""))] * verdicts,

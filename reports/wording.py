@@ -41,6 +41,18 @@ def effect_words(candidate: Mapping[str, Any]) -> str:
     return f"{words(name)} ({', '.join(meant)})" if meant else words(name)
 
 
+def twins(candidate: Mapping[str, Any]) -> list[str]:
+    """What would explain the log as well as the candidate, in words.
+
+    Examples
+    --------
+    >>> twins({"effect": "thruster_asymmetry", "indistinguishable_from": ["thrust_scale", "thruster_asymmetry"]})
+    ['thrust scale', 'another thruster']
+    """
+    names = map(str, candidate.get("indistinguishable_from") or [])
+    return ["another thruster" if name == candidate["effect"] else words(name) for name in names]
+
+
 def cannot_tell(candidate: Mapping[str, Any]) -> bool:
     """Whether the log holds no manoeuvre in which the effect would show, so that no number about it means anything.
 
@@ -118,10 +130,10 @@ def unit_text(unit: str) -> str:
 
     Examples
     --------
-    >>> unit_text("N s^2/m^2"), unit_text("-")
-    ('N s²/m²', '')
+    >>> unit_text("N s^2/m^2"), unit_text("N m (s/m)^1 (s/rad)^2"), unit_text("-")
+    ('N s²/m²', 'N m (s/m) (s/rad)²', '')
     """
-    return "" if unit in ("-", "1") else unit.replace("^2", "²").replace("^3", "³")
+    return "" if unit in ("-", "1") else unit.replace(")^1", ")").replace("^2", "²").replace("^3", "³")
 
 
 def listing(names: Sequence[str]) -> str:

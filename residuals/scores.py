@@ -8,6 +8,7 @@ import numpy as np
 from ..measurements.dataset import DataSet
 from ..measurements.derive import accelerations
 from ..physics.frames import AXES, Array
+from ..physics.simulation import SPEED_LIMIT
 from .models import Model
 from .residual import same_filter
 
@@ -95,7 +96,8 @@ def rollout_scores(
             for name, length in lengths.items():
                 if length <= steps:
                     squares.setdefault(name, []).append(per_row[:, 1 : length + 1].mean(axis=1))
-                    lost[name] = lost.get(name, 0) + int(result.diverged.sum())
+                    speeds = np.abs(result.states[:, 1 : length + 1, 3:]).max(axis=(1, 2))
+                    lost[name] = lost.get(name, 0) + int((speeds >= SPEED_LIMIT).sum())
     scores = {}
     for name in (f"{h:g}" for h in horizons):
         if name in squares:

@@ -126,6 +126,12 @@ print(sorted(heavy & set(sys.modules)), file=sys.stderr)
     assert (ran.returncode, ran.stderr.strip()) == (0, "[]")
 
 
+def test_version_and_the_names_of_the_effects() -> None:
+    assert re.fullmatch(r"undertow \d+\.\d+\.\d+\n", done("--version"))
+    shown = done("add", "--help")
+    assert all(effect.name in shown for effect in undertow.EFFECTS)
+
+
 # The public functions
 
 
@@ -151,7 +157,7 @@ def test_the_functions_give_what_the_verbs_write(place: Path, found: undertow.Ru
 def test_simulate_says_what_it_hid_and_equal_seeds_give_equal_files(here: Path) -> None:
     words = ["simulate", "-v", "blueboat", "--effect", "X_uu=-12", "--duration", "20", "--seed", "3", "--out"]
     said = done(*words, "log.csv")
-    assert said == "log.csv: 20 s, rich manoeuvres, field sensors, seed 3; hidden: X_uu = -20\n"
+    assert said == "log.csv: 20 s, rich manoeuvres, field sensors, seed 3; hidden: X_uu -8 -> -20\n"
     done(*words, "log.csv.gz")
     done(*words, "log.parquet")
     assert gzip.decompress(Path("log.csv.gz").read_bytes()) == Path("log.csv").read_bytes()
@@ -164,7 +170,7 @@ def test_simulate_says_what_it_hid_and_equal_seeds_give_equal_files(here: Path) 
 
 def test_inspect_as_a_table_and_as_json(place: Path) -> None:
     table = done("inspect", place / "log.csv", "-v", "blueboat")
-    assert all(word in table for word in ("Channels", "newton_port", "rad/s", "excitation"))
+    assert all(word in table for word in ("Channels", "newton_port", "rad/s", "What the boat did"))
     content = strict(done("inspect", place / "log.csv", "-v", "blueboat", "--json"))
     assert content["schema"] == "undertow.inspection/1"
     assert [c["name"] for c in content["channels"]] == [*"xy", "psi", *"uvr", "newton_port", "newton_stbd"]
@@ -211,6 +217,18 @@ def test_discover_prints_the_story(place: Path, here: Path) -> None:
     assert "report.html" not in result.stdout
     assert all(line.startswith("  ") for line in result.stderr.splitlines())
     assert set(files(here / "run")) == set(files(place / "run")) - {"report.html"}
+    assert max(map(len, result.stdout.splitlines())) <= 80
+    assert "\N{HORIZONTAL ELLIPSIS}" not in result.stdout
+
+
+def test_discover_says_what_could_not_be_judged(here: Path) -> None:
+    done("simulate", "-v", "blueboat", "--programme", "gentle", "--duration", "120", "--out", "log.csv")
+    said = done("discover", "log.csv", "-v", "blueboat", "--out", "run", "--no-report")
+    assert "Nothing material is missing" in said
+    assert re.search(r"reverse thrust loss +cannot tell *\n", said)
+    assert "Could not be judged in this log: reverse thrust loss" in said
+    assert "- an astern run and a few thrust reversals: would show reverse thrust loss" in said
+    assert "Corrected vehicle" not in said
 
 
 def test_discover_prints_only_json_when_asked(place: Path, here: Path) -> None:
@@ -229,7 +247,8 @@ def test_the_same_inputs_and_seed_give_the_same_bytes(place: Path, here: Path) -
 
 def test_add_to_a_run_and_to_a_log_gives_the_same(place: Path, here: Path) -> None:
     shown = done("add", HIDDEN, "--run", place / "run", "--out", "from_run.yaml")
-    assert "surge quadratic" in shown
+    assert f"Added by name: {HIDDEN}." in shown
+    assert "X_uu = -1" in shown
     assert "Corrected vehicle: from_run.yaml" in shown
     words = [HIDDEN, place / "log.csv", "--vehicle", "blueboat", "--out", "from_log.yaml"]
     content = strict(done("add", *words, "--json"))
@@ -246,6 +265,13 @@ def test_add_to_a_run_and_to_a_log_gives_the_same(place: Path, here: Path) -> No
 def test_add_keeps_the_order_of_several_effects(place: Path) -> None:
     content = strict(done("add", "yaw_speed_damping", HIDDEN, "yaw:u|r|", "--run", place / "run", "--json"))
     assert [step["added"] for step in content["steps"]] == [None, "yaw_speed_damping", HIDDEN, "yaw:u|r|"]
+
+
+def test_add_says_which_thruster_and_prints_terms_without_a_name(place: Path) -> None:
+    shown = done("add", "thruster_asymmetry[port]", "yaw:u|r|", "--run", place / "run")
+    assert "thruster asymmetry (port)" in shown
+    assert "port_scale = " in shown
+    assert re.search(r"yaw +u\|r\| +-?\d", shown)
 
 
 def test_report_writes_the_same_page_again(place: Path, here: Path) -> None:
@@ -347,7 +373,8 @@ def check_findings(findings: dict[str, Any]) -> None:
     assert findings["steps"][0]["added"] is None
     check_steps(findings["steps"])
     for failure in findings["failures"]:
-        check_keys(failure, "where", "share_of_error", "axis", "unit")
+        check_keys(failure, "where", "share_of_error", "axis", "unit", "rows_of")
+        assert failure["rows_of"] in ("test", "all")
     for line in findings["advice"]:
         check_keys(line, "manoeuvre", "why")
     check_keys(findings["data"], "rows", "seconds", "split", "notes")

@@ -34,6 +34,39 @@ def test_each_effect_is_recovered_from_five_minutes_of_field_noise(name: str, tm
         assert values[symbol] == pytest.approx(value, rel=0.12, abs=0.02), symbol
 
 
+def test_a_lag_is_recovered_from_a_log_full_of_gaps(tmp_path: Path):
+    """Every 12 s a gap of 1 s: lag and delay must know the commands from before each stretch."""
+    path = tmp_path / "log.csv"
+    simulate_world(HULL, {"thruster_lag": 2.5}, duration=300.0, noise="field", seed=20).write(path)
+    lines = path.read_text().splitlines()
+    kept = [x for x in lines[1:] if ",odometry," not in x or float(x.split(",", 1)[0]) % 12.0 >= 1.0]
+    path.write_text("\n".join([lines[0], *kept]))
+    motions = read_inputs(path, HULL).fitting
+    assert len(motions) > 15
+    found = find_missing(motions, HULL)
+    assert found.findings.missing == ("thruster_lag",)
+    assert found.corrected.value("lag") == pytest.approx(2.5, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "symbol", "value"),
+    [
+        ({"steady_current": (-0.3, -0.1)}, "current_north", -0.3),
+        ({"port_scale": 0.8}, "port_scale", 0.8),
+        ({"wake_memory": (20.0, 0.0, 1.5)}, "memory_sway", 20.0),
+    ],
+)
+def test_other_signs_and_sides_are_recovered_with_their_intervals(hidden, symbol: str, value: float, tmp_path: Path):
+    path = tmp_path / "log.csv"
+    simulate_world(HULL, hidden, duration=300.0, noise="field", seed=41).write(path)
+    found = find_missing(read_inputs(path, HULL).fitting, HULL).findings
+    assert len(found.missing) == 1
+    term = next(t for t in found.candidates[0].terms if t.symbol == symbol)
+    assert term.ci95 is not None
+    slack = 0.01 * abs(value)
+    assert term.ci95.lower - slack <= value <= term.ci95.upper + slack
+
+
 def test_a_world_without_a_secret_gives_nothing(tmp_path: Path):
     found = found_in(tmp_path / "log.csv", {}, seed=99)
     assert found.findings.verdict == "nothing missing"

@@ -224,3 +224,10 @@ def test_a_boat_that_hardly_moves_tells_nothing():
         found = find_missing([still], HULL).findings
         assert (found.verdict, found.missing) == ("undecided", ())
         assert "hardly moves" in found.headline
+
+
+def test_an_effect_at_its_physical_limit_is_doubted():
+    draggier = HULL.with_values({"X_u": -2.0, "X_uu": -2.0})
+    log = simulate_world(HULL.with_values({"X_u": 0.5, "X_uu": -2.0}), {}, duration=150.0, seed=7).motion(0.05)
+    found = find_missing([log], draggier).findings
+    assert "surge_linear_damping" not in found.missing

@@ -5,11 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from undertow.physics.effects import EFFECTS, Effect
+from undertow.physics import effects, matrices, typical_effects
+from undertow.physics.effects import EFFECTS, Effect, Parameter
 from undertow.physics.errors import RequestError
 from undertow.physics.hidden_effects import apply_effects, parse_effect
 from undertow.physics.manoeuvres import programme
 from undertow.physics.motion import Motion
+from undertow.physics.terms import parse_form
 from undertow.physics.typical_effects import commanded_motion, materiality, random_hull, typical_effect
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 
@@ -150,3 +152,37 @@ def test_typical_effect_that_cannot_matter_is_refused(boat: Vehicle) -> None:
         typical_effect("thrust_dead_zone", boat, np.random.default_rng(0), floor=50.0)
     with pytest.raises(RequestError, match="unknown effect 'dragg'"):
         typical_effect("dragg", boat, np.random.default_rng(0))
+
+
+MADE_UP = (
+    Parameter("N_vr", "damping", "N s^2/rad", axis=2, form="|v|r", upper=0.0),
+    Parameter("Y_vvv", "damping", "N s^3/m^3", axis=1, form="v^3", upper=0.0),
+    Parameter("X_rr", "coupling", "N s^2/rad^2", axis=0, form="r^2"),
+)
+
+
+@pytest.mark.parametrize("vehicle", shipped_vehicles())
+def test_a_new_entry_of_the_catalogue_has_a_typical_size(vehicle: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    effect = Effect("made_up", "hull", (*MADE_UP, EFFECTS[-1].parameters[0]), "...", "Made up.")
+    monkeypatch.setitem(effects.BY_NAME, effect.name, effect)
+    for p in MADE_UP:
+        monkeypatch.setitem(effects.PARAMETERS, p.symbol, p)
+    terms = [(p.symbol, p.axis, parse_form(p.form)) for p in MADE_UP]
+    monkeypatch.setattr(matrices, "HYDRODYNAMIC", (*matrices.HYDRODYNAMIC, *terms))
+    hull = load_vehicle(vehicle)
+    values = typical_effect("made_up", hull, np.random.default_rng(4))
+    assert list(values) == ["N_vr", "Y_vvv", "X_rr", "yaw_trim"]
+    assert max(values["N_vr"], values["Y_vvv"]) < 0.0
+    assert all(values.values())
+    assert values == typical_effect("made_up", hull, np.random.default_rng(4))
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
+def test_default_sizes_serve_the_whole_catalogue(
+    boat: Vehicle, effect: Effect, rich_motion: Motion, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Factors, shapes, winds and masses too: what the catalogue says of a parameter is enough."""
+    monkeypatch.setattr(typical_effects, "_draws", lambda *_: {})
+    values = typical_effect(effect.name, boat, np.random.default_rng(7))
+    share = materiality(boat, apply_effects(boat, values), rich_motion)
+    assert 0.01 < share.max() < 5.0

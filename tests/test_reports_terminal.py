@@ -1,20 +1,30 @@
 """The terminal tables hold every number at 80 columns and survive brackets, nulls and pipes."""
 
 import io
+import re
 
 import pytest
 from rich.console import Console
 
+from undertow.physics.vehicle import load_vehicle
+from undertow.reports.inspected import inspection_screen
+from undertow.reports.layout import Prose, bullets
 from undertow.reports.terminal import (
+    added_table,
+    advice_list,
     candidates_table,
     comparison_table,
+    error_left,
     failures_table,
-    inspection_table,
+    missing_in_words,
+    not_judged,
     steps_table,
+    unnamed_table,
 )
 
 ERRORS = {"surge": 0.35, "sway": 0.23, "yaw": 0.486}
 ROLLOUT = {"2": {**ERRORS, "position": 0.4}, "10": {**ERRORS, "position": 2.26, "diverged": 1, "starts": 60}}
+DORMANT = "This log cannot tell: it holds no manoeuvre in which it would show. (Small commands give no thrust.)"
 FINDINGS = {
     "steps": [
         {"added": None, "acceleration_rmse": ERRORS, "rollout_rmse": ROLLOUT},
@@ -24,12 +34,26 @@ FINDINGS = {
         {
             "effect": "thruster_asymmetry",
             "verdict": "missing",
+            "sentence": "One thruster pushes harder or weaker than the model says.",
             "confidence": 0.999,
             "error_drop": 0.41,
-            "indistinguishable_from": ["thrust_scale"],
+            "indistinguishable_from": ["thrust_scale", "thruster_asymmetry"],
             "terms": [{"symbol": "stbd_scale", "value": 0.806, "unit": "1", "ci95": [0.79, 0.82]}],
         },
-        {"effect": "yaw_trim", "verdict": "no evidence", "confidence": 0.1, "error_drop": 0.0, "terms": []},
+        {
+            "effect": "thrust_dead_zone",
+            "verdict": "possible",
+            "sentence": DORMANT,
+            "confidence": 0.002,
+            "error_drop": 0.0,
+            "terms": [],
+        },
+        {"effect": "yaw_trim", "verdict": "no evidence", "confidence": 0.1, "error_drop": 0.07, "terms": []},
+    ],
+    "unnamed": [{"axis": "yaw", "form": "u|r|", "value": -1.2, "unit": "N m (s/m)^1 (s/rad)^1", "ci95": [-1.5, -0.9]}],
+    "advice": [
+        {"manoeuvre": "sharp steps", "why": "would show lag"},
+        {"manoeuvre": "sharp steps", "why": "would show delay"},
     ],
     "failures": [{"where": "surge speed 1 to 1.5 m/s [red]", "axis": "surge", "share_of_error": 0.62}],
 }
@@ -44,17 +68,42 @@ COMPARISON = {
 INSPECTION = {
     "schema": "undertow.inspection/1",
     "path": "B_2.csv.gz",
-    "channels": ({"name": "u", "unit": "m/s", "count": 4800, "rate": 20.0, "gaps": 0, "noise": None},),
-    "alignment": ({"first": "a", "second": "b", "offset": None, "sentence": "b follows a by 0.02 s."},),
-    "plan": {"rate": 10.0, "missing": (), "notes": ("one gap is too long to bridge",)},
+    "channels": (
+        {
+            "name": "u",
+            "unit": "m/s",
+            "count": 4800,
+            "rate": 20.0,
+            "gaps": 0,
+            "noise": None,
+            "minimum": -1,
+            "maximum": 2,
+        },
+        {"name": "newton_port", "unit": "N", "count": 990, "rate": 10.0, "gaps": 3, "longest_gap": 1.25},
+    ),
+    "alignment": ({"first": "a", "second": "b", "offset": None, "sentence": "the b follows a by 0.02 s."},),
+    "excitation": {
+        "seconds": 240.0,
+        "u": (-1.4556, 1.7257),
+        "astern": 0.1731,
+        "turning_to_port": 0.0004,
+        "sentences": ("The boat hardly turned.",),
+    },
+    "plan": {
+        "recipe": {"rate": 10.0, "cutoff": 1.2, "commands": "hold", "shares": (0.7, 0.15, 0.15)},
+        "rate": 10.0,
+        "segments": ({"start": 0.05, "end": 240.0, "rows": 2400},),
+        "missing": (),
+        "notes": ("one gap is too long to bridge",),
+    },
     "notes": ("frame ENU, converted",),
-    "unused": (),
+    "unused": ("/imu:w.x", "/imu:w.y", *(f"column_{k}" for k in range(20))),
 }
 
 
 def printed(table, width=80):
     stream = io.StringIO()
-    Console(file=stream, width=width).print(table)
+    Console(file=stream, width=width).print(table if table is not None else "")
     text = stream.getvalue()
     assert "\x1b" not in text
     assert max(map(len, text.splitlines())) <= width
@@ -66,22 +115,92 @@ def test_steps_keep_all_numbers(width):
     text = printed(steps_table(FINDINGS), width)
     assert "nominal model" in text
     assert "+ surge quadratic damping" in text
-    assert "0.486" in text
-    assert "2.26" in text
+    assert "0.49" in text
+    assert "2.3" in text
     assert "n/a" in text
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
+
+
+def test_steps_fit_whatever_the_numbers_and_names():
+    tiny = {"surge": 0.000123, "sway": 1.234e-7, "yaw": 0.0123, "position": 1234567.0}
+    step = {"acceleration_rmse": tiny, "rollout_rmse": {"10": tiny}}
+    steps = [{**step, "added": None}, {**step, "added": "thruster_asymmetry"}, {**step, "added": "sway:v|v||r|"}]
+    text = printed(steps_table({**FINDINGS, "steps": steps}))
+    assert "(stbd)" in text
+    assert text.count("1.2e-07") == 6
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
+
+
+def test_what_is_left_of_the_error():
+    after = {"surge": 0.007, "sway": 0.23, "yaw": None, "position": 0.001}
+    steps = [FINDINGS["steps"][0], {"added": "yaw_trim", "acceleration_rmse": ERRORS, "rollout_rmse": {"10": after}}]
+    said = error_left({"steps": steps}).replace("\N{NO-BREAK SPACE}", " ")
+    assert said.endswith("as a share of before: surge 2 %, sway 100 %, yaw n/a, position < 1 %.")
+    assert error_left({"steps": steps[:1]}) == ""
 
 
 def test_candidates_give_value_interval_and_twins():
-    text = printed(candidates_table(FINDINGS), 100)
+    text = printed(candidates_table(FINDINGS), 120)
     assert "stbd_scale = 0.806 (0.790 to 0.820)" in text
-    assert "(or thrust scale)" in text
+    assert "thruster asymmetry (stbd)" in text
+    assert "(or thrust scale, another thruster)" in text
     assert "41\N{NO-BREAK SPACE}%" in text
-    assert "and 1 more in findings.json" in printed(candidates_table(FINDINGS, most=1))
+    assert "and 2 more in findings.json" in printed(candidates_table(FINDINGS, most=1))
+    narrow = printed(candidates_table(FINDINGS), 70).splitlines()
+    value = next(index for index, line in enumerate(narrow) if "stbd_scale = 0.806" in line)
+    assert "(0.790 to 0.820)" in narrow[value + 1]
+
+
+def test_what_the_log_cannot_tell_has_no_numbers():
+    text = printed(candidates_table(FINDINGS))
+    (line,) = [line for line in text.splitlines() if "dead zone" in line]
+    assert line.split() == ["thrust", "dead", "zone", "cannot", "tell"]
+    assert "7\N{NO-BREAK SPACE}%" in text
+    assert not_judged(FINDINGS) == "Could not be judged in this log: thrust dead zone."
+    assert not_judged({"candidates": FINDINGS["candidates"][:1]}) == ""
+
+
+def test_missing_effects_and_advice_are_said_in_words():
+    assert "thruster asymmetry (stbd)  One thruster pushes" in printed(missing_in_words(FINDINGS))
+    assert missing_in_words({"candidates": FINDINGS["candidates"][1:]}) is None
+    assert "- sharp steps: would show lag; would show delay" in printed(advice_list(FINDINGS))
+    assert advice_list({"advice": []}) is None
+
+
+def test_terms_without_a_name_have_values():
+    text = printed(unnamed_table(FINDINGS))
+    assert text.splitlines()[3].split() == [
+        "yaw",
+        "u|r|",
+        "-1.20",
+        "N",
+        "m",
+        "(s/m)",
+        "(s/rad)",
+        "-1.50",
+        "to",
+        "-0.900",
+    ]
+
+
+def test_added_effects_have_values_but_no_verdict():
+    text = printed(added_table(FINDINGS), 120)
+    assert "stbd_scale = 0.806 (0.790 to 0.820)" in text
+    assert "verdict" not in text
 
 
 def test_failures_from_either_file_or_a_list():
     assert "surge speed 1 to 1.5 m/s [red]" in printed(failures_table(FINDINGS))
     assert printed(failures_table(COMPARISON)) == printed(failures_table(COMPARISON["failures"]))
+
+
+def test_failures_say_which_rows_they_are_about():
+    place = COMPARISON["failures"][0]
+    for rows_of, title in (("all", "whole log"), ("test", "held-out part"), ("train", "train part")):
+        assert f"Where it fails ({title})\n" in re.sub(
+            " +\n", "\n", printed(failures_table([{**place, "rows_of": rows_of}]))
+        )
+    assert "Where it fails\n" in re.sub(" +\n", "\n", printed(failures_table([place])))
 
 
 def test_comparison_has_a_column_per_model():
@@ -91,9 +210,63 @@ def test_comparison_has_a_column_per_model():
     assert "1 of 60" in text
 
 
-def test_inspection_shows_channels_plan_and_notes():
-    text = printed(inspection_table(INSPECTION))
-    assert "4800" in text
-    assert "frame ENU, converted" in text
-    assert "b follows a by 0.02 s." in text
-    assert "one gap is too long to bridge" in text
+def test_inspection_says_the_plan_first_and_the_channels_last():
+    text = printed(inspection_screen(INSPECTION)).replace("\N{NO-BREAK SPACE}", " ")
+    titles = ("What undertow would do with it", "Notes", "What the boat did", "Time alignment", "Channels")
+    places = [text.index(f"\n{title}") for title in titles]
+    assert places == sorted(places)
+    for words in (
+        "B_2.csv.gz: 240 s of usable motion",
+        "Take one stretch without gaps: 0.1 to 240 s.",
+        "Commands in the log: newton_port.",
+        "velocities low-passed at 1.2 Hz",
+        "judge on the last 15 % (36 s)",
+        "- One gap is too long to bridge",
+        "- frame ENU, converted",
+        "Not used: w.x, w.y of /imu; column_0",
+        "and 10 more (--json has them all)",
+        "surge -1.5 to 1.7 m/s",
+        "astern 17 %, turning to port < 1 %",
+        "- The boat hardly turned.",
+        "- The b follows a by 0.02 s.",
+    ):
+        assert words in re.sub(r"\s+", " ", text), words
+    assert re.search(r"newton_port +N +990 +10.0 +3 +1.25", text)
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
+    assert "no gaps" not in text
+
+
+def test_inspection_says_what_a_vehicle_needs():
+    boat = load_vehicle("blueboat")
+    fits = printed(inspection_screen(INSPECTION, boat))
+    assert f"What undertow would do with it for {boat.name}" in fits
+    assert "newton_port and newton_stbd, held" in fits
+    plan = {"missing": ("missing command channel newton_stbd",), "notes": ()}
+    text = printed(inspection_screen({**INSPECTION, "plan": plan}, boat))
+    assert f"Not usable for {boat.name}, because" in text
+    assert "- missing command channel newton_stbd" in text
+    assert "column_19" in text
+    assert "Judge models" not in text
+
+
+@pytest.mark.parametrize(("width", "columns"), [(100, "unit noise"), (80, "unit range"), (70, "gaps"), (50, "range")])
+def test_channels_lose_columns_and_never_letters(width, columns):
+    name = "newton_port_forward_azimuth"
+    channels = [{**channel, "name": name, "minimum": -0.0123, "maximum": 0.0234} for channel in INSPECTION["channels"]]
+    text = printed(inspection_screen({"channels": channels}), width)
+    assert name in text
+    assert all(column in text for column in columns.split())
+    assert "-0.0123 to 0.0234" in text
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
+
+
+def test_an_empty_inspection_is_shown_too():
+    assert printed(inspection_screen({"path": "a.csv"})) == "a.csv\n"
+
+
+def test_words_wrap_but_a_number_keeps_its_percent_sign():
+    text = "turning to port 50\N{NO-BREAK SPACE}% of the time"
+    assert printed(Prose(text), 19).splitlines()[:2] == ["turning to port", "50\N{NO-BREAK SPACE}% of the time"]
+    path = "/a/very/long/path/that/has/no/end"
+    assert "".join(line[2:].strip() for line in printed(bullets([path]), 20).splitlines()) == path
+    assert printed(Prose("")) == "\n"

@@ -84,6 +84,14 @@ def test_both_sides_pass_the_same_filter(world: Motion):
     assert (acceleration_score(MODEL, filtered).rmse < 0.8 * unfair).all()
 
 
+def test_divergence_is_counted_by_horizon(world: Motion):
+    slow_runaway = VehicleModel(HULL.with_values({"X_u": 60.0, "X_uu": 0.0}), "runaway")
+    scores = rollout_scores(slow_runaway, raw(world))
+    assert scores["2"].diverged == 0
+    assert scores["10"].diverged <= scores["30"].diverged
+    assert scores["30"].diverged > 0
+
+
 def test_a_runaway_rollout_is_counted_and_stays_finite(world: Motion):
     runaway = VehicleModel(HULL.with_values({"X_u": 400.0}), "runaway")
     score = rollout_scores(runaway, raw(world))["10"]
