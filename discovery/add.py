@@ -57,8 +57,9 @@ def add_effects(
     steps[-1] = (steps[-1][0], corrected)
     intervals = block_bootstrap(scores, chosen, settings.seed)
     order = [label for label, _ in steps[1:]]
-    kept = [e for e in evidence if e.selected]
-    findings = conclude(search, nominal, lawful, corrected, kept, intervals, state.active, order)
+    added = [e for e in evidence if e.selected]
+    sure = [e.key for e in added if e.sure]
+    findings = conclude(search, nominal, lawful, corrected, added, intervals, sure, order)
     findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}.")
     return Discovery(nominal, corrected, tuple(steps), findings, np.sqrt(state.fit.held_out), search.noise_error)
 

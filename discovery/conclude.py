@@ -53,14 +53,14 @@ def conclude(
         for e in _one_each(evidence, pool)
         if ":" not in e.key
     ]
-    names = [pool[key].effect.name for key in order if key is not None and ":" not in key]
+    names = [pool[key].effect.name for key in order if key in kept and key is not None and ":" not in key]
     missing = tuple(dict.fromkeys(names))
     rank = {"missing": 0, "possible": 1, "no evidence": 2}
     found.sort(key=lambda f: (rank[f.verdict], missing.index(f.effect) if f.effect in missing else len(missing)))
     unnamed = tuple(
         term
         for e in evidence
-        if ":" in e.key and e.key in kept
+        if ":" in e.key and (e.key in kept or e.key in order)
         for term in _terms(pool[e.key], nominal, lawful.unconstrained, intervals)
     )
     open_ends = [e for e in evidence if e.selected and e.key not in kept]

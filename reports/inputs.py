@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ..measurements.dataset import PAPER, WEAK
+from ..measurements.inspection import inspect_log
 from ..measurements.log import Log, read_log
 from ..measurements.prepare import prepare
 from ..measurements.split import Split, split
-from ..physics.errors import RequestError
+from ..physics.errors import LogError, RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, load_vehicle
 from .assess import Parts
@@ -84,6 +85,7 @@ def read_inputs(
     names = tuple(_utf8(path) for path in paths)
     channels = None if channel_map is None else _utf8(channel_map)
     read = tuple(read_log(name, frame=check_frame(frame), channel_map=channels) for name in names)
+    out_of_step = [note for log in read for note in _alignment_notes(log, model)]
     weak = prepare(read, model, WEAK)
     paper = prepare(read, model, PAPER)
     return Inputs(
@@ -92,7 +94,7 @@ def read_inputs(
         model,
         split(weak),
         Parts(split(paper), judge),
-        weak.notes,
+        (*weak.notes, *out_of_step),
         frame,
         channels,
     )
@@ -123,3 +125,23 @@ def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
     if frame == "ned":
         return "ned"
     raise RequestError(f"frame {frame!r}: expected enu or ned")
+
+
+def _alignment_notes(log: Log, vehicle: Vehicle) -> list[str]:
+    """What is out of step in a log, as sentences; a lag or a delay that is found may be no more than that.
+
+    Raises
+    ------
+    LogError
+        when two records of one quantity have opposite signs: every finding would be about the axes.
+    """
+    notes = []
+    for record in inspect_log(log, vehicle).alignment:
+        if record.offset is None and record.correlation is not None and record.correlation < 0:
+            raise LogError(
+                f"{log.path}: {record.sentence} Say --frame enu if the log is ENU/FLU, or turn the channel with --map "
+                "(scale: -1)."
+            )
+        if record.offset is not None and not record.sentence.endswith("in step."):
+            notes.append(f"{log.name}: {record.sentence}")
+    return notes

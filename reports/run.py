@@ -1,5 +1,6 @@
 """The main job: from logs and a vehicle to findings, scores and the story of the falling error."""
 
+import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from ..discovery.add import add_effects
 from ..discovery.discover import Discovery, DiscoverySettings, find_missing
 from ..discovery.findings import Findings
 from ..physics.errors import RequestError
+from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.vehicle import load_vehicle
 from ..residuals.models import Model, VehicleModel
 from .assess import comparison, model_failures, score_step, series
@@ -88,7 +90,8 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         "rows": sum(part.rows for part in weak),
         "seconds": sum(part.seconds for part in weak),
         "split": f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}",
-        "notes": list(inputs.notes),
+        "unexplained": _unexplained(found),
+        "notes": [*inputs.notes, *_leftovers(found)],
     }
     findings = replace(
         found.findings,
@@ -97,6 +100,22 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         data=data,
     )
     return Run(inputs, found, findings, judged, table, settings)
+
+
+def _unexplained(found: Discovery) -> dict[str, dict[str, Any]]:
+    """Force that the corrected model leaves on each axis, beside what sensor noise alone would leave."""
+    rows = zip(AXES, found.force_error, found.noise_error, FORCE_UNITS, strict=True)
+    return {axis: {"force": float(f), "noise": float(n), "unit": unit} for axis, f, n, unit in rows}
+
+
+def _leftovers(found: Discovery) -> list[str]:
+    """Sentences on the axes where much more force is left than sensor noise and the material share explain."""
+    scale = found.findings.criterion["force_scale"]
+    return [
+        f"{axis}: {f:.2g} {unit} (root mean square) stay unexplained, {n:.2g} {unit} of it sensor noise"
+        for axis, f, n, unit in zip(AXES, found.force_error, found.noise_error, FORCE_UNITS, strict=True)
+        if f > max(2.0 * n, 0.05 * scale[axis])
+    ]
 
 
 def _models(found: Discovery) -> list[VehicleModel]:
@@ -166,5 +185,14 @@ def load_model(path: PathLike) -> VehicleModel:
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder or a vehicle file")
-        return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic")
+        return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic", _fitted(source))
     return VehicleModel(load_vehicle(path), source.stem, "physics")
+
+
+def _fitted(run: Path) -> int:
+    """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
+    try:
+        models = json.loads((run / "comparison.json").read_text("utf-8"))["models"]
+        return int(models[-1]["parameters"])
+    except (OSError, ValueError, KeyError, IndexError, TypeError):
+        return 0

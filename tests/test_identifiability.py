@@ -35,7 +35,12 @@ def steady(vehicle: Vehicle, heading: float = 0.0) -> Motion:
     n = 3600
     still = np.zeros((n, 3))
     start = Motion(
-        0.05 * np.arange(n), still[:, :2], still[:, 0] + heading, still, np.full((n, 2), 18.0), ("port", "stbd")
+        0.05 * np.arange(n, dtype=float),
+        still[:, :2],
+        still[:, 0] + heading,
+        still,
+        np.full((n, 2), 18.0),
+        ("port", "stbd"),
     )
     return noisy(simulate_motion(vehicle, start), 0).slice(600, n)
 
