@@ -61,10 +61,11 @@ def price_in_words(price: float, binding: Binding | None, kept: bool, nominal: s
     if binding is None or price <= NOTHING:
         return short + "That costs nothing."
     law = "Passivity" if kept else "That"
+    cost = f"costs {percent(price)} of fit" if price < 10.0 else f"makes the misfit {1.0 + price:.0f} times as large"
     watts = next((w for w in (1.0, 0.1, 0.01, 1e-3) if binding.multiplier * w <= 0.5), 1e-4)
     at = "at rest" if not any(binding.state) else f"at {state_in_words(binding.state)}"
     return (
-        f"{short}{law} costs {percent(price)} of fit. It binds {at}: {binding.symbol} wants {binding.wanted:.4g} "
+        f"{short}{law} {cost}. It binds {at}: {binding.symbol} wants {binding.wanted:.4g} "
         f"{binding.unit} and is held at {binding.allowed:.4g}; {watts:g} W more there would save "
         f"{percent(binding.multiplier * watts)} of the misfit."
     )
