@@ -229,7 +229,7 @@ def test_discover_says_what_could_not_be_judged(here: Path) -> None:
     assert "Could not be judged in this log: reverse thrust loss" in said
     advice = " ".join(said.partition("What to record next")[2].split())
     assert re.search(
-        r"astern [^;]*would show a plausible .*reverse thrust loss as \d+ % of the (surge|yaw) force", advice
+        r"astern\b[^;]*would show a plausible .*reverse thrust loss as \d+ % of the (surge|yaw) force", advice
     )
     assert "Corrected vehicle" not in said
 
