@@ -114,8 +114,8 @@ TRIALS: tuple[Trial, ...] = (
     ),
     Trial(
         "spin",
-        "turning on the spot: 60 % differential thrust to starboard for 8 s, to port for 8 s, 25 % to starboard for "
-        "8 s, to port for 8 s, none for 6 s, full to starboard for 4 s, none for 6 s",
+        "turning on the spot, one side ahead and one astern: 60 % differential thrust to starboard for 8 s, to port "
+        "for 8 s, 25 % to starboard for 8 s, to port for 8 s, none for 6 s, full to starboard for 4 s, none for 6 s",
         (
             *_both_sides((8.0, 0.0, 0.6)),
             *_both_sides((8.0, 0.0, 0.25)),
