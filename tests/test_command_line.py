@@ -188,7 +188,7 @@ def test_compare_takes_run_folders_and_vehicle_files(place: Path) -> None:
     nominal, run, file, same = content["models"]
     assert [m["name"] for m in content["models"]] == ["nominal", "run", "model", "blueboat"]
     assert [m["kind"] for m in content["models"]] == ["physics", "symbolic", "physics", "physics"]
-    assert {**run, "name": "", "kind": ""} == {**file, "name": "", "kind": ""}
+    assert {**run, "name": "", "kind": "", "parameters": 0} == {**file, "name": "", "kind": ""}
     assert same["rollout"] == nominal["rollout"]
     assert run["rollout"]["10"]["surge"] < nominal["rollout"]["10"]["surge"] / 3
 

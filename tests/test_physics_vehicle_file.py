@@ -59,7 +59,7 @@ def test_a_slice_remembers_the_commands_before_it():
     n = 1000
     commands = np.arange(2.0 * n).reshape(n, 2)
     pair = np.zeros((n, 2))
-    motion = Motion(0.05 * np.arange(n), pair, np.zeros(n), np.zeros((n, 3)), commands, ("port", "stbd"))
+    motion = Motion(0.05 * np.arange(n, dtype=float), pair, np.zeros(n), np.zeros((n, 3)), commands, ("port", "stbd"))
     later = motion.slice(600, 900).slice(100, 200)
     assert motion.run_up is None
     assert later.run_up is not None
