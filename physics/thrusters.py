@@ -55,9 +55,9 @@ class TableCurve(BaseModel):
 class PropellerCurve(BaseModel):
     """Force = k_t rho diameter^4 n|n| [N], n = command scaled (Fossen 2021, eq. 9.4 with constant k_T).
 
-    n is in revolutions a second: for `pwm`, n = (command - 1500)/500 * scale + offset; for `normalized`,
-    n = command * scale + offset; for `rad_s`, n = command / (2 pi). A `newton` command is a force already and takes a
-    table.
+    For `pwm`, n = (command - 1500)/500 * scale + offset; for `normalized`, n = command * scale + offset; for `rad_s` the
+    command is n itself, so k_t belongs to the unit of n (the paper's map gives rad/s). A `newton` command is a force
+    already and takes a table.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -73,14 +73,14 @@ class PropellerCurve(BaseModel):
         if kind in ("pwm", "normalized"):
             speed = self.normalised(command, kind) * self.scale + self.offset
         else:
-            speed = command / (2.0 * np.pi)
+            speed = command
         return self.k_t * self.rho * self.diameter**4 * speed * np.abs(speed)
 
     def normalised(self, command: Array, kind: CommandKind) -> Array:
         """Command in -1..1."""
         if kind == "pwm":
             return (command - _NEUTRAL_PWM) / _HALF_RANGE_PWM
-        return command if kind == "normalized" else command / (2.0 * np.pi * self.scale)
+        return command if kind == "normalized" else command / self.scale
 
 
 class Thruster(BaseModel):
