@@ -73,17 +73,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--size", choices=("small", "full"), default="full")
     parser.add_argument("--part", choices=PARTS, action="append", help="may be repeated; default: all")
     parser.add_argument("--logs", type=int, default=1_000, help="at most so many logs a part")
+    parser.add_argument("--tell", action="store_true", help="run nothing, only tell what is kept")
     parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
     parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "hidden_effects", help="where results are kept")
     parser.add_argument("--table", type=Path, help=f"page to write (default: {TABLE.name} for the full study)")
     given = parser.parse_args(arguments)
     folder = given.folder / f"{given.seeds}-{given.size}"
-    results = {
-        part: run_part(part, given.seeds, min(given.logs, getattr(PARTS[part], given.size)), folder, given.jobs)
-        for part in given.part or PARTS
-    }
+    results = {}
+    for part in given.part or PARTS:
+        logs = min(given.logs, getattr(PARTS[part], given.size))
+        stored = kept(folder / f"{part}.json", fingerprint()) if given.tell else []
+        records = stored if given.tell else run_part(part, given.seeds, logs, folder, given.jobs)
+        if records:
+            results[part] = records
     page = table(results, given.seeds)
-    whole = (given.seeds, given.size, set(results)) == ("reporting", "full", set(PARTS))
+    whole = given.seeds == "reporting" and all(len(results.get(part, ())) >= PARTS[part].full for part in PARTS)
     target = given.table or (TABLE if whole else None)
     if target is not None:
         target.write_text(page, encoding="utf-8")

@@ -87,8 +87,8 @@ def test_the_table_says_what_does_not_hold(study: ModuleType, slice_of_it: Path)
         "scores": {"truth": 12.0, "selected": 10.0, "nothing": 90.0, "worth": {}},
     }
     page = study.table({"singles": [good, bad]}, "tuning")
-    assert "Written by `benchmarks/hidden_effects.py` (tuning seeds, 2 logs)" in page
-    assert "| one effect, rich, field | 2 | 50.0% | 50.0% | 50.0% | 0.50 | 50.0% | 100.0% |" in page
+    assert "Written by `benchmarks/hidden_effects.py` (tuning seeds, 2 logs of the full study's" in page
+    assert "| one effect, rich, field | 2 | 50.0% | 50.0% | 50.0% | 50.0% | 0.50 | 50.0% | 100.0% |" in page
     assert "| one effect, field: exact set | at least 97% | 50.0% | **no** |" in page
     assert "| three effects: exact set | at least 85% | not run |  |" in page
     assert f"| {name} | yaw_trim | {name} | +2.0 |" in page
