@@ -55,9 +55,9 @@ class TableCurve(BaseModel):
 class PropellerCurve(BaseModel):
     """Force = k_t rho diameter^4 n|n| [N], n = command scaled (Fossen 2021, eq. 9.4 with constant k_T).
 
-    For `pwm`, n = (command - 1500)/500 * scale + offset; for `normalized`, n = command * scale + offset; for `rad_s` the
-    command is n itself, so k_t belongs to the unit of n (the paper's map gives rad/s). A `newton` command is a force
-    already and takes a table.
+    For `pwm`, n = (command - 1500)/500 * scale + offset; for `normalized`, n = command * scale + offset; for `rad_s`
+    the command is n itself, so k_t belongs to the unit of n (the paper's map gives rad/s). A `newton` command is a
+    force already and takes a table.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
