@@ -6,7 +6,7 @@ each starting value, as a fixed offset of the force plus the derivative about it
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,10 +16,7 @@ from ..physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ..physics.vehicle import Vehicle
 from .weak import WeakForm
 
-_STEPPED = {"dead_zone"}
-"""Shapes in which the force moves in steps, so that no derivative leads to the best value."""
 _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
-_NONLINEAR = {"current_north", "current_east", "lag", "delay", "memory_time", "dead_zone"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,26 +71,11 @@ def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[C
     for effect in effects:
         if effect.per_thruster:
             for thruster in vehicle.thrusters:
-                named = tuple(_for_thruster(p, thruster.name) for p in effect.parameters)
+                named = tuple(replace(p, symbol=p.symbol.format(thruster=thruster.name)) for p in effect.parameters)
                 found.append(Candidate(f"{effect.name}[{thruster.name}]", effect, named))
         elif effect.name != "thrust_scale" or len(vehicle.thrusters) > 1:
             found.append(Candidate(effect.name, effect, effect.parameters))
     return tuple(found)
-
-
-def _for_thruster(parameter: Parameter, name: str) -> Parameter:
-    return Parameter(
-        parameter.symbol.format(thruster=name),
-        parameter.section,
-        parameter.unit,
-        parameter.null,
-        parameter.axis,
-        parameter.form,
-        parameter.lower,
-        parameter.upper,
-        parameter.grid,
-        parameter.step,
-    )
 
 
 class Linearisation:
@@ -148,7 +130,7 @@ class Linearisation:
 
     def _removal(self, candidate: Candidate, absent: dict[str, float], here: Option) -> Array:
         """The force that setting a present candidate back to absent adds, (1 + copies, tests, 3)."""
-        if not _NONLINEAR.intersection(candidate.symbols):
+        if not any(p.nonlinear for p in candidate.parameters):
             steps = [
                 (index, absent[s] - now) for s, now, index in zip(here.symbols, here.start, here.free, strict=True)
             ]
@@ -161,7 +143,7 @@ class Linearisation:
         """One option for each starting value of the shape; about a value found so far, finer ones where needed."""
         (shape,) = candidate.effect.shapes
         grid = shape.grid
-        if near and shape.symbol in _STEPPED:
+        if near and shape.stepped:
             now = near[candidate.symbols.index(shape.symbol)]
             grid = (*grid, *(now * factor for factor in _FINER if now * factor < shape.upper))
         found = []
@@ -181,7 +163,7 @@ class Linearisation:
         amplitudes = [about.value(p.symbol) - p.null for p in candidate.parameters if not p.grid]
         for parameter, value in zip(candidate.parameters, start, strict=True):
             low, high = parameter.lower - value, parameter.upper - value
-            if parameter.symbol in _STEPPED or (parameter.grid and amplitudes and not any(amplitudes)):
+            if parameter.stepped or (parameter.grid and amplitudes and not any(amplitudes)):
                 free.append(-1)
                 low = high = 0.0
             else:
@@ -200,7 +182,7 @@ class Linearisation:
         symbol, step = parameter.symbol, parameter.step
         base = self._base if about is self.vehicle else self._weak.balances(about)
         up = self._weak.balances(about.with_values({symbol: value + step}))
-        if symbol not in _NONLINEAR or value - step < parameter.lower:
+        if not parameter.nonlinear or value - step < parameter.lower:
             return (base - up) / step
         down = self._weak.balances(about.with_values({symbol: value - step}))
         return (down - up) / (2.0 * step)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..physics.effects import PARAMETERS
 from ..physics.frames import Array
 from ..physics.matrices import mass_matrix
 from ..physics.vehicle import Vehicle
@@ -20,7 +21,7 @@ from .weak import WeakForm
 ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
 _LOUD = 4.0
-_INERTIA = ("X_udot", "Y_vdot", "N_rdot")
+_INERTIA = {p.symbol: p.inertia for p in PARAMETERS.values() if p.inertia is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +112,7 @@ class Search:
         for option in chosen:
             for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free)):
                 if symbol in _INERTIA:
-                    axis = _INERTIA.index(symbol)
+                    axis = _INERTIA[symbol]
                     change = start + by_column.get(index, 0.0) - self.nominal.value(symbol)
                     mass = self._mass[axis]
                     ratio[axis] = mass / max(mass - change, 0.05 * mass)

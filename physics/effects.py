@@ -29,6 +29,9 @@ class Parameter:
     lower, upper : physical limits of the total (nominal plus found) value
     grid : starting values when the parameter shapes the force non-linearly
     step : finite-difference step for its column of the regression [same unit]
+    nonlinear : True when the force is not linear in it, so that its column changes with its value
+    stepped : True when the force moves in steps with it, so that no derivative leads to the best value
+    inertia : for added mass, the axis whose diagonal element of M it lowers
     """
 
     symbol: str
@@ -41,6 +44,9 @@ class Parameter:
     upper: float = float("inf")
     grid: tuple[float, ...] = ()
     step: float = 1.0
+    nonlinear: bool = False
+    stepped: bool = False
+    inertia: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,21 +184,21 @@ EFFECTS: tuple[Effect, ...] = (
     Effect(
         "surge_added_mass",
         "mass",
-        (Parameter("X_udot", "added_mass", "kg", upper=0.0),),
+        (Parameter("X_udot", "added_mass", "kg", upper=0.0, inertia=0),),
         "X += X_udot du_r/dt, with its Coriolis force",
         "The water that moves with the hull ahead weighs more or less than the model says.",
     ),
     Effect(
         "sway_added_mass",
         "mass",
-        (Parameter("Y_vdot", "added_mass", "kg", upper=0.0),),
+        (Parameter("Y_vdot", "added_mass", "kg", upper=0.0, inertia=1),),
         "Y += Y_vdot dv_r/dt, with its Coriolis force",
         "The water that moves with the hull sideways weighs more or less than the model says.",
     ),
     Effect(
         "yaw_added_mass",
         "mass",
-        (Parameter("N_rdot", "added_mass", "kg m^2", upper=0.0),),
+        (Parameter("N_rdot", "added_mass", "kg m^2", upper=0.0, inertia=2),),
         "N += N_rdot dr/dt",
         "The water that turns with the hull has more or less inertia than the model says.",
     ),
@@ -231,7 +237,18 @@ EFFECTS: tuple[Effect, ...] = (
     Effect(
         "thrust_dead_zone",
         "thruster",
-        (Parameter("dead_zone", "thrusters", "1", lower=0.0, upper=0.5, grid=(0.03, 0.06, 0.1, 0.15, 0.22, 0.3)),),
+        (
+            Parameter(
+                "dead_zone",
+                "thrusters",
+                "1",
+                lower=0.0,
+                upper=0.5,
+                grid=(0.03, 0.06, 0.1, 0.15, 0.22, 0.3),
+                nonlinear=True,
+                stepped=True,
+            ),
+        ),
         "T_i := 0 where |c_i| <= dead_zone",
         "Small commands give no thrust.",
         added=False,
@@ -242,7 +259,14 @@ EFFECTS: tuple[Effect, ...] = (
         "thruster",
         (
             Parameter(
-                "lag", "thrusters", "s", lower=0.0, upper=3.0, grid=(0.08, 0.16, 0.3, 0.5, 0.8, 1.2, 2.0), step=0.01
+                "lag",
+                "thrusters",
+                "s",
+                lower=0.0,
+                upper=3.0,
+                grid=(0.08, 0.16, 0.3, 0.5, 0.8, 1.2, 2.0),
+                step=0.01,
+                nonlinear=True,
             ),
         ),
         "lag dc/dt = command - c",
@@ -262,6 +286,7 @@ EFFECTS: tuple[Effect, ...] = (
                 upper=2.0,
                 grid=(0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.1, 1.5),
                 step=0.01,
+                nonlinear=True,
             ),
         ),
         "c(t) = command(t - delay)",
@@ -281,8 +306,8 @@ EFFECTS: tuple[Effect, ...] = (
         "steady_current",
         "environment",
         (
-            Parameter("current_north", "environment", "m/s", lower=-3.0, upper=3.0, step=0.02),
-            Parameter("current_east", "environment", "m/s", lower=-3.0, upper=3.0, step=0.02),
+            Parameter("current_north", "environment", "m/s", lower=-3.0, upper=3.0, step=0.02, nonlinear=True),
+            Parameter("current_east", "environment", "m/s", lower=-3.0, upper=3.0, step=0.02, nonlinear=True),
         ),
         "nu_r = nu - R(psi)^T current in every hydrodynamic term",
         "The water moves: a steady current.",
@@ -306,7 +331,15 @@ EFFECTS: tuple[Effect, ...] = (
             Parameter("memory_sway", "memory", "N s/m", lower=0.0),
             Parameter("memory_yaw", "memory", "N m s/rad", lower=0.0),
             Parameter(
-                "memory_time", "memory", "s", null=1.0, lower=0.2, upper=10.0, grid=(0.5, 1.0, 2.0, 4.0), step=0.02
+                "memory_time",
+                "memory",
+                "s",
+                null=1.0,
+                lower=0.2,
+                upper=10.0,
+                grid=(0.5, 1.0, 2.0, 4.0),
+                step=0.02,
+                nonlinear=True,
             ),
         ),
         "(Y, N) -= memory q,  memory_time dq/dt = nu_r - q",

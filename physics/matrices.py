@@ -3,7 +3,7 @@
 import numpy as np
 
 from .effects import PARAMETERS
-from .frames import Array
+from .frames import AXES, Array
 from .terms import Form, parse_form
 from .vehicle import Vehicle
 
@@ -12,14 +12,12 @@ HYDRODYNAMIC: tuple[tuple[str, int, Form], ...] = tuple(
 )
 """(symbol, axis, monomial) of every damping and coupling parameter of the catalogue."""
 
-_AXIS = {"surge": 0, "sway": 1, "yaw": 2}
-
 
 def active_terms(vehicle: Vehicle) -> list[tuple[float, int, Form]]:
     """(value, axis, monomial) of every hydrodynamic term that is not zero, unnamed ones included."""
     values = vehicle.values
     named = [(values[symbol], axis, form) for symbol, axis, form in HYDRODYNAMIC if values[symbol] != 0.0]
-    return named + [(t.value, _AXIS[t.axis], parse_form(t.form)) for t in vehicle.terms if t.value != 0.0]
+    return named + [(t.value, AXES.index(t.axis), parse_form(t.form)) for t in vehicle.terms if t.value != 0.0]
 
 
 def mass_matrix(vehicle: Vehicle) -> Array:

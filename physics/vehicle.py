@@ -15,13 +15,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
 from .files import write_text
+from .frames import AXES
 from .terms import parse_form
 from .thrusters import Thruster
 
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
 SHARED_THRUSTER_KEYS = ("thrust_scale", "reverse_scale", "dead_zone", "lag", "delay", "advance_loss")
 """Thruster parameters that an effect moves on every thruster at once."""
-_AXIS_INDEX = {"surge": 0, "sway": 1, "yaw": 2}
 
 
 def _keys(section: str) -> tuple[str, ...]:
@@ -186,9 +186,9 @@ class Vehicle(BaseModel):
             return PARAMETERS["{thruster}_scale"]
         if ":" in symbol:
             axis, form = symbol.split(":", 1)
-            if axis not in _AXIS_INDEX:
+            if axis not in AXES:
                 raise VehicleError(f"term {symbol!r}: expected surge, sway or yaw before the colon, got {axis!r}")
-            parsed, index = parse_form(form), _AXIS_INDEX[axis]
+            parsed, index = parse_form(form), AXES.index(axis)
             moment = "N m" if index == 2 else "N"
             speeds = sum(f.strip("|") != "r" for f in parsed.factors)
             rates = parsed.degree - speeds
