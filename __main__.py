@@ -1,6 +1,7 @@
 """The command line: the verbs of undertow, each loading only what it needs."""
 
 import io
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -253,7 +254,19 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that cannot show "m/s²" gets "m/s?", not a traceback
-    app()
+    try:
+        app()
+    finally:
+        _flush()
+
+
+def _flush() -> None:
+    """Send what is still buffered; when the reader has left (a closed pipe), end without a word, with exit code 1."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its own last flush
+        raise SystemExit(1) from None
 
 
 def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: int, as_json: bool = False) -> None:
