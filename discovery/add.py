@@ -17,7 +17,7 @@ from .library import term_candidate
 from .options import Candidate, candidates
 from .passivity import lawful_model
 from .search import Search, State
-from .uncertainty import block_bootstrap
+from .uncertainty import intervals
 from .weak import WeakForm
 
 
@@ -55,11 +55,11 @@ def add_effects(
     lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     corrected = lawful.vehicle
     steps[-1] = (steps[-1][0], corrected)
-    intervals = block_bootstrap(scores, chosen, settings.seed)
+    told = intervals(weak, scores, pool, chosen, state.vehicle, settings.seed)
     order = [label for label, _ in steps[1:]]
     added = [e for e in evidence if e.selected]
     sure = [e.key for e in added if e.sure]
-    findings = conclude(search, nominal, lawful, corrected, added, intervals, sure, order)
+    findings = conclude(search, nominal, lawful, corrected, added, told, sure, order)
     findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}.")
     return Discovery(nominal, corrected, tuple(steps), findings, np.sqrt(state.fit.held_out), search.noise_error)
 

@@ -1,6 +1,7 @@
 """From evidence to words: verdicts, sentences and the headline."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,12 +13,13 @@ from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from .identifiability import Identifiability
 from .options import Candidate
 from .passivity import Lawful
-from .rollouts import SIGNIFICANT, WORSE
+from .rollouts import SIGNIFICANT, WHOLE_HORIZON, WORSE
 from .search import ALIVE, Search
 from .uncertainty import Interval
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
 _LEAST_FORCE = 1e-3
+_HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
 
 
@@ -46,10 +48,9 @@ def conclude(
     known : what the log can show and tell apart
     advice : manoeuvres that would settle what it leaves open
     """
-    corrected = lawful.vehicle
     pool = {candidate.key: candidate for candidate in search.pool}
     found = [
-        _effect(pool[e.key], e, nominal, corrected if e.key in kept else considered, intervals, e.key in kept)
+        _effect(pool[e.key], e, nominal, lawful if e.key in kept else considered, intervals)
         for e in _one_each(evidence, pool)
         if ":" not in e.key
     ]
@@ -95,22 +96,25 @@ def _effect(
     candidate: Candidate,
     e: Evidence,
     nominal: Vehicle,
-    vehicle: Vehicle,
+    model: Lawful | Vehicle,
     intervals: Mapping[str, Interval],
-    sure: bool,
 ) -> FoundEffect:
-    effect = candidate.effect
+    """One candidate in words and numbers; `model` is the corrected one where the effect is kept."""
+    effect, sure = candidate.effect, isinstance(model, Lawful)
     hidden = e.dormant or e.noise_limited or bool(e.indistinguishable_from)
     verdict: Verdict = (
         "missing" if sure else "possible" if e.selected or hidden or e.confidence >= 0.5 else "no evidence"
     )
-    terms = _terms(candidate, nominal, vehicle, intervals) if e.selected else ()
+    terms: tuple[FoundTerm, ...] = ()
+    if e.selected:
+        terms = _terms(candidate, nominal, model.unconstrained if isinstance(model, Lawful) else model, intervals)
+    if isinstance(model, Lawful):
+        terms = tuple(replace(t, in_model=parameter_total(nominal, candidate, model.vehicle, t.symbol)) for t in terms)
     sentence = effect.meaning
     if verdict == "missing":
         axis = int(np.argmax(e.share))
-        sentence += (
-            f" It alone accounts for {100.0 * e.share[axis]:.0f} % of the {AXES[axis]} force at work in this log."
-        )
+        sentence += f" It alone accounts for {_percent(e.share[axis])} of the {AXES[axis]} force at work in this log."
+        sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     elif e.indistinguishable_from:
         rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
         sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
@@ -138,6 +142,10 @@ def _effect(
         tuple(dict.fromkeys(rivals_by_name)),
         terms,
     )
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 0.01 else f"{100.0 * share:.1f} %"
 
 
 def _terms(
@@ -179,7 +187,11 @@ def _criterion(search: Search) -> dict[str, object]:
             f"each parameter earns a held-out log-likelihood of {settings.price:g} "
             f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
         ),
-        "material": f"it explains at least {100.0 * settings.materiality:g} % of the force at work on some axis, alone",
+        "material": (
+            f"it alone explains at least {100.0 * settings.materiality:g} % of the force at work on some axis, or "
+            f"{100.0 * settings.least:g} %, and {WHOLE_HORIZON:g} s rollouts change by {100.0 * settings.weight:g} % "
+            "without it"
+        ),
         "rollouts": (
             "5 s rollouts with it, and 10 s rollouts of all together, are not worse "
             f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"

@@ -11,6 +11,7 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
 from .conclude import conclude
+from .equivalent import in_plain_words
 from .evidence import weigh
 from .findings import Findings
 from .identifiability import identify
@@ -20,7 +21,7 @@ from .passivity import lawful_model
 from .rehearsal import plausible_amounts, rehearse
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, SearchSettings, State
-from .uncertainty import Interval, block_bootstrap
+from .uncertainty import Interval, intervals
 from .weak import WeakForm, WeakSettings
 
 _STRUCTURE = 1.5
@@ -102,6 +103,7 @@ def _find(
     if leaves_structure(search, state):
         say("named effects leave structure: looking for terms that nobody has named")
         search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
+    state = in_plain_words(search, state)
     say("weighing the evidence")
     if search.pool != pool:
         rehearsal = rehearse(search, nominal, ())
@@ -117,10 +119,11 @@ def _find(
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     corrected = lawful.vehicle
-    intervals: dict[str, Interval] = block_bootstrap(scores, chosen, settings.seed)
+    found: dict[str, Interval] = intervals(weak, scores, search.pool, chosen, final.vehicle, settings.seed)
     if set(kept) != set(state.active):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-        intervals = block_bootstrap(wide, [far.options[k][0] for k in state.active], settings.seed) | intervals
+        options = [far.options[key][0] for key in state.active]
+        found = intervals(weak, wide, search.pool, options, state.vehicle, settings.seed) | found
     steps = _steps(search, final, corrected)
     findings = conclude(
         search,
@@ -128,7 +131,7 @@ def _find(
         lawful,
         state.vehicle,
         evidence,
-        intervals,
+        found,
         kept,
         [s for s, _ in steps[1:]],
         known,

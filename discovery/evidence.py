@@ -7,6 +7,7 @@ import numpy as np
 
 from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
+from .equivalent import same_model
 from .gram import Fit, GramScores
 from .identifiability import Identifiability
 from .options import Candidate, Linearisation, Option
@@ -115,6 +116,8 @@ def _selected(
         # A name is rivalled by names only: an unnamed term that does as well is no reason to withhold it.
         if other.key in now or (":" in other.key and ":" not in candidate.key):
             continue
+        if same_model(state.active, candidate.key, other.key):
+            continue
         quick = min(
             search.quick(scores, {**rest, **gone, other.key: o}) for o in linear.options[other.key] if o.present
         )
@@ -122,7 +125,7 @@ def _selected(
             start = search.replace(state, candidate.key, other.key, linear, scores)
             if start.score < state.score + TELL_APART:
                 rivals.append(other.key)
-    confidence = _confidence(search, without.fit, state.fit, price, seed)
+    confidence = _confidence(search, without.fit, state.fit, price, seed, search.matters(without, state))
     return Evidence(
         candidate.key,
         True,
@@ -158,7 +161,7 @@ def _not_selected(
         gain,
         share,
         error_drop(whole, fit, search),
-        _confidence(search, whole, fit, price, seed),
+        _confidence(search, whole, fit, price, seed, bool((share >= search.settings.materiality).any())),
         (),
         False,
     )
@@ -174,15 +177,14 @@ def error_drop(without: Fit, within: Fit, search: Search) -> float:
     return float(np.clip(drop.max(), 0.0, 1.0))
 
 
-def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: int) -> float:
-    """Share of block resamples in which the effect earns its price and is material."""
+def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: int, matters: bool) -> float:
+    """Share of block resamples in which an effect earns its price; none when it does not matter."""
     blocks = without.held_out_blocks.shape[0]
     rng = np.random.default_rng(seed)
     counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.weak.time.size
     before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
     gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor)).sum(axis=1)
-    share = np.sqrt(np.maximum(before - after, 0.0)) / search.share_scale
-    return share_of_draws((gain > price) & (share.max(axis=1) >= search.settings.materiality))
+    return share_of_draws((gain > price) & matters)
 
 
 def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:

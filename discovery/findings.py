@@ -12,7 +12,11 @@ SCHEMA = "undertow.findings/1"
 
 @dataclass(frozen=True, slots=True)
 class FoundTerm:
-    """One number of a candidate: its symbol, place in the equation, value [unit] and 95 % interval."""
+    """One number of a candidate: its symbol, place in the equation, value [unit] and 95 % interval.
+
+    `value` is what the log asks for, under the limits of this number alone; `in_model` is what the corrected model has,
+    which the law of dissipation may hold at another value, and None where the candidate is not added.
+    """
 
     symbol: str
     axis: str
@@ -20,6 +24,12 @@ class FoundTerm:
     value: float
     unit: str
     ci95: Interval | None
+    in_model: float | None = None
+
+    @property
+    def moved(self) -> bool:
+        """True when the law moved it by more than a hundredth."""
+        return self.in_model is not None and abs(self.in_model - self.value) > 0.01 * abs(self.value)
 
     def to_dict(self) -> dict[str, Any]:
         """As `findings.json` writes it."""
@@ -30,6 +40,7 @@ class FoundTerm:
             "value": self.value,
             "unit": self.unit,
             "ci95": None if self.ci95 is None else [self.ci95.lower, self.ci95.upper],
+            "in_model": self.in_model,
         }
 
 

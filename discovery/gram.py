@@ -14,6 +14,8 @@ from ..physics.frames import Array
 from .options import Option
 
 _RIDGE = 1e-9
+_MOST_NOISE = 0.5
+"""Share of the square of any combination of columns that clearing may take off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +47,8 @@ class GramScores:
     Held-out errors are cleared of sensor noise: a model's coefficients decide how much of the noise on the velocities
     reaches the balance, so an effect could seem to help by letting less of it through. What the noise adds is known
     from noisier copies of the log, and counts as for the model at hand (errors-in-variables; Carroll et al. 2006,
-    chapter 5).
+    chapter 5). Normal equations are cleared likewise, or noise on a column would pull its coefficient towards zero
+    (ibid., eq. 3.8).
 
     Parameters
     ----------
@@ -70,15 +73,16 @@ class GramScores:
             self.noise = sum((_grams(copy / self.scale, edges) for copy in noise), np.zeros(())) / noise.shape[0]
         self._weighted = np.tensordot(self.gram, weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
+        self._blur = None if self.noise is None else np.tensordot(self.noise, weight, axes=(1, 0))
 
     def fit(self, chosen: Sequence[Option]) -> Fit:
         """Bounded least squares on all blocks and, with the held parameters kept, on all blocks but one."""
         columns, lower, upper, target = self._layout(chosen)
-        h = self._total[np.ix_(columns, columns)] + _RIDGE * self.tests * np.eye(columns.size)
-        change, held = bounded_solve(h, self._total[columns] @ target, lower, upper)
+        per_block, right = self._cleared(columns, target)
+        h = per_block.sum(axis=0) + _RIDGE * self.tests * np.eye(columns.size)
+        change, held = bounded_solve(h, right.sum(axis=0), lower, upper)
         free = ~held
-        per_block = self._weighted[:, columns[:, None], columns[None, :]]
-        right = self._weighted[:, columns] @ target - per_block[:, :, held] @ change[held]
+        right = right - per_block[:, :, held] @ change[held]
         solutions = np.tile(change, (self.blocks, 1))
         if free.any():
             left = h[np.ix_(free, free)] - per_block[:, free][:, :, free]
@@ -96,6 +100,21 @@ class GramScores:
             held_out.sum(axis=0) / self.tests,
             in_sample.sum(axis=0) / self.tests,
         )
+
+    def _cleared(self, columns: np.ndarray, target: Array) -> tuple[Array, Array]:
+        """Normal equations of each block, (blocks, p, p) and (blocks, p), cleared of what sensor noise adds to them.
+
+        Where noise is most of a combination of columns, only so much is taken off that they stay definite.
+        """
+        rows = self._weighted[:, columns]
+        if self._blur is not None and columns.size:
+            total, blur = (g[np.ix_(columns, columns)] for g in (self._total, self._blur.sum(axis=0)))
+            size = 1.0 / np.sqrt(np.maximum(np.diag(total), 1e-300))
+            level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
+            root = vectors / np.sqrt(np.maximum(level, 1e-10 * level.max()))
+            worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
+            rows = rows - min(1.0, _MOST_NOISE / max(worst, 1e-300)) * self._blur[:, columns]
+        return rows[:, :, columns], rows @ target
 
     def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
         """How much each of several options would lower the weighted in-sample error beside kept ones, (options,).
@@ -151,7 +170,10 @@ class GramScores:
         return np.einsum("ki,kaij,kj->ka", part, inner, part)
 
     def loss(self, chosen: Sequence[Option], values: Mapping[str, float]) -> float:
-        """Weighted mean square force error of total values by symbol; the mean over axes is about 1 at the fit."""
+        """Weighted mean square force error of total values by symbol; the mean over axes is about 1 at the fit.
+
+        What noise on the columns adds to it is left out, so that it is least at the cleared fit.
+        """
         columns, _, _, target = self._layout(chosen)
         starts = [
             (symbol, start)
@@ -159,17 +181,16 @@ class GramScores:
             for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free))
             if index >= 0
         ]
-        change = np.array([values[symbol] - start for symbol, start in starts])
-        combination = target.copy()
-        combination[columns] -= change * self.scale[columns]
-        return float(combination @ self._total @ combination) / (3 * self.tests)
+        change = np.array([values[symbol] - start for symbol, start in starts]) * self.scale[columns]
+        left, right = (part.sum(axis=0) for part in self._cleared(columns, target))
+        return float(target @ self._total @ target - 2.0 * right @ change + change @ left @ change) / (3 * self.tests)
 
     def block_normal(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array]:
-        """Normal equations of each block: (columns, (blocks, p, p), (blocks, p)), in unscaled parameters."""
+        """Normal equations of each block: (columns, (blocks, p, p), (blocks, p)), in unscaled parameters, cleared of noise."""
         columns, _, _, target = self._layout(chosen)
         s = self.scale[columns]
-        left = self._weighted[:, columns[:, None], columns[None, :]] * (s[:, None] * s[None, :])
-        return columns, left, (self._weighted[:, columns] @ target) * s
+        left, right = self._cleared(columns, target)
+        return columns, left * (s[:, None] * s[None, :]), right * s
 
 
 def _grams(columns: Array, edges: np.ndarray) -> Array:

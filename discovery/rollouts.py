@@ -15,6 +15,8 @@ WHOLE_HORIZON = 10.0
 """Length of the rollouts [s] by which a corrected model as a whole must not be worse than the nominal one."""
 SPACING = 2.5
 """Distance between starts [s]."""
+_PARTING = 10.0
+"""Distance between starts [s] where two models are only held against each other."""
 WORSE = 0.03
 """Relative rise of the mean square rollout error from which an effect is doubted, if it is also significant."""
 SIGNIFICANT = 2.5
@@ -49,3 +51,19 @@ def rollouts_object(without: Array, within: Array) -> bool:
     rise = ((within - without) / scale).mean(axis=1)
     error = rise.std(ddof=1) / np.sqrt(rise.size)
     return bool(rise.mean() > WORSE and rise.mean() > SIGNIFICANT * error)
+
+
+def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horizon: float = WHOLE_HORIZON) -> Array:
+    """How far two models part along a log, (3,): rms difference of their rollouts, as a share of the rms motion.
+
+    Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
+    """
+    gap, size = np.zeros(3), np.full(3, 1e-12)
+    for motion in motions:
+        steps = round(horizon / motion.time_step)
+        starts = np.arange(0, motion.time.size - steps, max(1, round(_PARTING / motion.time_step)))
+        if starts.size:
+            a, b = (rollout(vehicle, motion, starts, steps).states[:, :, 3:] for vehicle in (one, other))
+            gap += ((a - b) ** 2).sum(axis=(0, 1))
+            size += (a**2).sum(axis=(0, 1))
+    return np.sqrt(gap / size)

@@ -16,6 +16,7 @@ from ..physics.vehicle import Vehicle
 from .changes import apply_fit, changes, difference, reset, settled
 from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
+from .rollouts import rollouts_part
 from .weak import WeakForm
 
 ALIVE = 2.0
@@ -30,19 +31,25 @@ class SearchSettings:
 
     Attributes
     ----------
-    materiality : floor of the force error on an axis, as a share of its force scale
+    materiality : floor of the force error on an axis, as a share of its force scale; an effect above it matters
+    least : share of the force scale below which an effect never matters
+    weight : share by which 10 s rollouts must change without an effect that lies between the two
     price : log-likelihood that a parameter of a named effect must earn
     unnamed_price : log-likelihood that a term nobody has named must earn
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
+    crowd : effects from which the search starts again with each of them barred, one at a time
     refinements : Gauss-Newton steps after a change
     """
 
     materiality: float = 0.02
+    least: float = 0.007
+    weight: float = 0.03
     price: float = 3.0
     unnamed_price: float = 8.0
     margin: float = 1.0
     rounds: int = 40
+    crowd: int = 4
     refinements: int = 2
 
 
@@ -164,34 +171,53 @@ class Search:
         return State(vehicle, tuple(active), fit, self.score(fit, chosen))
 
     def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
-        """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""
+        """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves.
+
+        A crowd of effects may be the stand-ins for one or two that the search passed by; it is then tried again
+        without each of them in turn, and the better model kept.
+        """
+        say = progress or (lambda text: None)
         state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
-        refused: set[frozenset[str]] = set()
+        best = self._prune(self._climb(state, say), say)
         for _ in range(self.settings.rounds):
-            improved = self._step(state, refused)
+            if len(best.active) < self.settings.crowd:
+                break
+            others = (self._climb(self.without(best, key), lambda text: None, key) for key in best.active)
+            other = self._prune(min(others, key=lambda s: s.score), lambda text: None)
+            if other.score >= best.score - self.settings.margin:
+                break
+            say(f"{difference(best.active, other.active)} (tried again)")
+            best = other
+        return best
+
+    def _climb(self, state: State, say: Callable[[str], None], barred: str | None = None) -> State:
+        """Change a model, never adding what is barred, until no change improves it."""
+        refused: set[frozenset[str]] = set()
+        pool = [c for c in self.pool if c.key != barred]
+        for _ in range(self.settings.rounds):
+            improved = self._step(state, refused, pool)
             if improved is None:
                 break
             self.trail.append(difference(state.active, improved.active))
-            if progress is not None:
-                progress(self.trail[-1])
+            say(self.trail[-1])
             state = improved
-        pruned = self._prune(state)
-        if progress is not None and pruned is not state:
-            progress(f"{difference(state.active, pruned.active)} (too small to matter)")
-        return pruned
+        return state
 
-    def _prune(self, state: State) -> State:
+    def _prune(self, state: State, say: Callable[[str], None]) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
         while state.active:
             trials = []
             for key in state.active:
                 trial = self.without(state, key)
                 trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
-            share, score, key, trial = min(trials, key=lambda item: item[:2])
-            if share >= self.settings.materiality and score > state.score:
+            for _, score, key, trial in sorted(trials, key=lambda item: item[:2]):
+                if score <= state.score or not self.matters(trial, state):
+                    self.trail.append(f"- {key}")
+                    say(f"- {key} (too small to matter)")
+                    state = trial
+                    break
+            else:
                 return state
-            self.trail.append(f"- {key}")
-            state = trial
         return state
 
     def without(self, state: State, key: str) -> State:
@@ -233,11 +259,25 @@ class Search:
             state = best
         return state
 
-    def _matters(self, before: State, after: State) -> bool:
-        """True unless the change only adds effects whose force is below the material share on every axis."""
+    def matters(self, without: State, within: State) -> bool:
+        """True when what a model adds to another is material.
+
+        It explains a material share of the force on some axis, or a smaller one that changes 10 s rollouts.
+        """
+        share = self.unique_share(without, within)
+        if (share >= self.settings.materiality).any():
+            return True
+        if not (share >= self.settings.least)[~self.quiet].any():
+            return False
+        parts = rollouts_part(self.weak.motions, without.vehicle, within.vehicle)
+        return bool((parts >= self.settings.weight)[~self.quiet].any())
+
+    def _worth_a_try(self, before: State, after: State) -> bool:
+        """True unless a change only adds effects whose force could never matter."""
         if not set(before.active) < set(after.active):
             return True
-        return bool((self.unique_share(before, after) >= self.settings.materiality).any())
+        share = self.unique_share(before, after)
+        return bool((share >= np.where(self.quiet, self.settings.materiality, self.settings.least)).any())
 
     def unique_share(self, without: State, within: State) -> Array:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
@@ -248,8 +288,8 @@ class Search:
         chosen = list(change.values())
         return self.score(self.fit(scores, chosen), chosen)
 
-    def _step(self, state: State, refused: set[frozenset[str]]) -> State | None:
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
+    def _step(self, state: State, refused: set[frozenset[str]], pool: Sequence[Candidate]) -> State | None:
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True):
             neighbours = enumerate(changes(linear, scores, now, two_for_one))
@@ -262,7 +302,7 @@ class Search:
                 if frozenset(active) in refused and set(active) != set(state.active):
                     continue
                 trial = self.apply(state, now, change, scores)
-                if trial.score < state.score - self.settings.margin and self._matters(state, trial):
+                if trial.score < state.score - self.settings.margin and self._worth_a_try(state, trial):
                     return trial
                 refused.add(frozenset(active))
         return None

@@ -6,11 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
+from ..physics.effects import Parameter
 from ..physics.frames import Array
+from ..physics.vehicle import Vehicle
 from .gram import GramScores
-from .options import Option
+from .options import Candidate, Option
+from .weak import WeakForm
 
 _SMALL = 1e-12
+_PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
+"""A profile reaches half the value (or half of 0.05) to either side, in so many steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,3 +65,52 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
 def share_of_draws(passes: Array) -> float:
     """Share of bootstrap draws that pass, never quite 0 or 1: (passed + 1/2) / (draws + 1)."""
     return float((passes.sum() + 0.5) / (passes.size + 1.0))
+
+
+def intervals(
+    weak: WeakForm, scores: GramScores, pool: Sequence[Candidate], chosen: Sequence[Option], vehicle: Vehicle, seed: int
+) -> dict[str, Interval]:
+    """95 % intervals of every parameter of a model, by symbol: by block bootstrap, or by profile where it moves in steps.
+
+    Parameters
+    ----------
+    pool : holds the candidate of every chosen option
+    vehicle : the model about which the scores were taken
+    """
+    found = block_bootstrap(scores, chosen, seed)
+    active = {option.key for option in chosen}
+    stepped = [p for candidate in pool if candidate.key in active for p in candidate.parameters if p.stepped]
+    return found | {p.symbol: profile_interval(weak, vehicle, p, scores.weight, seed) for p in stepped}
+
+
+def profile_interval(
+    weak: WeakForm, vehicle: Vehicle, parameter: Parameter, weight: Array, seed: int, draws: int = 400
+) -> Interval:
+    """95 % interval of a parameter that moves the force in steps, so that no derivative tells its spread.
+
+    The squared force error is taken for values all about the estimate, the other parameters kept; in each draw of
+    blocks every value within rounding of the least error is as good as the best one, and the interval holds 95 % of
+    all of these.
+
+    Parameters
+    ----------
+    vehicle : the fitted model
+    weight : (3,) weight of a squared force error on each axis
+    """
+    value = vehicle.value(parameter.symbol)
+    reach = _PROFILE * max(value, _LEAST_PROFILE)
+    grid = np.linspace(max(parameter.lower, value - reach), min(parameter.upper, value + reach), 2 * _PROFILED + 1)
+    blocks = int(weak.block.max()) + 1
+    errors = np.zeros((blocks, grid.size))
+    for k, x in enumerate(grid):
+        np.add.at(errors[:, k], weak.block, weak.balance(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight)
+    rng = np.random.default_rng(seed)
+    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws)
+    total = counts @ errors
+    best = total <= total.min(axis=1, keepdims=True) * (1.0 + 1e-9)
+    first, last = best.argmax(axis=1), grid.size - 1 - best[:, ::-1].argmax(axis=1)
+    low, high = np.quantile(grid[first], 0.025), np.quantile(grid[last], 0.975)
+    step = float(grid[1] - grid[0])
+    return Interval(
+        max(float(min(low, value)) - step, parameter.lower), min(float(max(high, value)) + step, parameter.upper)
+    )
