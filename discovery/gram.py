@@ -109,9 +109,9 @@ class GramScores:
         rows = self._weighted[:, columns]
         if self._blur is not None and columns.size:
             total, blur = (g[np.ix_(columns, columns)] for g in (self._total, self._blur.sum(axis=0)))
-            size = 1.0 / np.sqrt(np.maximum(np.diag(total), 1e-300))
+            size = 1.0 / np.sqrt(np.where(np.diag(total) > 0.0, np.diag(total), np.inf))
             level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
-            root = vectors / np.sqrt(np.maximum(level, 1e-10 * level.max()))
+            root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
             worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
             rows = rows - min(1.0, _MOST_NOISE / max(worst, 1e-300)) * self._blur[:, columns]
         return rows[:, :, columns], rows @ target
