@@ -262,12 +262,14 @@ class Search:
     def matters(self, without: State, within: State) -> bool:
         """True when what a model adds to another is material.
 
-        It explains a material share of the force on some axis, or a smaller one that changes 10 s rollouts.
+        It explains a material share of the force on some axis; or a smaller one, which is yet more than what stays
+        unexplained there, sensor noise apart, and which changes 10 s rollouts.
         """
         share = self.unique_share(without, within)
         if (share >= self.settings.materiality).any():
             return True
-        if not (share >= self.settings.least)[~self.quiet].any():
+        unexplained = np.sqrt(np.maximum(within.fit.held_out - self.noise_error**2, 0.0)) / self.share_scale
+        if not (share >= np.maximum(self.settings.least, unexplained))[~self.quiet].any():
             return False
         parts = rollouts_part(self.weak.motions, without.vehicle, within.vehicle)
         return bool((parts >= self.settings.weight)[~self.quiet].any())

@@ -121,8 +121,19 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         size, angle = uniform(low, high), uniform(-np.pi, np.pi)
         return size * np.cos(angle), size * np.sin(angle)
 
-    # Both couplings below the geometric mean of the two dampings: D stays dissipative (its symmetric part definite).
     cross = np.sqrt(s.drag[1] / v * s.drag[2] / r)
+
+    def coupling() -> tuple[float, float]:
+        """Both couplings, what they have in common held below the geometric mean of the linear dampings.
+
+        The symmetric part of D at rest, which is all there is of it at low speed, then stays definite.
+        """
+        drawn = [sign() * uniform(0.3, 0.8) * cross for _ in range(2)]
+        held = vehicle.value("Y_r") + vehicle.value("N_v")
+        most = 1.8 * np.sqrt(max(vehicle.value("Y_v") * vehicle.value("N_r"), 0.0))
+        excess = sum(drawn) + held - float(np.clip(sum(drawn) + held, -most, most))
+        return drawn[0] - 0.5 * excess, drawn[1] - 0.5 * excess
+
     munk = max(float(coriolis_matrix(vehicle, np.array([1.0, 1.0, 0.0]))[2, :2].sum()), 0.2 * s.mass[1])
     return {
         "surge_linear_damping": linear(0, "X_u"),
@@ -132,7 +143,7 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         "yaw_linear_damping": linear(2, "N_r"),
         "yaw_quadratic_damping": drag(2, r * r),
         "yaw_speed_damping": drag(2, u * r),
-        "sway_yaw_coupling": lambda: (sign() * uniform(0.3, 0.8) * cross, sign() * uniform(0.3, 0.8) * cross),
+        "sway_yaw_coupling": coupling,
         "munk_moment": lambda: (sign() * uniform(0.3, 0.8) * munk,),
         "sway_lift": lambda: (sign() * uniform(0.3, 0.8) * s.mass[0],),
         "surge_turn_drag": lambda: (sign() * uniform(0.4, 1.0) * s.mass[1],),
