@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from .uncertainty import Interval
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
 _LEAST_FORCE = 1e-3
+_NONE: Mapping[str, float] = MappingProxyType({})
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
 
@@ -34,6 +36,7 @@ def conclude(
     order: Sequence[str | None],
     known: Identifiability | None = None,
     advice: tuple[dict[str, str], ...] = (),
+    included: Mapping[str, float] = _NONE,
 ) -> Findings:
     """Write the findings.
 
@@ -47,6 +50,7 @@ def conclude(
     order : keys in the order in which they are added
     known : what the log can show and tell apart
     advice : manoeuvres that would settle what it leaves open
+    included : share of block ensembles in which a term without a name is selected, by symbol
     """
     pool = {candidate.key: candidate for candidate in search.pool}
     found = [
@@ -59,7 +63,7 @@ def conclude(
     rank = {"missing": 0, "possible": 1, "no evidence": 2}
     found.sort(key=lambda f: (rank[f.verdict], missing.index(f.effect) if f.effect in missing else len(missing)))
     unnamed = tuple(
-        term
+        replace(term, inclusion=included.get(e.key, 0.0) if included else None)
         for e in evidence
         if ":" in e.key and (e.key in kept or e.key in order)
         for term in _terms(pool[e.key], nominal, lawful.unconstrained, intervals)

@@ -11,6 +11,7 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
 from .conclude import conclude
+from .ensemble import inclusion
 from .equivalent import in_plain_words
 from .evidence import weigh
 from .findings import Findings
@@ -100,7 +101,9 @@ def _find(
     say(identify(search, nominal, (), plausible).sentence)
     say("searching the catalogue of effects")
     state = search.run(progress=say)
-    if leaves_structure(search, state):
+    if not leaves_structure(search, state):
+        state = search.again(state, say)
+    else:
         say("named effects leave structure: looking for terms that nobody has named")
         search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
     state = in_plain_words(search, state)
@@ -119,6 +122,7 @@ def _find(
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     corrected = lawful.vehicle
+    included = inclusion(search, state, settings.seed) if any(":" in key for key in state.active) else {}
     found: dict[str, Interval] = intervals(weak, scores, search.pool, chosen, final.vehicle, settings.seed)
     if set(kept) != set(state.active):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
@@ -136,6 +140,7 @@ def _find(
         [s for s, _ in steps[1:]],
         known,
         advise(search, state, open_questions(evidence, kept, known), plausible, None if state.active else rehearsal),
+        included,
     )
     return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
 

@@ -5,6 +5,7 @@ held-out error and the block bootstrap then need only matrices of the size of th
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -70,10 +71,21 @@ class GramScores:
         self.gram = _grams(columns / self.scale, edges)
         self.noise = None
         if noise.shape[0]:
-            self.noise = sum((_grams(copy / self.scale, edges) for copy in noise), np.zeros(())) / noise.shape[0]
-        self._weighted = np.tensordot(self.gram, weight, axes=(1, 0))
+            self.noise = sum((_grams(part / self.scale, edges) for part in noise), np.zeros(())) / noise.shape[0]
+        self._sum_up()
+
+    def drawn(self, counts: np.ndarray) -> "GramScores":
+        """The same scores with each block counted so many times, (blocks,), as a block bootstrap draws them."""
+        other = copy(self)
+        other.gram = self.gram * counts[:, None, None, None]
+        other.noise = None if self.noise is None else self.noise * counts[:, None, None, None]
+        other._sum_up()
+        return other
+
+    def _sum_up(self) -> None:
+        self._weighted = np.tensordot(self.gram, self.weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
-        self._blur = None if self.noise is None else np.tensordot(self.noise, weight, axes=(1, 0))
+        self._blur = None if self.noise is None else np.tensordot(self.noise, self.weight, axes=(1, 0))
 
     def fit(self, chosen: Sequence[Option]) -> Fit:
         """Bounded least squares on all blocks and, with the held parameters kept, on all blocks but one."""

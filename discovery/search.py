@@ -38,7 +38,7 @@ class SearchSettings:
     unnamed_price : log-likelihood that a term nobody has named must earn
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
-    crowd : effects from which the search starts again with each of them barred, one at a time
+    crowd : effects in a model from which `again` searches again
     refinements : Gauss-Newton steps after a change
     """
 
@@ -171,22 +171,25 @@ class Search:
         return State(vehicle, tuple(active), fit, self.score(fit, chosen))
 
     def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
-        """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves.
-
-        A crowd of effects may be the stand-ins for one or two that the search passed by; it is then tried again
-        without each of them in turn, and the better model kept.
-        """
-        say = progress or (lambda text: None)
+        """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""
+        say = progress or _silent
         state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
-        best = self._prune(self._climb(state, say), say)
+        return self._prune(self._climb(state, say), say)
+
+    def again(self, best: State, progress: Callable[[str], None] | None = None) -> State:
+        """Search again without each effect of a crowd in turn, and keep the better model.
+
+        Many effects together may be the stand-ins for one or two that the search passed by.
+        """
         for _ in range(self.settings.rounds):
             if len(best.active) < self.settings.crowd:
                 break
-            others = (self._climb(self.without(best, key), lambda text: None, key) for key in best.active)
-            other = self._prune(min(others, key=lambda s: s.score), lambda text: None)
+            others = (self._climb(self.without(best, key), _silent, key) for key in best.active)
+            other = self._prune(min(others, key=lambda s: s.score), _silent)
             if other.score >= best.score - self.settings.margin:
                 break
-            say(f"{difference(best.active, other.active)} (tried again)")
+            if progress is not None:
+                progress(f"{difference(best.active, other.active)} (searched again)")
             best = other
         return best
 
@@ -308,6 +311,10 @@ class Search:
                     return trial
                 refused.add(frozenset(active))
         return None
+
+
+def _silent(text: str) -> None:
+    """Say nothing."""
 
 
 def _noise_blocks(weak: WeakForm, nominal: Vehicle) -> Array:

@@ -87,14 +87,21 @@ def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
 
 def _unnamed(terms: Sequence[Mapping[str, Any]]) -> list[Html]:
     body = [
-        (str(term.get("axis")), str(term.get("form")), typeset(term.get("value")), interval(term.get("ci95")))
+        (
+            str(term.get("axis")),
+            str(term.get("form")),
+            typeset(term.get("value")),
+            interval(term.get("ci95")),
+            percent(term.get("inclusion")),
+        )
         for term in terms
     ]
-    note = "What no named effect explains, as the fewest monomials that do. A term here is a hint, not a cause."
+    note = "What no named effect explains, as the fewest monomials that do. A term here is a hint, not a cause. "
+    note += "The last column says in how many of a hundred draws of parts of the log it is selected."
     return [
         element("h3", "Terms without a name"),
         element("p", note, cls="facts"),
-        table(("axis", "form", "value [SI]", "95 % interval"), body, "ll"),
+        table(("axis", "form", "value [SI]", "95 % interval", "selected in"), body, "llrrr"),
     ]
 
 

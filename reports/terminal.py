@@ -82,15 +82,16 @@ def added_table(findings: Mapping[str, Any]) -> RenderableType:
 
 
 def unnamed_table(findings: Mapping[str, Any]) -> Table:
-    """Terms that no effect of the catalogue stands for: axis, monomial, value and 95 % interval."""
+    """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
     table = plain_table("Terms without a name", "a term here is a hint, not a cause")
     table.add_column("axis", no_wrap=True)
     table.add_column("form", overflow="fold")
     table.add_column("value", no_wrap=True)
     table.add_column("95 % interval", no_wrap=True)
+    table.add_column("selected in", no_wrap=True, justify="right")
     for term in findings.get("unnamed") or []:
         value = f"{number(term.get('value'))} {unit_text(str(term.get('unit') or ''))}".rstrip()
-        cells = (str(term.get("axis")), str(term.get("form")), value, _interval(term))
+        cells = (str(term.get("axis")), str(term.get("form")), value, _interval(term), percent(term.get("inclusion")))
         table.add_row(*map(Text, cells))
     return table
 
