@@ -198,7 +198,7 @@ class GramScores:
         return float(target @ self._total @ target - 2.0 * right @ change + change @ left @ change) / (3 * self.tests)
 
     def block_normal(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array]:
-        """Normal equations of each block: (columns, (blocks, p, p), (blocks, p)), in unscaled parameters, cleared of noise."""
+        """Normal equations of each block, cleared of noise: (columns, (blocks, p, p), (blocks, p)), unscaled."""
         columns, _, _, target = self._layout(chosen)
         s = self.scale[columns]
         left, right = self._cleared(columns, target)

@@ -70,7 +70,7 @@ def share_of_draws(passes: Array) -> float:
 def intervals(
     weak: WeakForm, scores: GramScores, pool: Sequence[Candidate], chosen: Sequence[Option], vehicle: Vehicle, seed: int
 ) -> dict[str, Interval]:
-    """95 % intervals of every parameter of a model, by symbol: by block bootstrap, or by profile where it moves in steps.
+    """95 % intervals of every parameter of a model, by symbol: block bootstrap, or a profile where it moves in steps.
 
     Parameters
     ----------

@@ -1,0 +1,144 @@
+"""What decides which effects stay: noise cleared from the fit, materiality, second searches, plain descriptions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.ensemble import inclusion
+from undertow.discovery.equivalent import in_plain_words, same_model
+from undertow.discovery.gram import GramScores
+from undertow.discovery.library import term_candidate
+from undertow.discovery.options import Option, candidates
+from undertow.discovery.rollouts import rollouts_part
+from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.uncertainty import profile_interval
+from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.physics.effects import PARAMETERS
+from undertow.physics.motion import Motion
+from undertow.physics.typical_effects import typical_effect
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds import simulate_world
+
+HULL = load_vehicle("blueboat")
+
+
+def world(hidden: dict[str, float], duration: float = 120.0, noise: str = "field", seed: int = 3) -> Motion:
+    values = {name: (value,) for name, value in hidden.items()}
+    return simulate_world(HULL, values, duration=duration, noise=noise, seed=seed).motion(0.05)
+
+
+def searched(motion: Motion, nominal: Vehicle = HULL, terms: tuple[str, ...] = ()) -> Search:
+    pool = (*candidates(nominal), *(term_candidate(term, nominal) for term in terms))
+    return Search(WeakForm([motion], WeakSettings()), nominal, pool, SearchSettings())
+
+
+def test_noise_on_a_column_does_not_pull_its_coefficient_towards_zero():
+    rng = np.random.default_rng(1)
+    rows, truth, level = 4000, 3.0, 0.5
+    clean = rng.normal(size=rows)
+    seen = clean + level * rng.normal(size=rows)
+    columns = np.zeros((rows, 3, 2))
+    columns[:, 0] = np.column_stack([seen, truth * clean])
+    noise = np.zeros((4, rows, 3, 2))
+    noise[:, :, 0, 0] = level * rng.normal(size=(4, rows))
+    free = Option("x", True, ("x",), (0.0,), (0,), -1, (-np.inf,), (np.inf,))
+    block = np.arange(rows) * 8 // rows
+    blind = GramScores(columns, noise[:0], block, np.ones(3)).fit([free]).change[0]
+    cleared = GramScores(columns, noise, block, np.ones(3)).fit([free]).change[0]
+    assert blind == pytest.approx(truth / (1.0 + level**2), rel=0.05)
+    assert cleared == pytest.approx(truth, rel=0.05)
+
+
+def test_clearing_never_makes_normal_equations_indefinite():
+    rng = np.random.default_rng(2)
+    columns = np.zeros((400, 3, 2))
+    columns[:, 0] = rng.normal(size=(400, 2))
+    noise = np.zeros((2, 400, 3, 2))
+    noise[:, :, 0, 0] = 3.0 * rng.normal(size=(2, 400))
+    free = Option("x", True, ("x",), (0.0,), (0,), -1, (-np.inf,), (np.inf,))
+    scores = GramScores(columns, noise, np.arange(400) * 8 // 400, np.ones(3))
+    _, left, _ = scores.block_normal([free])
+    assert left.sum(axis=0)[0, 0] > 0.0
+
+
+def test_an_effect_under_the_material_share_must_change_rollouts():
+    motion = world({"surge_quadratic_damping": -6.0})
+    search = searched(motion)
+    nothing = search.evaluate(HULL, ())
+    found = search.run()
+    assert found.active == ("surge_quadratic_damping",)
+    assert search.matters(nothing, found)
+    small = replace(search.settings, materiality=10.0, least=10.0)
+    assert not Search(search.weak, HULL, search.pool, small).matters(nothing, found)
+    between = replace(search.settings, materiality=10.0)
+    assert Search(search.weak, HULL, search.pool, between).matters(nothing, found)
+    assert not Search(search.weak, HULL, search.pool, replace(between, weight=10.0)).matters(nothing, found)
+
+
+def test_two_models_part_by_what_lies_between_them():
+    motion = world({}, duration=60.0)
+    assert rollouts_part([motion], HULL, HULL) == pytest.approx(0.0)
+    draggy = HULL.with_values({"X_uu": -20.0})
+    assert rollouts_part([motion], HULL, draggy)[0] > 0.1
+    assert rollouts_part([motion.slice(0, 50)], HULL, draggy) == pytest.approx(0.0)
+
+
+def test_both_thrusters_scales_are_told_as_a_common_one_and_the_weaker_one():
+    motion = world({"port_scale": 0.7, "stbd_scale": 0.9})
+    search = searched(motion)
+    twice = ("thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+    state = search.evaluate(HULL.with_values({"port_scale": 0.7, "stbd_scale": 0.9}), twice)
+    plain = in_plain_words(search, state)
+    assert set(plain.active) == {"thrust_scale", "thruster_asymmetry[port]"}
+    assert plain.vehicle.value("thrust_scale") == pytest.approx(0.9, rel=0.02)
+    assert plain.vehicle.value("port_scale") == pytest.approx(0.7 / 0.9, rel=0.02)
+    assert plain.vehicle.value("stbd_scale") == pytest.approx(1.0)
+    assert plain.score == pytest.approx(state.score, abs=0.5)
+
+
+def test_two_of_three_scales_are_no_rivals_of_the_third():
+    active = ("thrust_scale", "thruster_asymmetry[port]")
+    assert same_model(active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+    assert not same_model(active, "thruster_asymmetry[port]", "munk_moment")
+    assert not same_model(("thrust_scale",), "thrust_scale", "thruster_asymmetry[stbd]")
+
+
+def test_a_dead_zone_has_an_interval_by_profile():
+    motion = world({"dead_zone": 0.17})
+    weak = WeakForm([motion], WeakSettings())
+    interval = profile_interval(weak, HULL.with_values({"dead_zone": 0.16}), PARAMETERS["dead_zone"], np.ones(3), 0)
+    assert interval.lower <= 0.17 <= interval.upper
+    assert 0.0 < interval.upper - interval.lower < 0.15
+
+
+def test_block_ensembles_select_the_term_that_acts():
+    motion = world({"yaw:r^2": 3.0})
+    search = searched(motion, terms=("yaw:r^2", "yaw:u^2v", "surge:v^2"))
+    state = search.run()
+    assert "yaw:r^2" in state.active
+    found = inclusion(search, state, seed=0, draws=20)
+    assert found["yaw:r^2"] > 0.9
+    assert all(share < 0.5 for key, share in found.items() if key != "yaw:r^2")
+
+
+def test_findings_tell_what_the_log_asks_for_and_what_the_law_allows():
+    nominal = load_vehicle("blueboat_paper")
+    motion = simulate_world(nominal, {"surge_turn_drag": (50.0,)}, duration=200.0, seed=5).motion(0.05)
+    found = find_missing([motion], nominal, DiscoverySettings())
+    assert found.findings.missing == ("surge_turn_drag",)
+    (term,) = found.findings.candidates[0].terms
+    assert term.value == pytest.approx(50.0, rel=0.05)
+    assert term.in_model == pytest.approx(found.corrected.value("X_vr"))
+    assert term.in_model is not None and term.in_model < 0.95 * term.value
+    assert "holds X_vr at" in found.findings.candidates[0].sentence
+
+
+@pytest.mark.parametrize("base", ["blueboat", "otter", "blueboat_paper"])
+def test_drawn_couplings_leave_linear_damping_dissipative(base: str):
+    nominal = load_vehicle(base)
+    for seed in range(4):
+        values = typical_effect("sway_yaw_coupling", nominal, np.random.default_rng(seed))
+        total = sum(nominal.value(s) + values[s] for s in ("Y_r", "N_v"))
+        assert abs(total) <= 2.0 * np.sqrt(nominal.value("Y_v") * nominal.value("N_r"))
