@@ -131,7 +131,8 @@ def test_findings_tell_what_the_log_asks_for_and_what_the_law_allows():
     (term,) = found.findings.candidates[0].terms
     assert term.value == pytest.approx(50.0, rel=0.05)
     assert term.in_model == pytest.approx(found.corrected.value("X_vr"))
-    assert term.in_model is not None and term.in_model < 0.95 * term.value
+    assert term.in_model is not None
+    assert term.in_model < 0.95 * term.value
     assert "holds X_vr at" in found.findings.candidates[0].sentence
 
 
