@@ -175,10 +175,29 @@ class Search:
             if progress is not None:
                 progress(self.trail[-1])
             state = improved
+        state = self._simplest(state, progress)
         pruned = self._prune(state)
         if progress is not None and pruned is not state:
             progress(f"{difference(state.active, pruned.active)} (too small to matter)")
         return pruned
+
+    def _simplest(self, state: State, progress: Callable[[str], None] | None) -> State:
+        """Replace general effects by simpler ones, as many as it takes, if that is no worse.
+
+        A general effect (a free thrust curve) is the best single stand-in for several of its special cases at once, and
+        no change of one or two effects leads from it to them.
+        """
+        simple = tuple(c for c in self.pool if not c.effect.general)
+        kept = tuple(key for key in state.active if any(c.key == key for c in simple))
+        if len(kept) == len(state.active):
+            return state
+        found = Search(self.weak, self.nominal, simple, self.settings).run(self.restrict(state, kept))
+        if found.score > state.score:
+            return state
+        self.trail.append(difference(state.active, found.active))
+        if progress is not None:
+            progress(f"{self.trail[-1]} (simpler)")
+        return found
 
     def _prune(self, state: State) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""

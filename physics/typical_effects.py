@@ -8,12 +8,12 @@ from .effects import Effect, Parameter, effect_named
 from .errors import RequestError, VehicleError
 from .frames import Array
 from .hidden_effects import apply_effects
-from .manoeuvres import COMMAND_STEP, command_of, programme
+from .manoeuvres import COMMAND_STEP, programme
 from .matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from .motion import Motion
 from .simulation import rollout, simulate_motion
 from .terms import parse_form
-from .thrusters import Thruster
+from .thrusters import Thruster, command_of
 from .vehicle import Vehicle
 
 _WILDEST = 3.0
@@ -121,6 +121,12 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         size, angle = uniform(low, high), uniform(-np.pi, np.pi)
         return size * np.cos(angle), size * np.sin(angle)
 
+    def bend() -> tuple[float, ...]:
+        """A curve that rises too steeply at first and too flatly at the end of a side, or the other way round."""
+        first, last = uniform(0.35, 0.7, (2, 2)) * sign() * np.array([1.0, -1.0])[:, None]
+        middle = uniform(-0.2, 0.2, 2)
+        return tuple(float(1.0 + x) for x in (last[0], middle[0], first[0], first[1], middle[1], last[1]))
+
     # Both couplings below the geometric mean of the two dampings: D stays dissipative (its symmetric part definite).
     cross = np.sqrt(s.drag[1] / v * s.drag[2] / r)
     munk = max(float(coriolis_matrix(vehicle, np.array([1.0, 1.0, 0.0]))[2, :2].sum()), 0.2 * s.mass[1])
@@ -147,6 +153,7 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         "thruster_lag": lambda: (uniform(0.2, 0.8),),
         "input_delay": lambda: (uniform(0.2, 0.6),),
         "advance_loss": lambda: (uniform(0.1, 0.3) * float(s.thrusts.max()) / u,),
+        "thrust_curve": bend,
         "steady_current": lambda: turned(0.15, 0.4),
         "mean_wind": lambda: turned(0.1 * s.thrust, 0.25 * s.thrust),
         "wake_memory": lambda: (*(uniform(0.25, 0.45) * s.drag[k] / s.speed[k] for k in (1, 2)), uniform(0.8, 3.0)),
