@@ -54,8 +54,9 @@ def test_the_curve_bends_before_it_is_scaled_and_cut() -> None:
     slow = thruster(gain_ahead_33=0.5, lag=0.4, delay=0.2)
     command = np.where(np.arange(60) > 10, 10.0, 0.0)
     np.testing.assert_allclose(force(slow, command), 0.5 * force(thruster(lag=0.4, delay=0.2), command), atol=1e-12)
-    loss = [thruster(advance_loss=6.0, **g).response(np.array([15.0]), 0.1)[1] for g in ({}, {"gain_ahead_33": 0.1})]
-    np.testing.assert_array_equal(*loss)
+    straight, bent = thruster(advance_loss=6.0), thruster(advance_loss=6.0, gain_ahead_33=0.1)
+    loss = [one.response(np.array([15.0]), 0.1)[1] for one in (straight, bent)]
+    np.testing.assert_array_equal(loss[0], loss[1])
 
 
 @pytest.mark.parametrize("curve", CURVES)
