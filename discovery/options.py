@@ -12,6 +12,7 @@ import numpy as np
 
 from ..physics.effects import EFFECTS, Effect, Parameter
 from ..physics.frames import Array
+from ..physics.motion import Motion
 from ..physics.thrusters import GAINS
 from ..physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ..physics.vehicle import Vehicle
@@ -66,6 +67,12 @@ class Option:
     offset: int
     lower: tuple[float, ...]
     upper: tuple[float, ...]
+
+
+def measurable(motions: Sequence[Motion], effects: Sequence[Effect] = EFFECTS) -> tuple[Effect, ...]:
+    """The effects whose channels are in all motions: without an anemometer, no apparent wind."""
+    windless = any(motion.air is None for motion in motions)
+    return tuple(effect for effect in effects if not (windless and effect.channels))
 
 
 def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[Candidate, ...]:

@@ -66,6 +66,7 @@ class Effect:
     fixed_amplitude : True when the parameters reshape the command and have no free amplitude (lag, delay, dead zone)
     per_thruster : True when the effect concerns one thruster at a time
     default : a value for each parameter used where the user gives fewer values than parameters
+    channels : channels of the log, beside those that every log has, without which it cannot be judged
     general : True when simpler effects are special cases of it; they are preferred by price, not by correlation
     """
 
@@ -78,6 +79,7 @@ class Effect:
     fixed_amplitude: bool = False
     per_thruster: bool = False
     default: tuple[float, ...] = ()
+    channels: tuple[str, ...] = ()
     general: bool = False
 
     @property
@@ -349,6 +351,19 @@ EFFECTS: tuple[Effect, ...] = (
         added=False,
     ),
     Effect(
+        "apparent_wind",
+        "environment",
+        (
+            Parameter("wind_x", "environment", "N s^2/m^2", lower=0.0),
+            Parameter("wind_y", "environment", "N s^2/m^2", lower=0.0),
+            Parameter("wind_n", "environment", "N m s^2/m^2"),
+        ),
+        "X += wind_x u_a |V_a|;  Y += wind_y v_a |V_a|;  N += wind_n u_a v_a",
+        "The wind that the anemometer measures pushes and turns the boat.",
+        added=False,
+        channels=("wind_u", "wind_v"),
+    ),
+    Effect(
         "wake_memory",
         "memory",
         (
@@ -379,7 +394,7 @@ EFFECTS: tuple[Effect, ...] = (
         "A constant moment turns the boat, as a bent skeg or an uneven load does.",
     ),
 )
-"""Every effect of the catalogue; `apparent_wind` is not in this version."""
+"""Every effect of the catalogue."""
 
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in EFFECTS}
 
