@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from ..physics.effects import effect_named
+from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -14,7 +14,7 @@ from .conclude import conclude
 from .discover import Discovery, DiscoverySettings
 from .evidence import weigh
 from .library import term_candidate
-from .options import Candidate, candidates
+from .options import Candidate, candidates, measurable
 from .passivity import lawful_model
 from .search import Search, State
 from .uncertainty import intervals
@@ -33,10 +33,14 @@ def add_effects(
     Raises
     ------
     RequestError
-        for an unknown effect or thruster, an effect given twice, or none at all.
+        for an unknown effect or thruster, an effect given twice, one whose channels a log lacks, or none at all.
     """
     if not names:
         raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
+    for name in names:
+        effect = BY_NAME.get(name)
+        if effect is not None and effect not in measurable(motions):
+            raise RequestError(f"add {name}: expected the channels {' and '.join(effect.channels)} in every log")
     groups = [_candidates(name, nominal) for name in names]
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")

@@ -8,11 +8,12 @@ import numpy as np
 
 from ..physics.effects import EFFECTS
 from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from .identifiability import Identifiability
-from .options import Candidate
+from .options import Candidate, measurable
 from .passivity import Lawful
 from .rollouts import SIGNIFICANT, WHOLE_HORIZON, WORSE
 from .search import ALIVE, Search
@@ -37,6 +38,7 @@ def conclude(
     known: Identifiability | None = None,
     advice: tuple[dict[str, str], ...] = (),
     included: Mapping[str, float] = _NONE,
+    others: Sequence[FoundEffect] = (),
 ) -> Findings:
     """Write the findings.
 
@@ -51,6 +53,7 @@ def conclude(
     known : what the log can show and tell apart
     advice : manoeuvres that would settle what it leaves open
     included : share of block ensembles in which a term without a name is selected, by symbol
+    others : findings on effects that were not searched for
     """
     pool = {candidate.key: candidate for candidate in search.pool}
     found = [
@@ -58,6 +61,7 @@ def conclude(
         for e in _one_each(evidence, pool)
         if ":" not in e.key
     ]
+    found += others
     names = [pool[key].effect.name for key in order if key in kept and key is not None and ":" not in key]
     missing = tuple(dict.fromkeys(names))
     rank = {"missing": 0, "possible": 1, "no evidence": 2}
@@ -81,6 +85,25 @@ def conclude(
         advice,
         identifiability=known.to_dict() if known else {},
         passivity=lawful.passivity.to_dict(),
+    )
+
+
+def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
+    """The effects that no log without further channels can show, and which channels those are."""
+    return tuple(
+        FoundEffect(
+            effect.name,
+            f"This log cannot tell: it needs the channels {' and '.join(effect.channels)}. ({effect.meaning})",
+            effect.family,
+            effect.equation,
+            "possible",
+            0.0,
+            0.0,
+            (),
+            (),
+        )
+        for effect in EFFECTS
+        if effect not in measurable(motions)
     )
 
 

@@ -10,14 +10,14 @@ from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
-from .conclude import conclude
+from .conclude import conclude, unmeasured
 from .ensemble import inclusion
 from .equivalent import in_plain_words
 from .evidence import weigh
 from .findings import Findings
 from .identifiability import identify
 from .library import shortlist, term_candidate, twins
-from .options import Candidate, candidates
+from .options import Candidate, candidates, measurable
 from .passivity import lawful_model
 from .rehearsal import plausible_amounts, rehearse
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
@@ -94,7 +94,7 @@ def _find(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, say: Callable[[str], None]
 ) -> Discovery:
     weak = WeakForm(motions, settings.weak)
-    pool = candidates(nominal)
+    pool = candidates(nominal, measurable(motions))
     search = Search(weak, nominal, pool, settings.search)
     rehearsal = rehearse(search, nominal, ())
     plausible = plausible_amounts(search, rehearsal)
@@ -141,6 +141,7 @@ def _find(
         known,
         advise(search, state, open_questions(evidence, kept, known), plausible, None if state.active else rehearsal),
         included,
+        unmeasured(motions),
     )
     return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
 

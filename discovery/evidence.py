@@ -188,8 +188,10 @@ def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: i
 
 
 def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
-    """True when a parameter lies at a physical limit that is not its nominal value."""
+    """True when a parameter lies at a physical limit that is not its nominal value, and that is nothing usual."""
     for parameter, value in zip(candidate.parameters, option.start, strict=True):
+        if parameter.attainable:
+            continue
         nominal = search.nominal.value(parameter.symbol)
         for limit in (parameter.lower, parameter.upper):
             room = abs(limit - nominal)

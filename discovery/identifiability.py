@@ -47,12 +47,13 @@ class Identifiability:
     Attributes
     ----------
     excitation : by key of the candidate
-    groups : keys of candidates that move alike, each with a canonical correlation above 0.98 with another of its group
+    groups : keys of candidates that move alike, each with a canonical correlation above 0.98 with another of its group;
+        without effects of which simpler ones are special cases
     dormant : keys of candidates of which a plausible amount leaves no material force
     noise_limited : keys of candidates whose columns are hardly more than sensor noise
     quiet : axes on which hardly anything but sensor noise is at work
     condition : of the matrix of all other columns, each scaled to length one; None when there are none. All thrusters'
-        common scale is left out beside those of each thruster, whose sum it is.
+        common scale is left out beside those of each thruster, whose sum it is, and so is the thrust curve.
     """
 
     excitation: Mapping[str, Excitation]
@@ -126,9 +127,10 @@ def identify(
     dormant = tuple(key for key, e in excitation.items() if e.share < search.settings.materiality)
     limited = tuple(key for key in excitation if key not in alive and key not in dormant)
     together = np.tensordot(weight, signal, axes=1)
-    names = [c.key for c in search.pool if not (c.key == "thrust_scale" and any("thruster_asym" in k for k in alive))]
-    used = [index for key in names for index in alive.get(key, [])]
-    groups, condition = alias_groups(together, alive), _condition(together, used)
+    special = {c.key: alive[c.key] for c in search.pool if c.key in alive and not c.effect.general}
+    names = [key for key in special if not (key == "thrust_scale" and any("thruster_asym" in k for k in alive))]
+    used = [index for key in names for index in special[key]]
+    groups, condition = alias_groups(together, special), _condition(together, used)
     quiet = tuple(name for name, is_quiet in zip(AXES, search.quiet, strict=True) if is_quiet)
     return Identifiability(excitation, groups, dormant, limited, quiet, condition)
 

@@ -175,12 +175,12 @@ def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
     normal, pull = left.sum(axis=0), right.sum(axis=0)
     rows = [
         (symbol, start, low, high)
-        for option in chosen
-        for symbol, start, index, low, high in zip(
-            option.symbols, option.start, option.free, option.lower, option.upper, strict=bool(option.free)
-        )
+        for o in chosen
+        for symbol, start, index, low, high in zip(o.symbols, o.start, o.free, o.lower, o.upper, strict=bool(o.free))
         if index >= 0
     ]
+    free = [k for k, (_, _, low, high) in enumerate(rows) if low < high]
+    normal, pull, rows = normal[np.ix_(free, free)], pull[free], [rows[k] for k in free]
     if not rows:
         return _Scaled((), np.zeros(0), np.zeros((0, 0)), np.zeros(0), (np.zeros(0), np.zeros(0)), 1.0)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))

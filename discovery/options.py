@@ -12,10 +12,14 @@ import numpy as np
 
 from ..physics.effects import EFFECTS, Effect, Parameter
 from ..physics.frames import Array
+from ..physics.motion import Motion
+from ..physics.thrusters import GAINS
 from ..physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ..physics.vehicle import Vehicle
 from .weak import WeakForm
 
+_FAINT = 0.05
+"""Share of a general effect's strongest column below which one of its parameters keeps its value."""
 _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
 
 
@@ -52,7 +56,7 @@ class Option:
     start : the parameters' values about which the columns were taken
     free : indices of the free columns among `symbols` order, -1 for a symbol held at `start`
     offset : index of the fixed offset column, -1 for none
-    lower, upper : limits of the change of each symbol from `start`
+    lower, upper : limits of the change of each symbol from `start`; equal for one that the log says nothing of
     """
 
     key: str
@@ -63,6 +67,12 @@ class Option:
     offset: int
     lower: tuple[float, ...]
     upper: tuple[float, ...]
+
+
+def measurable(motions: Sequence[Motion], effects: Sequence[Effect] = EFFECTS) -> tuple[Effect, ...]:
+    """The effects whose channels are in all motions: without an anemometer, no apparent wind."""
+    windless = any(motion.air is None for motion in motions)
+    return tuple(effect for effect in effects if not (windless and effect.channels))
 
 
 def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[Candidate, ...]:
@@ -175,7 +185,15 @@ class Linearisation:
                     low, high = max(low, -reach), min(high, reach)
             lower.append(low)
             upper.append(high)
+        if candidate.effect.general:
+            faint = self._faint(free)
+            lower, upper = np.where(faint, 0.0, lower).tolist(), np.where(faint, 0.0, upper).tolist()
         return Option(candidate.key, True, candidate.symbols, start, tuple(free), offset, tuple(lower), tuple(upper))
+
+    def _faint(self, columns: Sequence[int]) -> np.ndarray:
+        """Which columns are faint beside the strongest: commands that the log hardly holds say nothing of a curve."""
+        size = np.array([np.sqrt((self._columns[k][0] ** 2).mean()) for k in columns])
+        return size <= _FAINT * size.max()
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
@@ -199,6 +217,9 @@ class Linearisation:
         current = (p["current_north"], p["current_east"])
         if parameter.symbol in ("current_north", "current_east"):
             return tuple(p.items())
+        if parameter.symbol in GAINS:  # the bent curve is linear in its gains, and the advance loss apart from it
+            apart = {*GAINS, "advance_loss"}
+            return tuple((t.scale, *(p[key] for key in SHARED if key not in apart)) for t in about.thrusters)
         if parameter.section == "thrusters":
             return (*current, *((t.scale, *(p[key] for key in SHARED)) for t in about.thrusters))
         if parameter.section == "memory":

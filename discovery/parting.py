@@ -84,7 +84,9 @@ def part(
             sets = [(forces[a], [*rest, *way]) for way in ways[b]] + [(forces[b], [*rest, *way]) for way in ways[a]]
             found.append(_hardest((a, b), selected, [stand.left(f, regressors) for f, regressors in sets]))
         if not group:
-            others = () if selected else [c.key for c in search.pool if c.key != key and c.key not in state.active]
+            # A general effect could hide any of its special cases in every trial: there the price decides.
+            simple = [c.key for c in search.pool if c.key not in (key, *state.active) and not c.effect.general]
+            others = () if selected else simple
             sets = [[*rest, *way] for other in others for way in _ways(linear.options[other])] or [rest]
             found.append(_hardest((key,), selected, [stand.left(force, regressors) for regressors in sets]))
     return found

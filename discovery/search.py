@@ -174,7 +174,7 @@ class Search:
         """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""
         say = progress or _silent
         state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
-        return self._prune(self._climb(state, say), say)
+        return self._prune(self._simplest(self._climb(state, say), say), say)
 
     def again(self, best: State, progress: Callable[[str], None] | None = None) -> State:
         """Search again without each effect of a crowd in turn, and keep the better model.
@@ -205,6 +205,23 @@ class Search:
             say(self.trail[-1])
             state = improved
         return state
+
+    def _simplest(self, state: State, say: Callable[[str], None]) -> State:
+        """Replace general effects by simpler ones, as many as it takes, if that is no worse.
+
+        A general effect (a free thrust curve) is the best single stand-in for several of its special cases at once, and
+        no change of one or two effects leads from it to them.
+        """
+        simple = tuple(c for c in self.pool if not c.effect.general)
+        kept = tuple(key for key in state.active if any(c.key == key for c in simple))
+        if len(kept) == len(state.active):
+            return state
+        found = Search(self.weak, self.nominal, simple, self.settings).run(self.restrict(state, kept))
+        if found.score > state.score:
+            return state
+        self.trail.append(difference(state.active, found.active))
+        say(f"{self.trail[-1]} (simpler)")
+        return found
 
     def _prune(self, state: State, say: Callable[[str], None]) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""

@@ -27,7 +27,7 @@ class Interval:
 
 
 def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, draws: int = 400) -> dict[str, Interval]:
-    """95 % intervals of every free parameter of a model, by symbol.
+    """95 % intervals of every free parameter of a model, by symbol; none for one whose limits leave it no room.
 
     Blocks are drawn with replacement and the model is fitted to each draw from the blocks' Gram matrices; the interval
     is the estimate -+ t standard deviations, with blocks - 1 degrees of freedom, cut at the physical limits (Efron and
@@ -56,7 +56,7 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     for option in chosen:
         rows = zip(option.symbols, option.start, option.free, option.lower, option.upper, strict=True)
         for symbol, start, index, lower, upper in rows:
-            if index >= 0:
+            if index >= 0 and lower < upper:
                 low, high = start - size[index], start + size[index]
                 found[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
     return found

@@ -17,12 +17,15 @@ UNITS = {
     "r": "rad/s",
     "ax": "m/s^2",
     "ay": "m/s^2",
+    "wind_u": "m/s",
+    "wind_v": "m/s",
     "qx": "1",
     "qy": "1",
     "qz": "1",
     "qw": "1",
 }
-"""Canonical channels of motion and their units; earth axes NED, body axes FRD."""
+"""Canonical channels of motion and their units; earth axes NED, body axes FRD. `wind_u`, `wind_v` are the velocity of
+the air relative to the boat, in body axes, as an anemometer on board measures it."""
 
 COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
 """Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`."""
@@ -35,6 +38,8 @@ LIMITS = {
     "r": (-50.0, 50.0),
     "ax": (-1e4, 1e4),
     "ay": (-1e4, 1e4),
+    "wind_u": (-150.0, 150.0),
+    "wind_v": (-150.0, 150.0),
     "pwm": (800.0, 2200.0),
     "normalized": (-1.05, 1.05),
     "rad_s": (-1e5, 1e5),

@@ -15,9 +15,11 @@ from .cleaning import Cleaner
 from .formats.base import Stream
 from .recognition import Guess, is_vertical_acceleration, recognise
 
-_FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "v": ("v", -1.0), "r": ("r", -1.0), "ay": ("ay", -1.0)}
+_FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "v": ("v", -1.0), "r": ("r", -1.0), "ay": ("ay", -1.0)} | {
+    "wind_v": ("wind_v", -1.0)
+}
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
-_GROUPS = (("x", "y"), ("psi",), ("qx", "qy", "qz", "qw"), ("u", "v"), ("r",), ("ax", "ay"))
+_GROUPS = (("x", "y"), ("psi",), ("qx", "qy", "qz", "qw"), ("u", "v"), ("r",), ("ax", "ay"), ("wind_u", "wind_v"))
 _QUATERNION = ("qx", "qy", "qz", "qw")
 
 

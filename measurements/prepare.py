@@ -33,6 +33,7 @@ LEAST_SEGMENT = 5.0
 """A stretch between two gaps shorter than this [s] is dropped."""
 FASTEST_NATIVE = 20.0
 """Cap of the native rate [Hz]."""
+_WIND = ("wind_u", "wind_v")
 
 
 def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe = PAPER) -> DataSet:
@@ -145,7 +146,8 @@ def _reference(log: Log) -> Channel:
 
 
 def _needed(log: Log, vehicle: Vehicle | None) -> list[Channel]:
-    motion = [log.channels[name] for name in ("x", "y", "psi", "u", "v", "r") if name in log.channels]
+    wind = _WIND if set(_WIND) <= set(log.channels) else ()
+    motion = [log.channels[name] for name in ("x", "y", "psi", "u", "v", "r", *wind) if name in log.channels]
     return motion + [log.channels[name] for name in command_channels(vehicle)]
 
 
@@ -158,6 +160,8 @@ def _motions(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, not
     for name, origin in (("u", "x, y and psi"), ("v", "x, y and psi"), ("r", "psi"), ("x", "u, v and psi")):
         if name not in log.channels or (name == "x" and "y" not in log.channels):
             notes.append(f"{'position' if name == 'x' else name}: not in the log, derived from {origin}")
+    if len(set(_WIND) & set(log.channels)) == 1:
+        notes.append("wind_u and wind_v: only one of them is in the log, which is not used")
     return [_motion(log, vehicle, recipe, step, span) for span in spans]
 
 
@@ -173,6 +177,10 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         position = np.column_stack([np.interp(grid, *part[name]) for name in ("x", "y")])
     else:
         position = _integrated(heading, surge, sway, step)
+    air = None
+    if "wind_u" in part:
+        ahead, starboard = (np.interp(grid, *part[name]) for name in _WIND)
+        air = np.column_stack(body_to_earth(heading, ahead + surge, starboard + sway))
     channels = [log.channels[name] for name in command_channels(vehicle)]
     earliest = max((float(channel.time[0]) for channel in channels), default=grid[0])
     steps_back = round(min(RUN_UP, max(grid[0] - earliest, 0.0)) / step)
@@ -188,6 +196,7 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         thrusters=tuple(thruster.name for thruster in vehicle.thrusters) if vehicle else (),
         source=str(log.path),
         run_up=commands[:steps_back] if steps_back else None,
+        air=air,
     )
 
 

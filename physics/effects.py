@@ -31,6 +31,7 @@ class Parameter:
     step : finite-difference step for its column of the regression [same unit]
     nonlinear : True when the force is not linear in it, so that its column changes with its value
     stepped : True when the force moves in steps with it, so that no derivative leads to the best value
+    attainable : True when a value at a physical limit is nothing unusual, as a flat stretch of a thrust curve is
     inertia : for added mass, the axis whose diagonal element of M it lowers
     """
 
@@ -46,6 +47,7 @@ class Parameter:
     step: float = 1.0
     nonlinear: bool = False
     stepped: bool = False
+    attainable: bool = False
     inertia: int | None = None
 
 
@@ -64,6 +66,8 @@ class Effect:
     fixed_amplitude : True when the parameters reshape the command and have no free amplitude (lag, delay, dead zone)
     per_thruster : True when the effect concerns one thruster at a time
     default : a value for each parameter used where the user gives fewer values than parameters
+    channels : channels of the log, beside those that every log has, without which it cannot be judged
+    general : True when simpler effects are special cases of it; they are preferred by price, not by correlation
     """
 
     name: str
@@ -75,6 +79,8 @@ class Effect:
     fixed_amplitude: bool = False
     per_thruster: bool = False
     default: tuple[float, ...] = ()
+    channels: tuple[str, ...] = ()
+    general: bool = False
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -98,6 +104,10 @@ def _drag(symbol: str, axis: int, form: str, unit: str) -> Parameter:
 
 def _coupling(symbol: str, axis: int, form: str, unit: str) -> Parameter:
     return Parameter(symbol, "coupling", unit, axis=axis, form=form)
+
+
+def _gain(symbol: str) -> Parameter:
+    return Parameter(symbol, "thrusters", "1", null=1.0, lower=0.0, upper=5.0, attainable=True)
 
 
 EFFECTS: tuple[Effect, ...] = (
@@ -303,6 +313,22 @@ EFFECTS: tuple[Effect, ...] = (
         added=False,
     ),
     Effect(
+        "thrust_curve",
+        "thruster",
+        (
+            _gain("gain_astern_100"),
+            _gain("gain_astern_67"),
+            _gain("gain_astern_33"),
+            _gain("gain_ahead_33"),
+            _gain("gain_ahead_67"),
+            _gain("gain_ahead_100"),
+        ),
+        "dT_i/dc_i := gain dT_i/dc_i, with a gain for each third of the command astern and ahead",
+        "Thrust grows with the command along another curve than the model's.",
+        added=False,
+        general=True,
+    ),
+    Effect(
         "steady_current",
         "environment",
         (
@@ -323,6 +349,19 @@ EFFECTS: tuple[Effect, ...] = (
         "(X, Y) += R(psi)^T wind_force",
         "A force fixed in the earth pushes the boat, as a mean wind does.",
         added=False,
+    ),
+    Effect(
+        "apparent_wind",
+        "environment",
+        (
+            Parameter("wind_x", "environment", "N s^2/m^2", lower=0.0),
+            Parameter("wind_y", "environment", "N s^2/m^2", lower=0.0),
+            Parameter("wind_n", "environment", "N m s^2/m^2"),
+        ),
+        "X += wind_x u_a |V_a|;  Y += wind_y v_a |V_a|;  N += wind_n u_a v_a",
+        "The wind that the anemometer measures pushes and turns the boat.",
+        added=False,
+        channels=("wind_u", "wind_v"),
     ),
     Effect(
         "wake_memory",
@@ -355,7 +394,7 @@ EFFECTS: tuple[Effect, ...] = (
         "A constant moment turns the boat, as a bent skeg or an uneven load does.",
     ),
 )
-"""Every effect of the catalogue; `apparent_wind` and `thrust_curve` are not in this version."""
+"""Every effect of the catalogue."""
 
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in EFFECTS}
 

@@ -1,7 +1,8 @@
 """The force equation, written once: discovery, simulation, reports and exports all call this.
 
 M nu_r_dot = B T + other - C(nu_r) nu_r - D(nu_r) nu_r, with nu_r = nu - R(psi)^T current for a steady irrotational
-current (Fossen 2021, section 10.3), wind as a mean earth-fixed force, a first-order wake memory and a constant trim.
+current (Fossen 2021, section 10.3), wind as a mean earth-fixed force, the force of the apparent wind (section 10.1), a
+first-order wake memory and a constant trim.
 """
 
 from dataclasses import dataclass
@@ -43,6 +44,18 @@ def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple) -> Tri
     return velocity[0] - ahead, velocity[1] - starboard, velocity[2]
 
 
+def apparent_wind(heading: Array, velocity: tuple[Array, Array], air: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Velocity of the air relative to the boat, ahead and to starboard [m/s], as an anemometer on board measures it.
+
+    Parameters
+    ----------
+    velocity : of the boat over ground, ahead and to starboard [m/s]
+    air : velocity of the air over ground, towards north and east [m/s]
+    """
+    ahead, starboard = earth_to_body(heading, *air)
+    return ahead - velocity[0], starboard - velocity[1]
+
+
 def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
     """The wake memory's filtered sway speed and yaw rate (n,) each along a motion, at rest in its start value."""
     u_r, v_r, r = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
@@ -57,7 +70,17 @@ class ForceEquation:
     Everything that does not change from call to call (matrices, active terms) is worked out once.
     """
 
-    __slots__ = ("_effective", "_mass", "_terms", "_trim", "has_memory", "inverse_mass", "memory", "vehicle")
+    __slots__ = (
+        "_effective",
+        "_mass",
+        "_terms",
+        "_trim",
+        "_windage",
+        "has_memory",
+        "inverse_mass",
+        "memory",
+        "vehicle",
+    )
 
     def __init__(self, vehicle: Vehicle) -> None:
         p = vehicle.values
@@ -67,6 +90,7 @@ class ForceEquation:
         self._terms = active_terms(vehicle)
         self._effective = thruster_matrix(vehicle)
         self._trim = p["yaw_trim"]
+        self._windage = (p["wind_x"], p["wind_y"], p["wind_n"])
         self.memory = (p["memory_sway"], p["memory_yaw"])
         self.has_memory = any(self.memory)
 
@@ -77,6 +101,7 @@ class ForceEquation:
         thrust: Array,
         load: Array | None = None,
         memory: tuple[Array, Array] | None = None,
+        air: tuple[Array, Array] | None = None,
     ) -> Triple:
         """Right-hand side tau + other - C nu_r - D nu_r, by axis [N, N, N m].
 
@@ -87,6 +112,7 @@ class ForceEquation:
         thrust : (thrusters, *shape) forces at zero advance [N]
         load : (thrusters, *shape) loss of thrust per advance speed [N s/m]
         memory : filtered sway speed and yaw rate of the wake memory
+        air : velocity of the air over ground, towards north and east [m/s]; still when None
         """
         u, v, r = relative
         if load is not None:
@@ -103,6 +129,15 @@ class ForceEquation:
         if p["wind_force_north"] or p["wind_force_east"]:
             ahead, starboard = earth_to_body(heading, p["wind_force_north"], p["wind_force_east"])
             total[0], total[1] = total[0] + ahead, total[1] + starboard
+        if any(self._windage):
+            still = np.zeros_like(u)
+            moving, drifting = earth_to_body(heading, p["current_north"], p["current_east"])
+            over_ground = (u + moving, v + drifting)
+            ahead, starboard = apparent_wind(heading, over_ground, (still, still) if air is None else air)
+            speed = np.hypot(ahead, starboard)
+            total[0] = total[0] + self._windage[0] * ahead * speed
+            total[1] = total[1] + self._windage[1] * starboard * speed
+            total[2] = total[2] + self._windage[2] * ahead * starboard
         if self.has_memory and memory is not None:
             total[1] = total[1] - self.memory[0] * memory[0]
             total[2] = total[2] - self.memory[1] * memory[1]
@@ -125,7 +160,8 @@ def modelled_force(vehicle: Vehicle, motion: Motion) -> Array:
     act = actuation(vehicle, motion)
     load = act.load if act.load.any() else None
     memory = memory_states(vehicle, motion) if equation.has_memory else None
-    return np.stack(equation.force(relative, motion.heading, act.thrust, load, memory), axis=-1)
+    air = None if motion.air is None else (motion.air[:, 0], motion.air[:, 1])
+    return np.stack(equation.force(relative, motion.heading, act.thrust, load, memory, air), axis=-1)
 
 
 def modelled_acceleration(vehicle: Vehicle, motion: Motion) -> Array:

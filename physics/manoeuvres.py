@@ -13,7 +13,7 @@ import numpy as np
 
 from .errors import RequestError
 from .frames import Array
-from .thrusters import TableCurve, Thruster
+from .thrusters import Thruster, command_of
 from .vehicle import Vehicle
 
 COMMAND_STEP = 0.1
@@ -151,25 +151,6 @@ def draw_programme(name: str, duration: float, rng: np.random.Generator) -> Arra
 def side(thruster: Thruster) -> int:
     """Which side of a pair a thruster is: -1 port, 1 starboard, 0 neither (on the centre line, or pushing sideways)."""
     return 0 if abs(np.cos(thruster.angle)) < 0.5 else int(np.sign(thruster.y))
-
-
-def command_of(thruster: Thruster, fraction: Array) -> Array:
-    """The command in the thruster's own unit whose normalised value is `fraction`; the inverse of `curve.normalised`.
-
-    A table is not left: where it ends before the fraction does, its end is commanded.
-
-    Raises
-    ------
-    RequestError
-        when the thruster's curve does not tell commands apart.
-    """
-    at_zero, at_one = (float(thruster.curve.normalised(np.array(c), thruster.command)) for c in (0.0, 1.0))
-    if at_one == at_zero:
-        raise RequestError(f"thruster {thruster.name}: its curve gives every command the same normalised value")
-    command = (np.asarray(fraction, dtype=float) - at_zero) / (at_one - at_zero)
-    if isinstance(thruster.curve, TableCurve):
-        command = np.clip(command, thruster.curve.command[0], thruster.curve.command[-1])
-    return command
 
 
 def programme(vehicle: Vehicle, name: str = "rich", duration: float = 300.0, seed: int = 0) -> Array:

@@ -28,6 +28,8 @@ class Motion:
     source : where it came from (file name, or the world that made it)
     run_up : (m, thrusters) commands on the steps before the first row, so that lag and delay know their past; none
         when the stretch begins with the log
+    air : (n, 2) velocity of the air over ground, towards north and east [m/s], from an anemometer; None where there is
+        none, and the air is then taken to be still
 
     Raises
     ------
@@ -43,6 +45,7 @@ class Motion:
     thrusters: tuple[str, ...]
     source: str = ""
     run_up: Array | None = None
+    air: Array | None = None
 
     def __post_init__(self) -> None:
         n = self.time.shape[0]
@@ -52,7 +55,7 @@ class Motion:
             "heading": (n,),
             "velocity": (n, 3),
             "commands": (n, len(self.thrusters)),
-        }
+        } | ({} if self.air is None else {"air": (n, 2)})
         for name, shape in wanted.items():
             array = getattr(self, name)
             if array.shape != shape:
@@ -91,4 +94,5 @@ class Motion:
             velocity=self.velocity[rows],
             commands=self.commands[rows],
             run_up=past[-most:] if past.size else None,
+            air=None if self.air is None else self.air[rows],
         )

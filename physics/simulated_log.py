@@ -11,11 +11,12 @@ import numpy as np
 from .averages import area_average
 from .errors import RequestError
 from .files import write_bytes
-from .frames import Array, wrap_angle
+from .frames import Array, body_to_earth, wrap_angle
 from .motion import Motion
 from .vehicle import Vehicle
 
 ODOMETRY_FIELDS = ("x", "y", "psi", "u", "v", "r")
+WIND_FIELDS = ("wind_u", "wind_v")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +31,8 @@ class SimulatedLog:
     odometry : (n, 6) north, east [m], psi [rad, continuous], u, v [m/s], r [rad/s], noisy
     command_time : (m,) stamps [s], increasing; a command is held until the next stamp
     commands : (m, thrusters) in the thrusters' command units
+    wind : (n, 2) apparent wind, ahead and to starboard [m/s], at the stamps of the odometry, noisy; None without an
+        anemometer
     """
 
     vehicle: Vehicle
@@ -38,6 +41,7 @@ class SimulatedLog:
     odometry: Array
     command_time: Array
     commands: Array
+    wind: Array | None = None
 
     def motion(self, time_step: float = 0.05) -> Motion:
         """The logged (noisy) motion on an even grid, without a file in between.
@@ -61,6 +65,10 @@ class SimulatedLog:
         columns = [np.interp(time, stamps, column) for column in self.odometry.T]
         state = np.column_stack(columns)
         commands = area_average(self.command_time, self.commands, time, time_step)
+        air = None
+        if self.wind is not None:
+            ahead, starboard = (np.interp(time, stamps, column) for column in self.wind.T)
+            air = np.column_stack(body_to_earth(columns[2], ahead + columns[3], starboard + columns[4]))
         return Motion(
             time,
             state[:, :2].copy(),
@@ -69,13 +77,15 @@ class SimulatedLog:
             commands,
             self.truth.thrusters,
             self.truth.source,
+            air=air,
         )
 
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Write the log as a long table `time,topic,field,value` (NED/FRD, seconds), to a temporary name, then renamed.
 
-        Topic `odometry` has the fields x y psi u v r, topic `command` one field `<command>_<thruster>` each. Gzip when
-        the name ends in `.gz`, Parquet when it ends in `.parquet`, CSV otherwise. The same log gives the same bytes.
+        Topic `odometry` has the fields x y psi u v r, topic `command` one field `<command>_<thruster>` each, and topic
+        `anemometer`, if there is one, wind_u and wind_v. Gzip when the name ends in `.gz`, Parquet when it ends in
+        `.parquet`, CSV otherwise. The same log gives the same bytes.
 
         Raises
         ------
@@ -97,11 +107,13 @@ class SimulatedLog:
         state = self.odometry.copy()
         state[:, 2] = wrap_angle(state[:, 2])
         channels = [t.channel for t in self.vehicle.thrusters]
+        wind = [] if self.wind is None else [("anemometer", WIND_FIELDS, self.odometry_time, self.wind)]
         rows = [
             (t, topic, field, x)
             for topic, names, stamps, table in (
                 ("command", channels, self.command_time, self.commands),
                 ("odometry", ODOMETRY_FIELDS, self.odometry_time, state),
+                *wind,
             )
             for t, line in zip(stamps.tolist(), table.tolist(), strict=True)
             for field, x in zip(names, line, strict=True)

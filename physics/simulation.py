@@ -32,6 +32,7 @@ def integrate(
     thrust: Array,
     load: Array,
     memory: Array | None = None,
+    air: Array | None = None,
 ) -> Rollouts:
     """Integrate the force equation by classical Runge-Kutta for a batch of starts.
 
@@ -41,6 +42,8 @@ def integrate(
     initial : (batch, 6) north, east, psi, u, v, r
     thrust, load : (thrusters, steps + 1, batch) [N], [N s/m], linear between steps
     memory : (batch, 2) initial wake memory of sway speed and yaw rate; default: the initial velocities
+    air : (2, steps + 1, batch) velocity of the air over ground, north and east [m/s], linear between steps; default:
+        still
     """
     equation = ForceEquation(vehicle)
     steps, batch = thrust.shape[1] - 1, initial.shape[0]
@@ -54,10 +57,11 @@ def integrate(
     loaded = bool(load.any())
     constant = vehicle.values["memory_time"]
 
-    def slope(x: Array, push: Array, loss: Array | None) -> Array:
+    def slope(x: Array, push: Array, loss: Array | None, wind: Array | None) -> Array:
         velocity = (x[3], x[4], x[5])
         relative = relative_velocity(vehicle, x[2], velocity)
-        force = equation.force(relative, x[2], push, loss, (x[6], x[7]))
+        blowing = None if wind is None else (wind[0], wind[1])
+        force = equation.force(relative, x[2], push, loss, (x[6], x[7]), blowing)
         out = np.empty_like(x)
         out[0], out[1] = body_to_earth(x[2], x[3], x[4])
         out[2] = x[5]
@@ -77,10 +81,12 @@ def integrate(
         middle = 0.5 * (push0 + push1)
         loss0, loss1 = (load[:, k], load[:, k + 1]) if loaded else (None, None)
         lost = 0.5 * (loss0 + loss1) if loss0 is not None and loss1 is not None else None
-        k1 = slope(state, push0, loss0)
-        k2 = slope(state + 0.5 * h * k1, middle, lost)
-        k3 = slope(state + 0.5 * h * k2, middle, lost)
-        k4 = slope(state + h * k3, push1, loss1)
+        wind0, wind1 = (None, None) if air is None else (air[:, k], air[:, k + 1])
+        wind = None if air is None else 0.5 * (air[:, k] + air[:, k + 1])
+        k1 = slope(state, push0, loss0, wind0)
+        k2 = slope(state + 0.5 * h * k1, middle, lost, wind)
+        k3 = slope(state + 0.5 * h * k2, middle, lost, wind)
+        k4 = slope(state + h * k3, push1, loss1, wind1)
         state = state + (h / 6.0) * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         fast = ~(np.abs(state[3:6]).max(axis=0) <= SPEED_LIMIT)
         if fast.any():
@@ -92,7 +98,7 @@ def integrate(
 
 
 def rollout(vehicle: Vehicle, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
-    """Open-loop rollouts from measured starts along a motion, with its commands and their history.
+    """Open-loop rollouts from measured starts along a motion, with its commands, their history, and its wind.
 
     Parameters
     ----------
@@ -113,8 +119,9 @@ def rollout(vehicle: Vehicle, motion: Motion, starts: np.ndarray, steps: int) ->
     window = starts[None, :] + np.arange(steps + 1)[:, None]
     initial = np.column_stack([motion.position, motion.heading, motion.velocity])[starts]
     memory = np.column_stack(memory_states(vehicle, motion))[starts]
+    air = None if motion.air is None else motion.air.T[:, window]
     with np.errstate(over="ignore", invalid="ignore"):
-        return integrate(vehicle, motion.time_step, initial, act.thrust[:, window], act.load[:, window], memory)
+        return integrate(vehicle, motion.time_step, initial, act.thrust[:, window], act.load[:, window], memory, air)
 
 
 def simulate_motion(vehicle: Vehicle, motion: Motion) -> Motion:

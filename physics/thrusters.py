@@ -1,15 +1,26 @@
 """Thrusters: from a logged command to a force, with every fault the catalogue knows."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from scipy.signal import lfilter
 
+from .errors import RequestError
 from .frames import Array
 
 CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
 _NEUTRAL_PWM, _HALF_RANGE_PWM = 1500.0, 500.0
+GAINS = (
+    "gain_astern_100",
+    "gain_astern_67",
+    "gain_astern_33",
+    "gain_ahead_33",
+    "gain_ahead_67",
+    "gain_ahead_100",
+)
+"""Gains of the command-to-force curve, from full astern to full ahead; the number is where in percent a third ends."""
 
 
 class TableCurve(BaseModel):
@@ -87,7 +98,12 @@ class Thruster(BaseModel):
     """One thruster: where it sits, how its command becomes force, and what may be wrong with it.
 
     `x`, `y` [m] in body axes, `angle` [rad] (0 pushes ahead, positive turns the push to starboard); the faults are the
-    parameters of the catalogue's thruster effects, at their null values when absent.
+    parameters of the catalogue's thruster effects, at their null values when absent. `response` says in which order
+    they act.
+
+    A gain is the slope of the true command-to-force curve over that of `curve`, in one third of the command: 1 leaves
+    the curve alone, 0 is a flat stretch, `gain_ahead_67` reigns from 33 to 67 % of full command ahead. No gain is
+    negative, so a curve that rises stays one.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -104,6 +120,12 @@ class Thruster(BaseModel):
     lag: float = Field(default=0.0, ge=0)
     delay: float = Field(default=0.0, ge=0)
     advance_loss: float = 0.0
+    gain_astern_100: float = Field(default=1.0, ge=0)
+    gain_astern_67: float = Field(default=1.0, ge=0)
+    gain_astern_33: float = Field(default=1.0, ge=0)
+    gain_ahead_33: float = Field(default=1.0, ge=0)
+    gain_ahead_67: float = Field(default=1.0, ge=0)
+    gain_ahead_100: float = Field(default=1.0, ge=0)
 
     @model_validator(mode="after")
     def _consistent(self) -> "Thruster":
@@ -119,6 +141,9 @@ class Thruster(BaseModel):
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
 
+        In this order: delay, lag, `curve`, gains, scales, reverse scale, dead zone. Scales multiply the bent curve; the
+        dead zone cuts it; the advance loss depends on the command alone and is cut by the dead zone too.
+
         Parameters
         ----------
         command : (n,) in the unit of `command`, even steps
@@ -127,7 +152,7 @@ class Thruster(BaseModel):
         delayed = shift(command, self.delay, time_step)
         lagged = first_order_lag(delayed, self.lag, time_step)
         fraction = self.curve.normalised(lagged, self.command)
-        force = self.curve.thrust(lagged, self.command) * (self.scale * self.thrust_scale)
+        force = self.bent(self.curve.thrust(lagged, self.command)) * (self.scale * self.thrust_scale)
         if self.reverse_scale != 1.0:
             force = np.where(fraction < 0, force * self.reverse_scale, force)
         load = self.advance_loss * np.abs(fraction)
@@ -135,6 +160,51 @@ class Thruster(BaseModel):
             alive = np.abs(fraction) > self.dead_zone
             force, load = force * alive, load * alive
         return force, load
+
+    def bent(self, force: Array) -> Array:
+        """The curve's forces [N] with the gains applied: each third of the command as much steeper as its gain says.
+
+        The result rises with the force given, and is that force itself at zero command, whatever the gains. Beyond full
+        command the outermost gain goes on.
+        """
+        gains = [getattr(self, name) for name in GAINS]
+        if all(gain == 1.0 for gain in gains):
+            return force
+        ends = np.asarray(self.curve.thrust(command_of(self, np.linspace(-1.0, 1.0, 7)), self.command))
+        if ends[-1] < ends[0]:  # a thruster that was mounted or wired the other way round
+            return -self._bent(-force, -ends, gains)
+        return self._bent(force, ends, gains)
+
+    @staticmethod
+    def _bent(force: Array, ends: Array, gains: Sequence[float]) -> Array:
+        """The same for a rising curve, with its forces (7,) where the thirds of the command end."""
+        rest = ends[3]
+        astern, ahead = np.minimum.accumulate(ends[3::-1])[::-1], np.maximum.accumulate(ends[3:])
+        total = np.full_like(force, rest)
+        for gain, low, high in zip(gains[:3], (-np.inf, *astern[1:3]), astern[1:], strict=True):
+            total = total + gain * (np.clip(force, low, high) - high)
+        for gain, low, high in zip(gains[3:], ahead[:3], (*ahead[1:3], np.inf), strict=True):
+            total = total + gain * (np.clip(force, low, high) - low)
+        return total
+
+
+def command_of(thruster: Thruster, fraction: Array) -> Array:
+    """The command in the thruster's own unit whose normalised value is `fraction`; the inverse of `curve.normalised`.
+
+    A table is not left: where it ends before the fraction does, its end is commanded.
+
+    Raises
+    ------
+    RequestError
+        when the thruster's curve does not tell commands apart.
+    """
+    at_zero, at_one = (float(thruster.curve.normalised(np.array(c), thruster.command)) for c in (0.0, 1.0))
+    if at_one == at_zero:
+        raise RequestError(f"thruster {thruster.name}: its curve gives every command the same normalised value")
+    command = (np.asarray(fraction, dtype=float) - at_zero) / (at_one - at_zero)
+    if isinstance(thruster.curve, TableCurve):
+        command = np.clip(command, thruster.curve.command[0], thruster.curve.command[-1])
+    return command
 
 
 def shift(series: Array, delay: float, time_step: float) -> Array:

@@ -1,6 +1,7 @@
 """Typical effects: hulls and effect sizes drawn at random, plausible for a vehicle and large enough to matter."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,14 +9,16 @@ from .effects import Effect, Parameter, effect_named
 from .errors import RequestError, VehicleError
 from .frames import Array
 from .hidden_effects import apply_effects
-from .manoeuvres import COMMAND_STEP, command_of, programme
+from .manoeuvres import COMMAND_STEP, programme
 from .matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from .motion import Motion
 from .simulation import rollout, simulate_motion
 from .terms import parse_form
-from .thrusters import Thruster
+from .thrusters import Thruster, command_of
 from .vehicle import Vehicle
 
+_WIND = (-5.0, 3.3)
+"""Velocity of the air over ground in which effects are sized, towards north and east [m/s]."""
 _WILDEST = 3.0
 """Share by which an effect changes 10 s rollouts beyond which it makes another boat of the vehicle."""
 
@@ -70,13 +73,16 @@ def _command_for_share(thruster: Thruster, share: float) -> float:
 
 
 def commanded_motion(vehicle: Vehicle, commands: Array, time_step: float) -> Motion:
-    """Simulate from rest, heading north, under commands (n, thrusters) on an even grid of `time_step` [s]."""
+    """Simulate from rest, heading north, under commands (n, thrusters) on an even grid of `time_step` [s].
+
+    A steady wind of 6 m/s blows, for vehicles that feel it.
+    """
     n = commands.shape[0]
     names = tuple(t.name for t in vehicle.thrusters)
     start = Motion(
         time_step * np.arange(n), np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3)), commands, names, vehicle.name
     )
-    return simulate_motion(vehicle, start)
+    return simulate_motion(vehicle, replace(start, air=np.tile(_WIND, (n, 1))))
 
 
 def materiality(nominal: Vehicle, changed: Vehicle, motion: Motion) -> Array:
@@ -121,6 +127,18 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         size, angle = uniform(low, high), uniform(-np.pi, np.pi)
         return size * np.cos(angle), size * np.sin(angle)
 
+    def bend() -> tuple[float, ...]:
+        """A curve that rises too steeply at first and too flatly at the end of a side, or the other way round."""
+        first, last = uniform(0.35, 0.7, (2, 2)) * sign() * np.array([1.0, -1.0])[:, None]
+        middle = uniform(-0.2, 0.2, 2)
+        return tuple(float(1.0 + x) for x in (last[0], middle[0], first[0], first[1], middle[1], last[1]))
+
+    def sail() -> tuple[float, ...]:
+        """A side that catches more wind than the bow, and a centre of pressure ahead of or behind the origin."""
+        wind = np.hypot(*_WIND) ** 2
+        bow = uniform(0.08, 0.2) * s.thrust / wind
+        return bow, uniform(1.0, 2.0) * bow, sign() * uniform(0.05, 0.15) * s.moment / wind
+
     cross = np.sqrt(s.drag[1] / v * s.drag[2] / r)
 
     def coupling() -> tuple[float, float]:
@@ -158,8 +176,10 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
         "thruster_lag": lambda: (uniform(0.2, 0.8),),
         "input_delay": lambda: (uniform(0.2, 0.6),),
         "advance_loss": lambda: (uniform(0.1, 0.3) * float(s.thrusts.max()) / u,),
+        "thrust_curve": bend,
         "steady_current": lambda: turned(0.15, 0.4),
         "mean_wind": lambda: turned(0.1 * s.thrust, 0.25 * s.thrust),
+        "apparent_wind": sail,
         "wake_memory": lambda: (*(uniform(0.25, 0.45) * s.drag[k] / s.speed[k] for k in (1, 2)), uniform(0.8, 3.0)),
         "yaw_trim": lambda: (sign() * uniform(0.05, 0.15) * s.moment,),
     }

@@ -17,10 +17,10 @@ from .errors import VehicleError
 from .files import write_text
 from .frames import AXES
 from .terms import parse_form
-from .thrusters import Thruster
+from .thrusters import GAINS, Thruster
 
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
-SHARED_THRUSTER_KEYS = ("thrust_scale", "reverse_scale", "dead_zone", "lag", "delay", "advance_loss")
+SHARED_THRUSTER_KEYS = ("thrust_scale", "reverse_scale", "dead_zone", "lag", "delay", "advance_loss", *GAINS)
 """Thruster parameters that an effect moves on every thruster at once."""
 
 

@@ -4,6 +4,8 @@ Low-frequency and wave-frequency motion are added, as is usual for control (Foss
 the orbits of the water and turns with it. The sensors see waves, but no mean force acts, and a model misses nothing.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from .frames import Array, body_to_earth, earth_to_body
@@ -53,12 +55,5 @@ def in_waves(motion: Motion, amplitude: float, rng: np.random.Generator) -> Moti
     north, east = body_to_earth(motion.heading, motion.velocity[:, 0], motion.velocity[:, 1])
     ahead, starboard = earth_to_body(heading, north + along[0] * speed, east + along[1] * speed)
     rate = motion.velocity[:, 2] + np.gradient(turned, motion.time)
-    return Motion(
-        motion.time,
-        motion.position + shift[:, None] * along,
-        heading,
-        np.column_stack([ahead, starboard, rate]),
-        motion.commands,
-        motion.thrusters,
-        motion.source,
-    )
+    position, velocity = motion.position + shift[:, None] * along, np.column_stack([ahead, starboard, rate])
+    return replace(motion, position=position, heading=heading, velocity=velocity)

@@ -8,6 +8,7 @@ import numpy as np
 
 from .averages import area_average
 from .errors import RequestError
+from .forces import apparent_wind
 from .frames import Array
 from .hidden_effects import Values, apply_effects, parse_effect
 from .manoeuvres import COMMAND_STEP, programme
@@ -50,6 +51,7 @@ class Sensors:
     dropouts : share of odometry rows that are lost
     odometry_rate : [Hz]
     waves : significant amplitude of the waves' orbital velocity [m/s]; see `waves.in_waves`
+    wind : of each component of the apparent wind [m/s], where there is an anemometer
     """
 
     speed: float = 0.0
@@ -60,12 +62,13 @@ class Sensors:
     dropouts: float = 0.0
     odometry_rate: float = 20.0
     waves: float = 0.0
+    wind: float = 0.0
 
 
 NOISE: dict[str, Sensors] = {
     "clean": Sensors(),
-    "field": Sensors(speed=0.015, yaw_rate=0.006, heading=0.005, position=0.05, jitter=0.001, dropouts=0.01),
-    "rough": Sensors(speed=0.04, yaw_rate=0.015, heading=0.015, position=0.2, jitter=0.004, dropouts=0.01),
+    "field": Sensors(speed=0.015, yaw_rate=0.006, heading=0.005, position=0.05, jitter=0.001, dropouts=0.01, wind=0.2),
+    "rough": Sensors(speed=0.04, yaw_rate=0.015, heading=0.015, position=0.2, jitter=0.004, dropouts=0.01, wind=0.5),
 }
 """The noise presets."""
 
@@ -80,12 +83,15 @@ class World:
     programme : one of `manoeuvres.PROGRAMMES`
     duration : [s], 1 to 86400
     seed : decides the programme's order, the start heading and (apart) the noise
+    wind : steady velocity of the air, towards north and east [m/s], which an anemometer on board sees. None:
+        where the vehicle feels wind, 4 to 8 m/s from anywhere, drawn from the seed; else neither wind nor anemometer
     """
 
     vehicle: Vehicle
     programme: str = "rich"
     duration: float = 300.0
     seed: int = 0
+    wind: tuple[float, float] | None = None
 
     def run(self, sensors: Sensors) -> SimulatedLog:
         """Simulate the world and log it.
@@ -114,10 +120,27 @@ class World:
         deviation = np.array([sensors.position] * 2 + [sensors.heading] + [sensors.speed] * 2 + [sensors.yaw_rate])
         state = np.column_stack([np.interp(time, truth.time, column) for column in exact.T])
         state = state + deviation * rng.standard_normal(state.shape)
+        seen = None
+        if sensed.air is not None:
+            blows = np.column_stack(apparent_wind(sensed.heading, tuple(sensed.velocity.T[:2]), tuple(sensed.air.T)))
+            seen = np.column_stack([np.interp(time, truth.time, column) for column in blows.T])
+            seen = seen + sensors.wind * np.random.default_rng([self.seed, 6]).standard_normal(seen.shape)
         kept = rng.random(time.size) >= sensors.dropouts
         kept[[0, -1]] = True
         logged = _jittered(time, sensors.jitter, rng)[kept]
-        return SimulatedLog(self.vehicle, truth, logged, state[kept], _jittered(stamps, sensors.jitter, rng), held)
+        wind = None if seen is None else seen[kept]
+        return SimulatedLog(
+            self.vehicle, truth, logged, state[kept], _jittered(stamps, sensors.jitter, rng), held, wind
+        )
+
+    def _air(self, rows: int) -> Array | None:
+        """Velocity of the air at each row (rows, 2), None in a world without wind."""
+        wind = self.wind
+        if wind is None and any(self.vehicle.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n")):
+            rng = np.random.default_rng([self.seed, 7])
+            speed, angle = rng.uniform(4.0, 8.0), rng.uniform(-np.pi, np.pi)
+            wind = (float(speed * np.cos(angle)), float(speed * np.sin(angle)))
+        return None if wind is None else np.tile(wind, (rows, 1))
 
     def _truth(self, stamps: Array, held: Array) -> Motion:
         time = FINE_STEP * np.arange(int(self.duration / FINE_STEP + 1e-6) + 1, dtype=float)
@@ -131,6 +154,7 @@ class World:
             area_average(stamps, held, time, FINE_STEP),
             tuple(t.name for t in self.vehicle.thrusters),
             f"simulated: {self.vehicle.name}, {self.programme}, seed {self.seed}",
+            air=self._air(n),
         )
         truth = simulate_motion(self.vehicle, start)
         if np.abs(truth.velocity).max() >= SPEED_LIMIT:
@@ -147,6 +171,7 @@ def simulate_world(
     noise: str = "field",
     waves: float = 0.0,
     seed: int = 0,
+    wind: tuple[float, float] | None = None,
 ) -> SimulatedLog:
     """The log of a world in which `vehicle` has hidden `effects`.
 
@@ -157,6 +182,7 @@ def simulate_world(
     duration : [s], 1 to 86400
     noise : `clean`, `field` or `rough` (see `NOISE`)
     waves : significant amplitude of orbital velocity that the sensors see on top [m/s]
+    wind : steady velocity of the air, towards north and east [m/s], and an anemometer; see `World`
 
     Raises
     ------
@@ -167,7 +193,8 @@ def simulate_world(
     if noise not in NOISE:
         near = get_close_matches(noise, NOISE, n=1, cutoff=0.0)
         raise RequestError(f"unknown noise {noise!r}: did you mean {near[0]!r}? There are: {', '.join(NOISE)}")
-    return World(apply_effects(vehicle, effects), programme, duration, seed).run(replace(NOISE[noise], waves=waves))
+    world = World(apply_effects(vehicle, effects), programme, duration, seed, wind)
+    return world.run(replace(NOISE[noise], waves=waves))
 
 
 def _jittered(stamps: Array, deviation: float, rng: np.random.Generator) -> Array:

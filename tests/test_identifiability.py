@@ -11,7 +11,7 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Findings
 from undertow.discovery.identifiability import ALIAS, Identifiability, alias_groups, identify
 from undertow.discovery.library import term_candidate
-from undertow.discovery.options import candidates
+from undertow.discovery.options import candidates, measurable
 from undertow.discovery.parting import Parting, part
 from undertow.discovery.rehearsal import PLAUSIBLE, plausible_amounts, rehearse
 from undertow.discovery.search import Search, SearchSettings
@@ -55,7 +55,7 @@ def gentle(vehicle: Vehicle) -> Motion:
 
 
 def examined(motions: Sequence[Motion], *terms: str) -> tuple[Search, Identifiability]:
-    pool = (*candidates(HULL), *(term_candidate(term, HULL) for term in terms))
+    pool = (*candidates(HULL, measurable(motions)), *(term_candidate(term, HULL) for term in terms))
     search = Search(WeakForm(motions, WeakSettings()), HULL, pool, SearchSettings())
     amounts = plausible_amounts(search, rehearse(search, HULL, ()))
     return search, identify(search, HULL, (), amounts)

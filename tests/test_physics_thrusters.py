@@ -8,8 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from undertow.physics.errors import VehicleError
-from undertow.physics.manoeuvres import command_of
-from undertow.physics.thrusters import CommandKind, PropellerCurve, TableCurve, Thruster, first_order_lag, shift
+from undertow.physics.thrusters import (
+    CommandKind,
+    PropellerCurve,
+    TableCurve,
+    Thruster,
+    command_of,
+    first_order_lag,
+    shift,
+)
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles, vehicle_from_dict
 
 STEP = 0.1
