@@ -53,9 +53,13 @@ class GramScores:
     noise : (copies, tests, 3, p + 1) what sensor noise adds to them; no copies for a log without noise
     block : (tests,) block index, not decreasing
     weight : (3,) weight of a squared force error on each axis
+    cleared : True to take sensor noise off the normal equations too, not only off the held-out errors; coefficients
+        are then not drawn towards zero by the noise in their columns
     """
 
-    def __init__(self, columns: Array, noise: Array, block: np.ndarray, weight: Array) -> None:
+    def __init__(
+        self, columns: Array, noise: Array, block: np.ndarray, weight: Array, cleared: bool = False
+    ) -> None:
         self.size = columns.shape[2] - 1
         self.tests = columns.shape[0]
         self.blocks = int(block.max()) + 1
@@ -69,6 +73,8 @@ class GramScores:
         if noise.shape[0]:
             self.noise = sum((_grams(copy / self.scale, edges) for copy in noise), np.zeros(())) / noise.shape[0]
         self._weighted = np.tensordot(self.gram, weight, axes=(1, 0))
+        if cleared and self.noise is not None:
+            self._weighted = self._weighted - np.tensordot(self.noise, weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
 
     def fit(self, chosen: Sequence[Option]) -> Fit:

@@ -28,11 +28,14 @@ class Candidate:
     key : unique name, `effect` or `effect[thruster]`
     effect : the catalogue's entry, or a made-up one for an unnamed term
     parameters : its parameters with the thruster's name filled in
+    nuisance : True for a parameter of the nominal model that is calibrated while effects are judged: always in the
+        model, free of price, never a finding
     """
 
     key: str
     effect: Effect
     parameters: tuple[Parameter, ...]
+    nuisance: bool = False
 
     @property
     def symbols(self) -> tuple[str, ...]:

@@ -36,6 +36,7 @@ class SearchSettings:
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
     refinements : Gauss-Newton steps after a change
+    cleared : True to take sensor noise off the normal equations, see `GramScores`
     """
 
     materiality: float = 0.02
@@ -44,6 +45,7 @@ class SearchSettings:
     margin: float = 1.0
     rounds: int = 40
     refinements: int = 2
+    cleared: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +65,12 @@ class Search:
     ----------
     weak : the tested balance
     nominal : the vehicle to be corrected
-    pool : candidates that may be missing
+    pool : candidates that may be missing; those that are nuisances are in every model, whatever a caller asks for
     settings : what a change must be worth
 
     Attributes
     ----------
+    nuisances : keys of the parameters that are calibrated while effects are judged
     force_scale : (3,) size of the forces at work [N, N, N m]
     quiet : (3,) True for an axis on which hardly anything but sensor noise is at work
     floor : (3,) square of the force error that does not matter: a share of the force scale, or on a quiet axis four
@@ -76,6 +79,7 @@ class Search:
 
     def __init__(self, weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
         self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
+        self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
         self._mass = np.diag(mass_matrix(nominal))
         self.noise_blocks = _noise_blocks(weak, nominal)
@@ -97,7 +101,8 @@ class Search:
         """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
         linear = Linearisation(self.weak, vehicle, self.nominal, self.pool if pool is None else pool, active)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
-        return linear, GramScores(linear.columns, linear.noise, self.weak.block, 1.0 / (remains + self.floor))
+        weight = 1.0 / (remains + self.floor)
+        return linear, GramScores(linear.columns, linear.noise, self.weak.block, weight, self.settings.cleared)
 
     def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
         """Fit a choice of options, held-out errors made comparable between models.
@@ -141,13 +146,18 @@ class Search:
             size = sum(index >= 0 for index in option.free)
             free = int((~fit.held[at : at + size]).sum())
             at += size
-            if option.present:
+            if option.present and option.key not in self.nuisances:
                 each = self.settings.unnamed_price if ":" in option.key else self.settings.price
                 total += each * (free if size else 1)
         return total
 
+    def named(self, active: Sequence[str]) -> tuple[str, ...]:
+        """The keys among `active` that are effects or terms, not nuisances."""
+        return tuple(key for key in active if key not in self.nuisances)
+
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
         """Refine a model's parameters by Gauss-Newton and score it."""
+        active = (*self.nuisances, *self.named(active))
         pool = [c for c in self.pool if c.key in active]
         for _ in range(self.settings.refinements):
             linear, scores = self.linearise(vehicle, active, error, pool)
@@ -182,9 +192,9 @@ class Search:
 
     def _prune(self, state: State) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
-        while state.active:
+        while self.named(state.active):
             trials = []
-            for key in state.active:
+            for key in self.named(state.active):
                 trial = self.without(state, key)
                 trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
             share, score, key, trial = min(trials, key=lambda item: item[:2])
@@ -200,7 +210,7 @@ class Search:
 
     def restrict(self, state: State, active: Sequence[str]) -> State:
         """A model with some of its effects only, fitted again."""
-        gone = [c for c in self.pool if c.key in state.active and c.key not in active]
+        gone = [c for c in self.pool if c.key in self.named(state.active) and c.key not in active]
         null = {s: self.nominal.value(s) for c in gone for s in c.symbols}
         return self.evaluate(state.vehicle.with_values(null), tuple(active), state.fit.in_sample)
 
@@ -252,7 +262,7 @@ class Search:
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True):
-            neighbours = enumerate(changes(linear, scores, now, two_for_one))
+            neighbours = enumerate(changes(linear, scores, now, two_for_one, self.nuisances))
             scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
             ranked = sorted(scored, key=lambda item: item[:2])
             for score, _, change in ranked[:6]:
