@@ -16,6 +16,7 @@ from ..physics.vehicle import Vehicle
 from .changes import apply_fit, changes, difference, reset, settled
 from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
+from .shooting import Shooting
 from .weak import WeakForm
 
 ALIVE = 2.0
@@ -63,7 +64,7 @@ class Search:
 
     Parameters
     ----------
-    weak : the tested balance
+    weak : the tested balance, of forces or of rollouts
     nominal : the vehicle to be corrected
     pool : candidates that may be missing; those that are nuisances are in every model, whatever a caller asks for
     settings : what a change must be worth
@@ -77,7 +78,9 @@ class Search:
         times what sensor noise makes, lest noise be explained
     """
 
-    def __init__(self, weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
+    def __init__(
+        self, weak: WeakForm | Shooting, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings
+    ) -> None:
         self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
         self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
@@ -109,12 +112,12 @@ class Search:
 
         An unexplained acceleration is mass times smaller a force for a lighter hull, which would always seem to fit
         better; errors are therefore compared as accelerations, multiplied by nominal over fitted mass. What
-        sensor noise adds counts as for the nominal model.
+        sensor noise adds counts as for the nominal model. Rollout errors are compared as they are.
         """
         fit = scores.fit(chosen)
         by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
         ratio = np.ones(3)
-        for option in chosen:
+        for option in chosen if self.weak.forces else ():
             for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free)):
                 if symbol in _INERTIA:
                     axis = _INERTIA[symbol]
@@ -278,7 +281,7 @@ class Search:
         return None
 
 
-def _noise_blocks(weak: WeakForm, nominal: Vehicle) -> Array:
+def _noise_blocks(weak: WeakForm | Shooting, nominal: Vehicle) -> Array:
     """Summed squares that sensor noise adds to the nominal balance in each block, (blocks, 3)."""
     every = weak.balances(nominal)
     blocks = np.zeros((int(weak.block.max()) + 1, 3))
