@@ -57,9 +57,7 @@ class GramScores:
         are then not drawn towards zero by the noise in their columns
     """
 
-    def __init__(
-        self, columns: Array, noise: Array, block: np.ndarray, weight: Array, cleared: bool = False
-    ) -> None:
+    def __init__(self, columns: Array, noise: Array, block: np.ndarray, weight: Array, cleared: bool = False) -> None:
         self.size = columns.shape[2] - 1
         self.tests = columns.shape[0]
         self.blocks = int(block.max()) + 1

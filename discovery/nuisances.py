@@ -64,7 +64,7 @@ def _differs(vehicle: Vehicle, symbol: str) -> bool:
 
 
 def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candidate, ...]:
-    """Candidates for parameters that are calibrated: one each, but one for all of an effect with shape and amplitude."""
+    """Candidates for parameters to be calibrated: one each, but one for an effect with both shape and amplitude."""
     found: dict[str, Candidate] = {}
     for symbol in symbols:
         parameter = _of(vehicle, symbol)

@@ -276,7 +276,8 @@ def _lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings
         shape = (rows.size, steps // per_bin, per_bin, 3)
         # Thinned about the predicted rows: means over the rows between them would lag behind the prediction.
         value, seen, share = (
-            _thinned(x.T, stride).T[window].reshape(shape) for x in (motion.velocity, motion.velocity * counted, counted)
+            _thinned(x.T, stride).T[window].reshape(shape)
+            for x in (motion.velocity, motion.velocity * counted, counted)
         )
         total = share.sum(axis=2)
         used = (total > 0).any(axis=(1, 2))
