@@ -143,6 +143,45 @@ def discover(
         _discover(out, read, report=not no_report, seed=seed, as_json=as_json)
 
 
+@app.command()
+def fit(
+    logs: Logs,
+    vehicle: VehicleOption,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    free: Annotated[
+        list[str] | None, typer.Option("--free", metavar="SYMBOL", help="Calibrate this too, though it has no value.")
+    ] = None,
+    hold: Annotated[list[str] | None, typer.Option("--hold", metavar="SYMBOL", help="Leave this as it is.")] = None,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Calibrate the parameters that the vehicle model has, under the laws of energy."""
+    with _failing_clearly():
+        from .discovery.discover import DiscoverySettings
+        from .reports import terminal
+        from .reports.fitted import fit as calibrate
+
+        if out is not None:
+            _check_file(out)
+        inputs = _read(logs, vehicle, frame, channels)
+        done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=_progress)
+        if out is not None:
+            done.vehicle.save(out)
+        told = done.to_dict()
+        if as_json:
+            _print_json(told)
+            return
+        _say("")
+        _prose(" ".join(told["sentences"]))
+        _show(terminal.calibrated_table(told["parameters"]), terminal.left_list(told))
+        _show_steps(told)
+        _show(terminal.energy_text(told["passivity"]))
+        if out is not None:
+            _say(f"Calibrated vehicle: {out}")
+
+
 @app.command(epilog=_catalogue())
 def add(
     effects: Annotated[
@@ -291,7 +330,10 @@ def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: in
     _show(terminal.missing_in_words(findings))
     if findings["unnamed"]:
         _show(terminal.unnamed_table(findings))
+    if findings["calibrated"]:
+        _show(terminal.calibrated_table(findings["calibrated"]), terminal.left_list(findings))
     _show_steps(findings)
+    _show(terminal.energy_text(findings["passivity"]))
     _prose(terminal.not_judged(findings))
     _show(terminal.advice_list(findings))
     _say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
@@ -314,6 +356,11 @@ def _read(
     from .reports.inputs import read_inputs
 
     return read_inputs(logs, vehicle, frame=frame, channel_map=channels, judge=judge)
+
+
+def _symbols(given: list[str] | None) -> list[str]:
+    """Symbols given one by one or with commas."""
+    return [symbol.strip() for text in given or [] for symbol in text.split(",")]
 
 
 def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:

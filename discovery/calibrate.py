@@ -19,13 +19,14 @@ from ..physics.laws import mass_margin
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .discover import DiscoverySettings
+from .findings import Calibrated
 from .gram import GramScores
 from .identified import Identified, identified
 from .nuisances import calibratable, nuisance_candidates
 from .options import Candidate, Linearisation
 from .passivity import Lawful, lawful_model
 from .polish import polish
-from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
+from .rollouts import HORIZON, WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search
 from .shooting import Shooting, ShootingSettings
 from .uncertainty import Interval, block_bootstrap
@@ -45,28 +46,6 @@ _NAMED = ", calibrated"
 
 
 @dataclass(frozen=True, slots=True)
-class Calibrated:
-    """One parameter: value before and after [unit], and its 95 % interval (none for one that moves in steps)."""
-
-    symbol: str
-    unit: str
-    before: float
-    after: float
-    ci95: Interval | None
-
-    def to_dict(self) -> dict[str, object]:
-        """As the files write it."""
-        ends = None if self.ci95 is None else [self.ci95.lower, self.ci95.upper]
-        return {
-            "symbol": self.symbol,
-            "before": self.before,
-            "after": self.after,
-            "unit": self.unit,
-            "ci95": ends,
-        }
-
-
-@dataclass(frozen=True, slots=True)
 class Calibration:
     """A finished calibration.
 
@@ -77,9 +56,13 @@ class Calibration:
     parameters : what was calibrated
     reasons : why not, by symbol, for what was to be calibrated and is left as it was
     method : the step that the numbers come from
-    held_out : (3,) root mean square error of 10 s rollouts on blocks that were not fitted [m/s, m/s, rad/s], for
-        "nominal" and each method; empty where the logs are too short to hold blocks out
+    horizon : length of the rollouts by which the methods were compared [s]
+    held_out : (3,) root mean square error of rollouts on parts that were not fitted [m/s, m/s, rad/s], for "nominal"
+        and each method; empty where the logs are too short to hold parts out
     worse : True when those of the chosen method are significantly worse than the nominal model's
+    force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
+    noise_error : (3,) what sensor noise alone would leave [N, N, N m]
+    force_scale : (3,) size of the forces at work [N, N, N m]
     """
 
     nominal: Vehicle
@@ -87,8 +70,12 @@ class Calibration:
     parameters: tuple[Calibrated, ...]
     reasons: dict[str, str]
     method: Method
+    horizon: float
     held_out: dict[str, Array]
     worse: bool
+    force_error: Array
+    noise_error: Array
+    force_scale: Array
 
     @property
     def vehicle(self) -> Vehicle:
@@ -141,7 +128,9 @@ def calibrate(
             raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
         say(f"calibrating {', '.join(known.symbols)}")
         pool = nuisance_candidates(nominal, known.symbols)
-        held_out = _held_out(motions, nominal, pool, settings, say)
+        long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
+        horizon = WHOLE_HORIZON if long else HORIZON
+        held_out = _held_out(motions, nominal, pool, settings, horizon, say)
         best: Method = "weak form"
         fitted = _convex(motions, nominal, pool, settings)
         if held_out and _error(held_out, "output error") < _error(held_out, "weak form"):
@@ -152,14 +141,32 @@ def calibrate(
                 f"{fitted.lawful.passivity.sentence} Mend the other damping parameters in the vehicle file, or free "
                 "them with --free"
             )
-    worse = bool(held_out) and rollouts_object(held_out["nominal"], held_out[best])
-    vehicle = fitted.lawful.vehicle
-    rows = tuple(
-        Calibrated(s, vehicle.parameter(s).unit, nominal.value(s), vehicle.value(s), fitted.intervals.get(s))
-        for s in known.symbols
+        search = Search(weak, nominal, (), settings.search)
+        left = np.sqrt((weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
+    vehicle, wanted = fitted.lawful.vehicle, fitted.lawful.unconstrained
+    return Calibration(
+        nominal,
+        fitted.lawful,
+        tuple(
+            Calibrated(
+                s,
+                vehicle.parameter(s).unit,
+                nominal.value(s),
+                vehicle.value(s),
+                wanted.value(s),
+                fitted.intervals.get(s),
+            )
+            for s in known.symbols
+        ),
+        known.reasons,
+        best,
+        horizon,
+        {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()},
+        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best]),
+        left,
+        search.noise_error,
+        search.force_scale,
     )
-    roots = {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()}
-    return Calibration(nominal, fitted.lawful, rows, known.reasons, best, roots, worse)
 
 
 def _listed(known: Identified) -> str:
@@ -171,16 +178,17 @@ def _held_out(
     nominal: Vehicle,
     pool: Sequence[Candidate],
     settings: DiscoverySettings,
+    horizon: float,
     say: Callable[[str], None],
 ) -> dict[str, Array]:
-    """Squared errors (starts, 3) of 10 s rollouts on each part under models fitted to the others, by method.
+    """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
 
     Empty where a part holds no rollout or the others are too short for a fit.
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
     for k in range(FOLDS):
         inside, outside = _parted(motions, k)
-        before = rollout_squares(inside, nominal, WHOLE_HORIZON)
+        before = rollout_squares(inside, nominal, horizon)
         try:
             convex = _convex(outside, nominal, pool, settings)
             rolled = _rolled(outside, convex, nominal, pool)
@@ -190,7 +198,7 @@ def _held_out(
             return {}
         found["nominal"].append(before)
         for method, fitted in (("weak form", convex), ("output error", rolled)):
-            found[method].append(rollout_squares(inside, fitted.lawful.vehicle, WHOLE_HORIZON))
+            found[method].append(rollout_squares(inside, fitted.lawful.vehicle, horizon))
         say(f"predicted part {k + 1} of {FOLDS} by models fitted to the others")
     return {name: np.concatenate(parts) for name, parts in found.items()}
 
