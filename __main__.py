@@ -131,6 +131,9 @@ def discover(
     vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Run folder to write.")],
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
+    refit: Annotated[
+        bool, typer.Option("--refit", help="Calibrate the model's own parameters while effects are judged.")
+    ] = False,
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -140,7 +143,7 @@ def discover(
     with _failing_clearly():
         _check_folder(out)
         read = partial(_read, logs, vehicle, frame, channels)
-        _discover(out, read, report=not no_report, seed=seed, as_json=as_json)
+        _discover(out, read, report=not no_report, seed=seed, refit=refit, as_json=as_json)
 
 
 @app.command()
@@ -308,7 +311,9 @@ def _flush() -> None:
         raise SystemExit(1) from None
 
 
-def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: int, as_json: bool = False) -> None:
+def _discover(
+    out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: int, refit: bool = False, as_json: bool = False
+) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four."""
     import time
 
@@ -318,7 +323,7 @@ def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: in
     from .reports.folder import write_run
     from .reports.run import discover as find
 
-    run = find(read(), DiscoverySettings(seed=seed), progress=_progress)
+    run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=_progress)
     write_run(run, out, report=report)
     findings = run.findings.to_dict()
     if as_json:

@@ -74,7 +74,7 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     whole = search.fit(scores, list(now.values()))
     squares = rollout_squares(search.weak.motions, state.vehicle)
     found = []
-    for candidate in search.pool:
+    for candidate in (c for c in search.pool if not c.nuisance):
         if candidate.key in now:
             alike = known.alike(candidate.key) if known else ()
             found.append(_selected(search, state, candidate, linear, scores, now, squares, seed, alike))
@@ -89,7 +89,7 @@ def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability | None
     return replace(
         e,
         indistinguishable_from=tuple(s.key for s in found if e.key in s.indistinguishable_from),
-        dormant=known is not None and e.key in known.dormant,
+        dormant=known is not None and e.key in (*known.dormant, *known.absorbed),
         noise_limited=known is not None and e.key in known.noise_limited,
     )
 

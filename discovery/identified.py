@@ -44,7 +44,11 @@ class Identified:
 
 
 def identified(
-    weak: WeakForm | Shooting, nominal: Vehicle, symbols: Sequence[str], settings: SearchSettings
+    weak: WeakForm | Shooting,
+    nominal: Vehicle,
+    symbols: Sequence[str],
+    settings: SearchSettings,
+    vague: bool = False,
 ) -> Identified:
     """Find out which parameters a log identifies; nothing is moved.
 
@@ -56,6 +60,7 @@ def identified(
     Parameters
     ----------
     symbols : parameters that are to be free, see `nuisances.calibratable`
+    vague : True to keep those with wide intervals, and those that hardly more than noise tells from others
     """
     pool = nuisance_candidates(nominal, symbols)
     amounts, reasons = _unseen(weak, nominal, pool, settings)
@@ -65,12 +70,9 @@ def identified(
         state = search.evaluate(nominal, ())
         linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         chosen = [linear.options[key][0] for key in state.active]
-        gone = (
-            _same(scores, chosen)
-            or _common_factor(search, scores, chosen, state.vehicle)
-            or _vague(scores, chosen, amounts)
-            or _noisy(scores, chosen)
-        )
+        gone = _same(scores, chosen) or _common_factor(search, scores, chosen, state.vehicle)
+        if not vague:
+            gone = gone or _vague(scores, chosen, amounts) or _noisy(scores, chosen)
         if not gone:
             break
         reasons |= gone

@@ -109,7 +109,7 @@ def calibrated_table(rows: Sequence[Mapping[str, Any]]) -> RenderableType:
 def left_list(findings: Mapping[str, Any]) -> RenderableType | None:
     """Parameters that were to be calibrated and stay as they were, with the reason, and effects that took no part."""
     pairs = [(str(item["symbol"]), str(item["why"])) for item in findings.get("left") or []]
-    parts = [section("Left as they were", glossary(pairs))] if pairs else []
+    parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
     absorbed = [words(str(name)) for name in findings.get("absorbed") or []]
     if absorbed:
         text = f"Not judged beside the calibration, which would do the same: {listing(absorbed)}."
