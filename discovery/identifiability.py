@@ -72,7 +72,7 @@ class Identifiability:
     @property
     def sentence(self) -> str:
         """What the log cannot show or tell apart, for a line of progress."""
-        blind = [_words(key) for key in (*self.dormant, *self.noise_limited)]
+        blind = [_words(key) for key in (*self.dormant, *self.absorbed, *self.noise_limited)]
         groups = [" and ".join(map(_words, group)) for group in self.groups]
         told = [f"does not show {', '.join(blind)}"] if blind else []
         told += [f"hardly tells apart {'; '.join(groups)}"] if groups else []
@@ -119,7 +119,7 @@ def identify(
     metric = np.tensordot(weight, signal, axes=1)
     signal, noise = _beside(freed, metric, signal), _beside(freed, metric, noise)
     clear = np.maximum(signal.diagonal(axis1=1, axis2=2), 0.0)
-    blur = noise.diagonal(axis1=1, axis2=2)
+    blur = np.maximum(noise.diagonal(axis1=1, axis2=2), 0.0)
     axis_share = np.sqrt(clear) / search.share_scale[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         square = (weight @ clear) / (weight @ blur)

@@ -5,12 +5,10 @@ from dataclasses import dataclass, replace
 
 from ..physics.vehicle import Vehicle
 from .findings import Calibrated, Findings
-from .identifiability import identify
 from .identified import identified
 from .nuisances import beside, calibratable, nuisance_candidates
 from .options import Candidate
 from .passivity import Lawful
-from .rehearsal import plausible_amounts, rehearse
 from .search import Search, SearchSettings, State
 from .uncertainty import Interval
 from .weak import WeakForm
@@ -18,6 +16,7 @@ from .weak import WeakForm
 CALIBRATED = "calibrated"
 """Label of the step at which the parameters of the nominal model were calibrated."""
 _REFINEMENTS = 6
+_THRUST = "thrust_scale"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,18 +44,18 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     """Free the parameters that have a value in the vehicle file, and leave the effects that are more than those.
 
     Parameters that the log tells apart only vaguely are free too: an effect must not be named for what some values of
-    them would explain. Their intervals are wide.
+    them would explain. Their intervals are wide. A common scale of all thrust is no candidate where the free parameters
+    together make up the thrust: masses and damping are then known in proportion to it only.
     """
     symbols = calibratable(nominal)
-    known = identified(weak, nominal, symbols, settings, vague=True)
-    nuisances = nuisance_candidates(nominal, known.symbols)
+    known = identified(weak, nominal, (*symbols, *({_THRUST} - {*symbols})), settings, vague=True)
+    nuisances = nuisance_candidates(nominal, [s for s in known.symbols if s in symbols])
     effects = beside(pool, symbols)
-    search = Search(weak, nominal, (*nuisances, *effects), settings)
-    plausible = plausible_amounts(search, rehearse(search, nominal, search.nuisances))
-    lost = identify(search, nominal, search.nuisances, plausible).absorbed
-    left = tuple(c for c in effects if c.key not in lost)
-    absorbed = tuple(dict.fromkeys(c.effect.name for c in effects if c.key in lost))
-    return Freed((*nuisances, *left), known.reasons, absorbed)
+    only = [f"{t.name}_scale" for t in nominal.thrusters] if len(nominal.thrusters) == 1 else []
+    lost = [c for c in effects if c.symbols[0] in (_THRUST, *only) and _THRUST in known.reasons]
+    left = [c for c in effects if c not in lost]
+    reasons = {s: why for s, why in known.reasons.items() if s in symbols}
+    return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
 
 
 def settle(search: Search, state: State) -> tuple[Search, State]:
