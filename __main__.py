@@ -232,13 +232,14 @@ def add(
             wanted = {key: findings[key] for key in ("steps", "candidates", "unnamed")}
             _print_json({"schema": "undertow.added/1", **wanted})
             return
-        from .reports.terminal import added_table, unnamed_table
+        from .reports.terminal import added_table, energy_text, unnamed_table
 
         _say("")
         _prose(findings["headline"])
         tables = [added_table(findings)] if findings["candidates"] else []
         _show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
         _show_steps(findings)
+        _show(energy_text(findings["passivity"]))
         if out is not None:
             _say(f"Corrected vehicle: {out}")
 

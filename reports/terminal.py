@@ -11,6 +11,7 @@ from .layout import Fitting, Prose, bullets, glossary, plain_table, section, sta
 from .wording import (
     ACCELERATION_UNITS,
     AXES,
+    CALIBRATED,
     ROLLOUT_UNITS,
     cannot_tell,
     effect_words,
@@ -26,8 +27,6 @@ from .wording import (
     words,
 )
 
-CALIBRATED = "calibrated"
-"""The step, in `steps`, at which the parameters of the nominal model were calibrated."""
 VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "yellow", "no evidence": "dim"}
 
 

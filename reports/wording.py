@@ -161,6 +161,22 @@ def pick_horizon(rollout: Sequence[str], wanted: str = "10") -> str:
     return min(known, key=lambda key: (abs(float(key) - float(wanted)), float(key)), default=wanted)
 
 
+CALIBRATED = "calibrated"
+"""The step, in `steps`, at which the parameters of the nominal model were calibrated."""
+
+
+def step_words(step: Mapping[str, Any]) -> str:
+    """What a step of the falling error did.
+
+    Examples
+    --------
+    >>> step_words({"added": "munk_moment"}), step_words({"added": "calibrated"})
+    ('+ munk moment', 'calibrated')
+    """
+    added = str(step.get("added"))
+    return added if added == CALIBRATED else f"+ {words(added)}"
+
+
 def energy_lines(passivity: Mapping[str, Any]) -> list[str]:
     """How the law of dissipation stands in a model, as sentences: verdict and price, proof, and where it holds."""
     if not passivity:
