@@ -29,6 +29,7 @@ _PUBLIC = {
     "add": "reports.run",
     "compare": "reports.run",
     "discover": "reports.run",
+    "fit": "reports.fitted",
     "inspect_log": "measurements.inspection",
     "load_vehicle": "physics.vehicle",
     "prepare": "measurements.prepare",

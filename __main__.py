@@ -131,6 +131,9 @@ def discover(
     vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Run folder to write.")],
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
+    refit: Annotated[
+        bool, typer.Option("--refit", help="Calibrate the model's own parameters while effects are judged.")
+    ] = False,
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -140,7 +143,46 @@ def discover(
     with _failing_clearly():
         _check_folder(out)
         read = partial(_read, logs, vehicle, frame, channels)
-        _discover(out, read, report=not no_report, seed=seed, as_json=as_json)
+        _discover(out, read, report=not no_report, seed=seed, refit=refit, as_json=as_json)
+
+
+@app.command()
+def fit(
+    logs: Logs,
+    vehicle: VehicleOption,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    free: Annotated[
+        list[str] | None, typer.Option("--free", metavar="SYMBOL", help="Calibrate this too, though it has no value.")
+    ] = None,
+    hold: Annotated[list[str] | None, typer.Option("--hold", metavar="SYMBOL", help="Leave this as it is.")] = None,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Calibrate the parameters that the vehicle model has, under the laws of energy."""
+    with _failing_clearly():
+        from .discovery.discover import DiscoverySettings
+        from .reports import terminal
+        from .reports.fitted import fit as calibrate
+
+        if out is not None:
+            _check_file(out)
+        inputs = _read(logs, vehicle, frame, channels)
+        done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=_progress)
+        if out is not None:
+            done.vehicle.save(out)
+        told = done.to_dict()
+        if as_json:
+            _print_json(told)
+            return
+        _say("")
+        _prose(" ".join(told["sentences"]))
+        _show(terminal.calibrated_table(told["parameters"]), terminal.left_list(told))
+        _show_steps(told)
+        _show(terminal.energy_text(told["passivity"]))
+        if out is not None:
+            _say(f"Calibrated vehicle: {out}")
 
 
 @app.command(epilog=_catalogue())
@@ -190,13 +232,14 @@ def add(
             wanted = {key: findings[key] for key in ("steps", "candidates", "unnamed")}
             _print_json({"schema": "undertow.added/1", **wanted})
             return
-        from .reports.terminal import added_table, unnamed_table
+        from .reports.terminal import added_table, energy_text, unnamed_table
 
         _say("")
         _prose(findings["headline"])
         tables = [added_table(findings)] if findings["candidates"] else []
         _show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
         _show_steps(findings)
+        _show(energy_text(findings["passivity"]))
         if out is not None:
             _say(f"Corrected vehicle: {out}")
 
@@ -269,7 +312,9 @@ def _flush() -> None:
         raise SystemExit(1) from None
 
 
-def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: int, as_json: bool = False) -> None:
+def _discover(
+    out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: int, refit: bool = False, as_json: bool = False
+) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four."""
     import time
 
@@ -279,7 +324,7 @@ def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: in
     from .reports.folder import write_run
     from .reports.run import discover as find
 
-    run = find(read(), DiscoverySettings(seed=seed), progress=_progress)
+    run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=_progress)
     write_run(run, out, report=report)
     findings = run.findings.to_dict()
     if as_json:
@@ -291,7 +336,10 @@ def _discover(out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: in
     _show(terminal.missing_in_words(findings))
     if findings["unnamed"]:
         _show(terminal.unnamed_table(findings))
+    if findings["calibrated"]:
+        _show(terminal.calibrated_table(findings["calibrated"]), terminal.left_list(findings))
     _show_steps(findings)
+    _show(terminal.energy_text(findings["passivity"]))
     _prose(terminal.not_judged(findings))
     _show(terminal.advice_list(findings))
     _say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
@@ -314,6 +362,11 @@ def _read(
     from .reports.inputs import read_inputs
 
     return read_inputs(logs, vehicle, frame=frame, channel_map=channels, judge=judge)
+
+
+def _symbols(given: list[str] | None) -> list[str]:
+    """Symbols given one by one or with commas."""
+    return [symbol.strip() for text in given or [] for symbol in text.split(",")]
 
 
 def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:

@@ -79,7 +79,7 @@ def open_questions(
 
     An effect that the log does not show has no look-alikes there but in name.
     """
-    blind = {*known.dormant, *known.noise_limited}
+    blind = {*known.dormant, *known.absorbed, *known.noise_limited}
     chosen = [e for e in evidence if e.selected and e.key not in kept]
     hidden = {e.key: () for e in evidence if not e.selected and e.key in blind}
     return {e.key: () if e.key in blind else e.indistinguishable_from for e in chosen} | hidden

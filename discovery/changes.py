@@ -14,14 +14,23 @@ _PROMISING = 12
 
 
 def changes(
-    linear: Linearisation, scores: GramScores, now: dict[str, Option], two_for_one: bool
+    linear: Linearisation,
+    scores: GramScores,
+    now: dict[str, Option],
+    two_for_one: bool,
+    kept_always: Sequence[str] = (),
 ) -> Iterator[dict[str, Option]]:
     """Neighbouring models worth a score: one effect added, dropped, reshaped or swapped; or two replaced by one.
 
     For each set of dropped effects, only the most promising additions by in-sample error are given.
+
+    Parameters
+    ----------
+    kept_always : keys that are never dropped
     """
     new = [option for key, options in linear.options.items() if key not in now for option in options[1:]]
-    drops = list(combinations(now, 2)) if two_for_one else [(), *((key,) for key in now)]
+    loose = [key for key in now if key not in kept_always]
+    drops = list(combinations(loose, 2)) if two_for_one else [(), *((key,) for key in loose)]
     for drop in drops:
         # A dropped effect leaves its offset behind: the columns were taken with it in place.
         kept = {key: option for key, option in now.items() if key not in drop}

@@ -128,7 +128,7 @@ def _effect(
 ) -> FoundEffect:
     """One candidate in words and numbers; `model` is the corrected one where the effect is kept."""
     effect, sure = candidate.effect, isinstance(model, Lawful)
-    hidden = e.dormant or e.noise_limited or bool(e.indistinguishable_from)
+    hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
     verdict: Verdict = (
         "missing" if sure else "possible" if e.selected or hidden or e.confidence >= 0.5 else "no evidence"
     )
@@ -151,6 +151,8 @@ def _effect(
         sentence = f"Doubtful: the force balance asks for it, but open-loop rollouts get worse with it. ({sentence})"
     elif e.dormant:
         sentence = f"This log cannot tell: it holds no manoeuvre in which it would show. ({sentence})"
+    elif e.absorbed:
+        sentence = f"This log cannot tell: the calibrated parameters take up what it would do. ({sentence})"
     elif e.noise_limited:
         sentence = f"This log cannot tell: what would show it is hardly more than sensor noise. ({sentence})"
     elif verdict == "possible":

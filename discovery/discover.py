@@ -19,6 +19,7 @@ from .identifiability import identify
 from .library import shortlist, term_candidate, twins
 from .options import Candidate, candidates, measurable
 from .passivity import lawful_model
+from .refit import CALIBRATED, freed, settle, with_calibration
 from .rehearsal import plausible_amounts, rehearse
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, SearchSettings, State
@@ -38,11 +39,13 @@ class DiscoverySettings:
     weak : test functions
     search : price and materiality
     seed : of the bootstrap
+    refit : True to calibrate the parameters of the nominal model while effects are judged
     """
 
     weak: WeakSettings = field(default_factory=WeakSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     seed: int = 0
+    refit: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +98,14 @@ def _find(
 ) -> Discovery:
     weak = WeakForm(motions, settings.weak)
     pool = candidates(nominal, measurable(motions))
+    free = freed(weak, nominal, pool, settings.search) if settings.refit else None
+    if free is not None:
+        pool = free.pool
+        say(f"calibrating {', '.join(free.symbols) or 'nothing'} in every model")
     search = Search(weak, nominal, pool, settings.search)
-    rehearsal = rehearse(search, nominal, ())
+    rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
-    say(identify(search, nominal, (), plausible).sentence)
+    say(identify(search, nominal, search.nuisances, plausible).sentence)
     say("searching the catalogue of effects")
     state = search.run(progress=say)
     if not leaves_structure(search, state):
@@ -109,22 +116,24 @@ def _find(
     state = in_plain_words(search, state)
     say("weighing the evidence")
     if search.pool != pool:
-        rehearsal = rehearse(search, nominal, ())
+        rehearsal = rehearse(search, nominal, search.nuisances)
         plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     evidence = weigh(search, state, settings.seed, known)
     kept = tuple(e.key for e in evidence if e.sure)
     final = search.restrict(state, kept)
-    if kept and worse_as_a_whole(motions, nominal, final.vehicle):
+    if kept and worse_as_a_whole(motions, _base(search, state), final.vehicle):
         evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
         kept, final = (), search.restrict(state, ())
-    linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
+    last, final = settle(search, final) if free is not None else (search, final)
+    linear, scores = last.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     corrected = lawful.vehicle
-    included = inclusion(search, state, settings.seed) if any(":" in key for key in state.active) else {}
+    terms = any(":" in key for key in state.active)
+    included = inclusion(search, state, settings.seed) if terms else {}
     found: dict[str, Interval] = intervals(weak, scores, search.pool, chosen, final.vehicle, settings.seed)
-    if set(kept) != set(state.active):
+    if set(kept) != set(search.named(state.active)):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         options = [far.options[key][0] for key in state.active]
         found = intervals(weak, wide, search.pool, options, state.vehicle, settings.seed) | found
@@ -143,6 +152,8 @@ def _find(
         included,
         unmeasured(motions),
     )
+    if free is not None:
+        findings = with_calibration(findings, free, nominal, lawful, found)
     return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
 
 
@@ -178,25 +189,36 @@ def _with_terms(
         terms = [term_candidate(s, nominal) for s in dict.fromkeys(symbols)]
         return Search(weak, nominal, (*pool, *terms), settings)
 
-    symbols = [*shortlist(weak, nominal), *shortlist(weak, state.vehicle)]
+    taken = {s for c in pool if c.nuisance for s in c.symbols}
+    listed = (*shortlist(weak, _base(Search(weak, nominal, pool, settings), state)), *shortlist(weak, state.vehicle))
+    symbols = [s for s in listed if s not in taken]
     search = widened(symbols)
     found = [search.run(start=state, progress=say), search.run(progress=say)]
     best = min(found, key=lambda s: s.score)
     alike = twins(weak, best.vehicle, [key for key in best.active if ":" in key])
+    alike = tuple(s for s in alike if s not in taken)
     if not alike:
         return search, best
     search = widened([*symbols, *alike])
     return search, search.run(start=best, progress=say)
 
 
+def _base(search: Search, state: State) -> Vehicle:
+    """The model without any effect: the nominal one, calibrated where its parameters are free."""
+    return search.restrict(state, ()).vehicle if search.nuisances else search.nominal
+
+
 def _steps(search: Search, final: State, corrected: Vehicle) -> tuple[tuple[str | None, Vehicle], ...]:
-    """Add the kept effects one by one, the most valuable first, the others refitted each time."""
+    """Calibrate, where that is wanted, and add the kept effects one by one, the most valuable first, refitted."""
     steps: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
+    effects = search.named(final.active)
+    if search.nuisances:
+        steps.append((CALIBRATED, _base(search, final) if effects else corrected))
     chosen: list[str] = []
-    while len(chosen) < len(final.active):
-        rest = [key for key in final.active if key not in chosen]
+    while len(chosen) < len(effects):
+        rest = [key for key in effects if key not in chosen]
         trials = [(search.restrict(final, [*chosen, key]), key) for key in rest]
         best, key = min(trials, key=lambda pair: pair[0].score)
         chosen.append(key)
-        steps.append((key, corrected if len(chosen) == len(final.active) else best.vehicle))
+        steps.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
     return tuple(steps)

@@ -41,6 +41,7 @@ class Evidence:
     rollouts_object : True when open-loop rollouts get worse with it
     at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
+    absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     """
 
@@ -54,6 +55,7 @@ class Evidence:
     rollouts_object: bool
     at_limit: bool = False
     dormant: bool = False
+    absorbed: bool = False
     noise_limited: bool = False
 
     @property
@@ -75,7 +77,7 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     whole = search.fit(scores, list(now.values()))
     squares = rollout_squares(search.weak.motions, state.vehicle)
     found = []
-    for candidate in search.pool:
+    for candidate in (c for c in search.pool if not c.nuisance):
         if candidate.key in now:
             alike = known.alike(candidate.key) if known else ()
             found.append(_selected(search, state, candidate, linear, scores, now, squares, seed, alike))
@@ -91,6 +93,7 @@ def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability | None
         e,
         indistinguishable_from=tuple(s.key for s in found if e.key in s.indistinguishable_from),
         dormant=known is not None and e.key in known.dormant,
+        absorbed=known is not None and e.key in known.absorbed,
         noise_limited=known is not None and e.key in known.noise_limited,
     )
 

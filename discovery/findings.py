@@ -88,6 +88,44 @@ class FoundEffect:
 
 
 @dataclass(frozen=True, slots=True)
+class Calibrated:
+    """One parameter before and after.
+
+    Attributes
+    ----------
+    symbol, unit : name and SI unit
+    before, after : values
+    wanted : what the log alone asks for; differs from `after` where the law of dissipation holds the parameter
+    ci95 : 95 % interval about `wanted`, cut at the physical limits; None for a parameter that moves in steps
+    """
+
+    symbol: str
+    unit: str
+    before: float
+    after: float
+    wanted: float
+    ci95: Interval | None
+
+    @property
+    def held(self) -> bool:
+        """True when the law holds the parameter outside its interval."""
+        return self.ci95 is not None and not self.ci95.lower <= self.after <= self.ci95.upper
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `findings.json` writes it."""
+        ends = None if self.ci95 is None else [self.ci95.lower, self.ci95.upper]
+        return {
+            "symbol": self.symbol,
+            "before": self.before,
+            "after": self.after,
+            "wanted": self.wanted,
+            "unit": self.unit,
+            "ci95": ends,
+            "held_by_law": self.held,
+        }
+
+
+@dataclass(frozen=True, slots=True)
 class Findings:
     """What discovery concludes from a log.
 
@@ -105,6 +143,9 @@ class Findings:
     identifiability : what the log can show and tell apart
     data : rows, seconds, split and notes
     passivity : whether the corrected model dissipates over the envelope of the log, and what that cost
+    calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
+    left : why others were not, by symbol
+    absorbed : effects that cannot be judged beside the calibration, which would do the same
     """
 
     verdict: Literal["missing", "nothing missing", "undecided"]
@@ -119,6 +160,9 @@ class Findings:
     failures: tuple[dict[str, Any], ...] = ()
     data: dict[str, Any] = field(default_factory=dict)
     passivity: dict[str, Any] = field(default_factory=dict)
+    calibrated: tuple[Calibrated, ...] = ()
+    left: dict[str, str] = field(default_factory=dict)
+    absorbed: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """As `findings.json` writes it (schema `undertow.findings/1`)."""
@@ -129,6 +173,9 @@ class Findings:
             "missing": list(self.missing),
             "candidates": [candidate.to_dict() for candidate in self.candidates],
             "unnamed": [term.to_dict() for term in self.unnamed],
+            "calibrated": [one.to_dict() for one in self.calibrated],
+            "left": [{"symbol": symbol, "why": why} for symbol, why in self.left.items()],
+            "absorbed": list(self.absorbed),
             "steps": list(self.steps),
             "failures": list(self.failures),
             "advice": list(self.advice),

@@ -23,6 +23,7 @@ ALIAS = 0.98
 LEAST_SIGNAL = 2.0
 """Signal to noise of a column below which sensor noise decides its coefficient."""
 
+_RIDGE = 1e-9
 _ROUNDING = 1e-20
 
 
@@ -50,6 +51,7 @@ class Identifiability:
     groups : keys of candidates that move alike, each with a canonical correlation above 0.98 with another of its group;
         without effects of which simpler ones are special cases
     dormant : keys of candidates of which a plausible amount leaves no material force
+    absorbed : keys of candidates of which a plausible amount leaves none beside what calibration can explain
     noise_limited : keys of candidates whose columns are hardly more than sensor noise
     quiet : axes on which hardly anything but sensor noise is at work
     condition : of the matrix of all other columns, each scaled to length one; None when there are none. All thrusters'
@@ -62,6 +64,7 @@ class Identifiability:
     noise_limited: tuple[str, ...]
     quiet: tuple[str, ...]
     condition: float | None
+    absorbed: tuple[str, ...] = ()
 
     def alike(self, key: str) -> tuple[str, ...]:
         """The other candidates in the group of a candidate."""
@@ -70,7 +73,7 @@ class Identifiability:
     @property
     def sentence(self) -> str:
         """What the log cannot show or tell apart, for a line of progress."""
-        blind = [_words(key) for key in (*self.dormant, *self.noise_limited)]
+        blind = [_words(key) for key in (*self.dormant, *self.absorbed, *self.noise_limited)]
         groups = [" and ".join(map(_words, group)) for group in self.groups]
         told = [f"does not show {', '.join(blind)}"] if blind else []
         told += [f"hardly tells apart {'; '.join(groups)}"] if groups else []
@@ -83,6 +86,7 @@ class Identifiability:
         return {
             "groups": [list(group) for group in self.groups],
             "dormant": list(self.dormant),
+            "absorbed": list(self.absorbed),
             "noise_limited": list(self.noise_limited),
             "quiet_axes": list(self.quiet),
             "condition": self.condition,
@@ -101,38 +105,65 @@ def identify(
 ) -> Identifiability:
     """Judge every candidate of a search about a model, numerically, on the log as the weak form sees it.
 
+    Columns are first cleared of what the search's nuisances explain of them.
+
     Parameters
     ----------
-    vehicle : the model, with the `active` candidates in it
+    vehicle : the model, with the `active` candidates in it, nuisances among them
     plausible : an amount for each amplitude column of every candidate (`rehearsal.plausible_amounts`)
     """
     linear, scores = search.linearise(vehicle, active)
     signal, noise = column_moments(scores)
     weight = 1.0 / (search.noise_error**2 + search.floor)
+    whole = np.sqrt(np.maximum(signal.diagonal(axis1=1, axis2=2), 0.0)) / search.share_scale[:, None]
+    freed = [i for key in search.nuisances for i in linear.options[key][0].free if i >= 0]
+    metric = np.tensordot(weight, signal, axes=1)
+    signal, noise = _beside(freed, metric, signal), _beside(freed, metric, noise)
     clear = np.maximum(signal.diagonal(axis1=1, axis2=2), 0.0)
-    blur = noise.diagonal(axis1=1, axis2=2)
+    blur = np.maximum(noise.diagonal(axis1=1, axis2=2), 0.0)
     axis_share = np.sqrt(clear) / search.share_scale[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         square = (weight @ clear) / (weight @ blur)
     ratio = np.nan_to_num(np.sqrt(np.where(square < 1.0 / _ROUNDING, square, np.inf)), nan=0.0, posinf=np.inf)
     excitation: dict[str, Excitation] = {}
+    absorbed: list[str] = []
     alive: dict[str, list[int]] = {}
-    for candidate in search.pool:
+    pool = [c for c in search.pool if not c.nuisance]
+    for candidate in pool:
         columns = list(amplitude_columns(candidate, linear.options[candidate.key]))
         shares = axis_share[:, columns].max(axis=0) * plausible[candidate.key]
         excitation[candidate.key] = Excitation(float(shares.max()), float(ratio[columns].max()))
+        if (
+            shares.max()
+            < search.settings.materiality
+            <= (whole[:, columns].max(axis=0) * plausible[candidate.key]).max()
+        ):
+            absorbed.append(candidate.key)
         shown = (shares >= search.settings.materiality) & (ratio[columns] >= LEAST_SIGNAL)
         if shown.any():
             alive[candidate.key] = [index for index, shows in zip(columns, shown, strict=True) if shows]
-    dormant = tuple(key for key, e in excitation.items() if e.share < search.settings.materiality)
-    limited = tuple(key for key in excitation if key not in alive and key not in dormant)
+    trace = [key for key, e in excitation.items() if e.share < search.settings.materiality]
+    dormant = tuple(key for key in trace if key not in absorbed)
+    limited = tuple(key for key in excitation if key not in alive and key not in trace)
     together = np.tensordot(weight, signal, axes=1)
-    special = {c.key: alive[c.key] for c in search.pool if c.key in alive and not c.effect.general}
+    special = {c.key: alive[c.key] for c in pool if c.key in alive and not c.effect.general}
     names = [key for key in special if not (key == "thrust_scale" and any("thruster_asym" in k for k in alive))]
     used = [index for key in names for index in special[key]]
     groups, condition = alias_groups(together, special), _condition(together, used)
     quiet = tuple(name for name, is_quiet in zip(AXES, search.quiet, strict=True) if is_quiet)
-    return Identifiability(excitation, groups, dormant, limited, quiet, condition)
+    return Identifiability(excitation, groups, dormant, limited, quiet, condition, tuple(absorbed))
+
+
+def _beside(columns: Sequence[int], metric: Array, moments: Array) -> Array:
+    """Moments (3, p, p) of all columns less their projection on some, by the metric (p, p)."""
+    if not columns:
+        return moments
+    inside = metric[np.ix_(columns, columns)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
+    inside = inside * np.outer(scale, scale) + _RIDGE * np.eye(len(columns))
+    left = np.eye(metric.shape[0])
+    left[columns] -= scale[:, None] * np.linalg.solve(inside, scale[:, None] * metric[columns])
+    return left.T @ moments @ left
 
 
 def column_moments(scores: GramScores) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from ..physics.motion import Motion
 from ..physics.thrusters import GAINS
 from ..physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ..physics.vehicle import Vehicle
+from .shooting import Shooting
 from .weak import WeakForm
 
 _FAINT = 0.05
@@ -32,11 +33,14 @@ class Candidate:
     key : unique name, `effect` or `effect[thruster]`
     effect : the catalogue's entry, or a made-up one for an unnamed term
     parameters : its parameters with the thruster's name filled in
+    nuisance : True for a parameter of the nominal model that is calibrated while effects are judged: always in the
+        model, free of price, never a finding
     """
 
     key: str
     effect: Effect
     parameters: tuple[Parameter, ...]
+    nuisance: bool = False
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -91,7 +95,8 @@ def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[C
 class Linearisation:
     """All columns of all candidates about one vehicle.
 
-    Columns that do not change from one vehicle to the next are kept in the weak form's memo.
+    Columns that do not change from one vehicle to the next are kept in the weak form's memo; those of rollouts change,
+    and are kept with the model.
 
     Attributes
     ----------
@@ -103,15 +108,15 @@ class Linearisation:
 
     def __init__(
         self,
-        weak: WeakForm,
+        weak: WeakForm | Shooting,
         vehicle: Vehicle,
         nominal: Vehicle,
         pool: Sequence[Candidate],
         active: Sequence[str],
     ) -> None:
         self.vehicle = vehicle
-        self._weak = weak
-        self._base = weak.balances(vehicle)
+        self._weak = weak.about(vehicle)
+        self._base = self._weak.balances(vehicle)
         self._columns: list[Array] = []
         self.options: dict[str, tuple[Option, ...]] = {}
         for candidate in pool:
@@ -140,7 +145,7 @@ class Linearisation:
 
     def _removal(self, candidate: Candidate, absent: dict[str, float], here: Option) -> Array:
         """The force that setting a present candidate back to absent adds, (1 + copies, tests, 3)."""
-        if not any(p.nonlinear for p in candidate.parameters):
+        if self._weak.linear and not any(p.nonlinear for p in candidate.parameters):
             steps = [
                 (index, absent[s] - now) for s, now, index in zip(here.symbols, here.start, here.free, strict=True)
             ]
@@ -197,7 +202,7 @@ class Linearisation:
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
-        symbol, step = parameter.symbol, parameter.step
+        symbol, step = parameter.symbol, parameter.step * self._weak.step_share
         base = self._base if about is self.vehicle else self._weak.balances(about)
         up = self._weak.balances(about.with_values({symbol: value + step}))
         if not parameter.nonlinear or value - step < parameter.lower:

@@ -17,6 +17,7 @@ from .changes import apply_fit, changes, difference, reset, settled
 from .gram import Fit, GramScores
 from .options import Candidate, Linearisation, Option
 from .rollouts import rollouts_part
+from .shooting import Shooting
 from .weak import WeakForm
 
 ALIVE = 2.0
@@ -68,21 +69,25 @@ class Search:
 
     Parameters
     ----------
-    weak : the tested balance
+    weak : the tested balance, of forces or of rollouts
     nominal : the vehicle to be corrected
-    pool : candidates that may be missing
+    pool : candidates that may be missing; those that are nuisances are in every model, whatever a caller asks for
     settings : what a change must be worth
 
     Attributes
     ----------
+    nuisances : keys of the parameters that are calibrated while effects are judged
     force_scale : (3,) size of the forces at work [N, N, N m]
     quiet : (3,) True for an axis on which hardly anything but sensor noise is at work
     floor : (3,) square of the force error that does not matter: a share of the force scale, or on a quiet axis four
         times what sensor noise makes, lest noise be explained
     """
 
-    def __init__(self, weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
+    def __init__(
+        self, weak: WeakForm | Shooting, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings
+    ) -> None:
         self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
+        self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
         self._mass = np.diag(mass_matrix(nominal))
         self.noise_blocks = _noise_blocks(weak, nominal)
@@ -104,19 +109,20 @@ class Search:
         """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
         linear = Linearisation(self.weak, vehicle, self.nominal, self.pool if pool is None else pool, active)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
-        return linear, GramScores(linear.columns, linear.noise, self.weak.block, 1.0 / (remains + self.floor))
+        weight = 1.0 / (remains + self.floor)
+        return linear, GramScores(linear.columns, linear.noise, self.weak.block, weight)
 
     def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
         """Fit a choice of options, held-out errors made comparable between models.
 
         An unexplained acceleration is mass times smaller a force for a lighter hull, which would always seem to fit
         better; errors are therefore compared as accelerations, multiplied by nominal over fitted mass. What
-        sensor noise adds counts as for the nominal model.
+        sensor noise adds counts as for the nominal model. Rollout errors are compared as they are.
         """
         fit = scores.fit(chosen)
         by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
         ratio = np.ones(3)
-        for option in chosen:
+        for option in chosen if self.weak.forces else ():
             for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free)):
                 if symbol in _INERTIA:
                     axis = _INERTIA[symbol]
@@ -148,13 +154,18 @@ class Search:
             size = sum(index >= 0 for index in option.free)
             free = int((~fit.held[at : at + size]).sum())
             at += size
-            if option.present:
+            if option.present and option.key not in self.nuisances:
                 each = self.settings.unnamed_price if ":" in option.key else self.settings.price
                 total += each * (free if size else 1)
         return total
 
+    def named(self, active: Sequence[str]) -> tuple[str, ...]:
+        """The keys among `active` that are effects or terms, not nuisances."""
+        return tuple(key for key in active if key not in self.nuisances)
+
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
         """Refine a model's parameters by Gauss-Newton and score it."""
+        active = (*self.nuisances, *self.named(active))
         pool = [c for c in self.pool if c.key in active]
         for _ in range(self.settings.refinements):
             linear, scores = self.linearise(vehicle, active, error, pool)
@@ -182,9 +193,10 @@ class Search:
         Many effects together may be the stand-ins for one or two that the search passed by.
         """
         for _ in range(self.settings.rounds):
-            if len(best.active) < self.settings.crowd:
+            crowd = self.named(best.active)
+            if len(crowd) < self.settings.crowd:
                 break
-            others = (self._climb(self.without(best, key), _silent, key) for key in best.active)
+            others = (self._climb(self.without(best, key), _silent, key) for key in crowd)
             other = self._prune(min(others, key=lambda s: s.score), _silent)
             if other.score >= best.score - self.settings.margin:
                 break
@@ -225,9 +237,9 @@ class Search:
 
     def _prune(self, state: State, say: Callable[[str], None]) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
-        while state.active:
+        while self.named(state.active):
             trials = []
-            for key in state.active:
+            for key in self.named(state.active):
                 trial = self.without(state, key)
                 trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
             for _, score, key, trial in sorted(trials, key=lambda item: item[:2]):
@@ -246,7 +258,7 @@ class Search:
 
     def restrict(self, state: State, active: Sequence[str]) -> State:
         """A model with some of its effects only, fitted again."""
-        gone = [c for c in self.pool if c.key in state.active and c.key not in active]
+        gone = [c for c in self.pool if c.key in self.named(state.active) and c.key not in active]
         null = {s: self.nominal.value(s) for c in gone for s in c.symbols}
         return self.evaluate(state.vehicle.with_values(null), tuple(active), state.fit.in_sample)
 
@@ -314,7 +326,7 @@ class Search:
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True):
-            neighbours = enumerate(changes(linear, scores, now, two_for_one))
+            neighbours = enumerate(changes(linear, scores, now, two_for_one, self.nuisances))
             scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
             ranked = sorted(scored, key=lambda item: item[:2])
             for score, _, change in ranked[:6]:
@@ -334,7 +346,7 @@ def _silent(text: str) -> None:
     """Say nothing."""
 
 
-def _noise_blocks(weak: WeakForm, nominal: Vehicle) -> Array:
+def _noise_blocks(weak: WeakForm | Shooting, nominal: Vehicle) -> Array:
     """Summed squares that sensor noise adds to the nominal balance in each block, (blocks, 3)."""
     every = weak.balances(nominal)
     blocks = np.zeros((int(weak.block.max()) + 1, 3))

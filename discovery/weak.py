@@ -56,12 +56,19 @@ class WeakForm:
     independent : effective number of independent tests (total time / half width)
     noise : (3,) white sensor noise on u, v [m/s] and r [rad/s], estimated from the motions
     memo : results that callers keep with the data they belong to
+    linear : columns of damping, mass and thrust do not depend on the model
+    step_share : share of a parameter's step by which its column is taken
+    forces : the balance is one of forces, so that a lighter hull needs less of it
 
     Raises
     ------
     RequestError
         when the motions are too short for a few blocks of test functions.
     """
+
+    linear = True
+    step_share = 1.0
+    forces = True
 
     def __init__(self, motions: Sequence[Motion], settings: WeakSettings) -> None:
         self.settings = settings
@@ -97,6 +104,10 @@ class WeakForm:
         self.block = np.minimum(np.arange(self.time.size) * blocks // self.time.size, blocks - 1)
         covered = sum(motion.duration for motion in self.motions)
         self.independent = covered / settings.half_width
+
+    def about(self, vehicle: Vehicle) -> "WeakForm":
+        """The form in which columns about a vehicle are taken: this one, whatever the vehicle."""
+        return self
 
     def average(self, series: Sequence[Array]) -> Array:
         """int phi f dt for (n, c) series, one for each motion: (tests, c)."""

@@ -8,7 +8,18 @@ from ..physics.errors import VehicleError
 from ..physics.vehicle import Vehicle
 from .markup import Html, element, render, table
 from .run_folder import RunFolder
-from .wording import MINUS, finite, number, typeset, unit_text, words
+from .wording import (
+    MINUS,
+    energy_lines,
+    energy_verdict,
+    finite,
+    interval,
+    listing,
+    number,
+    typeset,
+    unit_text,
+    words,
+)
 
 
 def parameter_table(run: RunFolder) -> Html:
@@ -32,6 +43,48 @@ def parameter_table(run: RunFolder) -> Html:
         kept = table(("symbol", "value", "unit"), same, "lrl")
         inner.append(element("details", element("summary", f"{len(same)} parameters kept as they were"), kept))
     return render(*parts, element("div", *inner, cls="card"))
+
+
+def calibrated(run: RunFolder) -> Html:
+    """The parameters that were calibrated while effects were judged, those that were not, and why."""
+    found = run.findings
+    rows = [
+        (
+            str(item["symbol"]),
+            _number(item["before"]),
+            element("b", _number(item["after"])),
+            interval(item.get("ci95")) + (" *" if item.get("held_by_law") else ""),
+            unit_text(str(item.get("unit") or "")),
+        )
+        for item in found.get("calibrated") or []
+    ]
+    if not rows:
+        return Html("")
+    notes = [f"{item['symbol']} stays as it was: {item['why']}." for item in found.get("left") or []]
+    absorbed = [words(str(name)) for name in found.get("absorbed") or []]
+    if absorbed:
+        notes.append(f"Not judged beside the calibration, which would do the same: {listing(absorbed)}.")
+    if any(item.get("held_by_law") for item in found["calibrated"]):
+        notes.append("* Held by the law of dissipation; the interval is what the log alone asks for.")
+    text = (
+        "These parameters were free in every model, so that a number that is merely wrong is not taken for an effect "
+        "that is missing."
+    )
+    head = ("symbol", "nominal", "calibrated", "95 % interval", "unit")
+    inner = [element("p", text, cls="facts"), table(head, rows, "lrrll"), *_bullets(notes)]
+    return render(element("h2", "Calibrated parameters"), element("div", *inner, cls="card"))
+
+
+def energy(run: RunFolder) -> Html:
+    """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
+    lines = energy_lines(run.findings.get("passivity") or {})
+    if not lines:
+        return Html("")
+    verdict = energy_verdict(run.findings["passivity"])
+    return render(
+        element("h2", f"Energy: {verdict}"),
+        element("div", *(element("p", text) for text in lines), cls="card"),
+    )
 
 
 def data(run: RunFolder) -> Html:

@@ -113,6 +113,7 @@ def _write_files(run: Run, folder: Path) -> None:
             "frame": run.inputs.frame,
             "channel_map": run.inputs.channel_map,
             "seed": run.settings.seed,
+            "refit": run.settings.refit,
             "judged_on": run.inputs.parts.judge,
         },
     )

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ..physics.files import write_text
-from .context import advice, data, made, parameter_table
+from .context import advice, calibrated, data, energy, made, parameter_table
 from .markup import Html, element, render
 from .missing import missing_effects
 from .run_folder import RunFolder, read_run
@@ -53,7 +53,9 @@ def page(run: RunFolder) -> str:
         predictions(run),
         where_it_fails(run),
         missing_effects(run),
+        calibrated(run),
         parameter_table(run),
+        energy(run),
         data(run),
         advice(run),
         made(run),

@@ -124,7 +124,8 @@ def _models(found: Discovery) -> list[VehicleModel]:
     terms = [term for c in found.findings.candidates if c.verdict == "missing" for term in c.terms]
     models = [VehicleModel(found.nominal, "nominal", "physics")]
     for k, (label, vehicle) in enumerate(found.steps[1:], start=1):
-        name, size = ("corrected", len(terms) + len(found.findings.unnamed)) if k == last else (f"+ {label}", 0)
+        fitted = len(terms) + len(found.findings.unnamed) + len(found.findings.calibrated)
+        name, size = ("corrected", fitted) if k == last else (f"+ {label}", 0)
         models.append(VehicleModel(vehicle, name, "symbolic", parameters=size))
     return models
 

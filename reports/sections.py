@@ -16,6 +16,7 @@ from .wording import (
     listing,
     percent,
     pick_horizon,
+    step_words,
     typeset,
     unit_text,
     words,
@@ -35,8 +36,10 @@ def headline(run: RunFolder) -> Html:
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
     sentences = []
     if len(steps) > 1 and after < before:
+        added = [f"adding {'it' if len(missing) == 1 else 'them'}"] * bool(missing)
+        done = listing([*["calibrating its parameters"] * bool(findings.get("calibrated")), *added]) or "that"
         sentences.append(
-            f"Adding {'it' if len(missing) == 1 else 'them'} removes {percent(1.0 - after / before)} of the {metric} "
+            f"{done.capitalize()} removes {percent(1.0 - after / before)} of the {metric} "
             f"error of {horizon} s predictions on motion that the fit never saw."
         )
     for place in (findings.get("failures") or [])[:1]:
@@ -69,7 +72,7 @@ def falling_error(run: RunFolder) -> Html:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings["steps"]
     horizon, _ = _hero(steps)
-    names = ["nominal model", *(f"+ {words(str(step.get('added')))}" for step in steps[1:])]
+    names = ["nominal model", *(step_words(step) for step in steps[1:])]
     names = [
         name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names
     ]

@@ -7,13 +7,16 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from .layout import Fitting, bullets, glossary, plain_table, section
+from .layout import Fitting, Prose, bullets, glossary, plain_table, section, stacked
 from .wording import (
     ACCELERATION_UNITS,
     AXES,
+    CALIBRATED,
     ROLLOUT_UNITS,
     cannot_tell,
     effect_words,
+    energy_lines,
+    energy_verdict,
     finite,
     listing,
     number,
@@ -38,7 +41,8 @@ def steps_table(findings: Mapping[str, Any]) -> Table:
     steps = findings["steps"]
     horizon = _horizon(steps)
     table = plain_table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
-    table.add_column("effect added", min_width=12)
+    calibrated = any(step.get("added") == CALIBRATED for step in steps)
+    table.add_column("model" if calibrated else "effect added", min_width=12)
     for axis in AXES:
         table.add_column(f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}", justify="right", no_wrap=True)
     for axis in (*AXES, "position"):
@@ -52,6 +56,7 @@ def steps_table(findings: Mapping[str, Any]) -> Table:
         cells = [number(step["acceleration_rmse"].get(axis), 2) for axis in AXES]
         cells += [number(rollout.get(axis), 2) for axis in (*AXES, "position")]
         label = f"+ {names.get(str(added), words(str(added)))}" if added else "nominal model"
+        label = "calibrated" if added == CALIBRATED else label
         table.add_row(Text(label, overflow="fold"), *cells, style=style)
     return table
 
@@ -94,6 +99,28 @@ def unnamed_table(findings: Mapping[str, Any]) -> Table:
         cells = (str(term.get("axis")), str(term.get("form")), value, _interval(term), percent(term.get("inclusion")))
         table.add_row(*map(Text, cells))
     return table
+
+
+def calibrated_table(rows: Sequence[Mapping[str, Any]]) -> RenderableType:
+    """Parameters before and after calibration with 95 % intervals; the unit is the first to go where it is narrow."""
+    return Fitting([_calibrated_in(rows, units) for units in (True, False)])
+
+
+def left_list(findings: Mapping[str, Any]) -> RenderableType | None:
+    """Parameters that were to be calibrated and stay as they were, with the reason, and effects that took no part."""
+    pairs = [(str(item["symbol"]), str(item["why"])) for item in findings.get("left") or []]
+    parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
+    absorbed = [words(str(name)) for name in findings.get("absorbed") or []]
+    if absorbed:
+        text = f"Not judged beside the calibration, which would do the same: {listing(absorbed)}."
+        parts.append(Prose(text))
+    return stacked(parts) if parts else None
+
+
+def energy_text(passivity: Mapping[str, Any]) -> RenderableType | None:
+    """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
+    lines = energy_lines(passivity)
+    return section(f"Energy: {energy_verdict(passivity)}", Prose(" ".join(lines))) if lines else None
 
 
 def missing_in_words(findings: Mapping[str, Any]) -> RenderableType | None:
@@ -197,6 +224,24 @@ def _effects_in(title: str, candidates: Sequence[Mapping[str, Any]], caption: st
             "" if unseen else percent(item.get("error_drop")),
             "" if unseen else percent(item.get("confidence")),
         )
+    return table
+
+
+def _calibrated_in(rows: Sequence[Mapping[str, Any]], units: bool) -> Table:
+    held = any(row.get("held_by_law") for row in rows)
+    table = plain_table(
+        "Calibrated parameters", "* held by the law of dissipation; the interval is the log's own" * held
+    )
+    table.add_column("parameter", no_wrap=True)
+    table.add_column("before", justify="right", no_wrap=True)
+    table.add_column("after", justify="right", no_wrap=True)
+    table.add_column("95 % interval", no_wrap=True)
+    if units:
+        table.add_column("unit", no_wrap=True)
+    for row in rows:
+        mark = "*" if row.get("held_by_law") else ""
+        cells = [str(row["symbol"]), number(row["before"], 4), number(row["after"], 4) + mark, _interval(row)]
+        table.add_row(*map(Text, [*cells, *[unit_text(str(row.get("unit") or ""))] * units]))
     return table
 
 

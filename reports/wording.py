@@ -159,3 +159,50 @@ def pick_horizon(rollout: Sequence[str], wanted: str = "10") -> str:
     """
     known = [key for key in rollout if key.replace(".", "", 1).isdigit()]
     return min(known, key=lambda key: (abs(float(key) - float(wanted)), float(key)), default=wanted)
+
+
+CALIBRATED = "calibrated"
+"""The step, in `steps`, at which the parameters of the nominal model were calibrated."""
+
+
+def step_words(step: Mapping[str, Any]) -> str:
+    """What a step of the falling error did.
+
+    Examples
+    --------
+    >>> step_words({"added": "munk_moment"}), step_words({"added": "calibrated"})
+    ('+ munk moment', 'calibrated')
+    """
+    added = str(step.get("added"))
+    return added if added == CALIBRATED else f"+ {words(added)}"
+
+
+def energy_lines(passivity: Mapping[str, Any]) -> list[str]:
+    """How the law of dissipation stands in a model, as sentences: verdict and price, proof, and where it holds."""
+    if not passivity:
+        return []
+    box = passivity.get("envelope") or {}
+    ends = [
+        f"{name} from {number(box[name][0])} to {number(box[name][1])} {'rad/s' if name == 'r' else 'm/s'}"
+        for name in "uvr"
+        if name in box
+    ]
+    where = listing(ends) or "the velocities of the log"
+    if passivity.get("proof") == "vertex LMI":
+        shown = f"Proved for {where}, by matrix inequalities at the corners; a random search of 100 000 states agrees."
+    elif passivity.get("verdict") == "pass":
+        shown = f"Searched, not proved, for {where}: 100 000 random states show no violation."
+    else:
+        shown = f"Searched for {where}."
+    return [str(passivity.get("sentence") or ""), shown]
+
+
+def energy_verdict(passivity: Mapping[str, Any]) -> str:
+    """The same in a few words.
+
+    Examples
+    --------
+    >>> energy_verdict({"verdict": "fail"})
+    'the damping creates energy'
+    """
+    return "the damping takes energy out" if passivity.get("verdict") == "pass" else "the damping creates energy"

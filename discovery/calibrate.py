@@ -1,0 +1,252 @@
+"""Calibration: the parameters that a nominal model has, fitted to logs under their limits and the law of dissipation.
+
+Two steps. Least squares on the weak form, sensor noise taken off the normal equations (errors in variables; Carroll et
+al. 2006, chapter 5), which is convex and needs no good start. From there the rollouts themselves are fitted (output
+error, `polish.py`), which noise and waves on the speeds hardly bias; that step is kept where it predicts held-out
+blocks better. Both end in the lawful refit. What the logs cannot tell stays as it is, with the reason.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..physics.errors import RequestError
+from ..physics.frames import Array
+from ..physics.laws import mass_margin
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .discover import DiscoverySettings
+from .findings import Calibrated
+from .gram import GramScores
+from .identified import Identified, identified
+from .nuisances import calibratable, nuisance_candidates
+from .options import Candidate, Linearisation
+from .passivity import Lawful, lawful_model
+from .polish import polish
+from .rollouts import HORIZON, WHOLE_HORIZON, rollout_squares, rollouts_object
+from .search import Search
+from .shooting import Shooting, ShootingSettings
+from .uncertainty import Interval, intervals
+from .weak import WeakForm
+
+Method = Literal["weak form", "output error"]
+FOLDS = 4
+"""Contiguous parts of the logs, each predicted by models fitted to the others."""
+ROLLOUTS = ShootingSettings(step=0.05)
+"""Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""
+_GUARD = 1.0
+"""Left out on each side of a part that is predicted [s]."""
+_LEAST_PART = 2.5
+"""Shorter stretches are left out of a part [s]."""
+_ROUNDS = 6
+_NAMED = ", calibrated"
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A finished calibration.
+
+    Attributes
+    ----------
+    nominal : the vehicle before
+    lawful : the calibrated vehicle, and how the law stands in it
+    parameters : what was calibrated
+    reasons : why not, by symbol, for what was to be calibrated and is left as it was
+    method : the step that the numbers come from
+    horizon : length of the rollouts by which the methods were compared [s]
+    held_out : (3,) root mean square error of rollouts on parts that were not fitted [m/s, m/s, rad/s], for "nominal"
+        and each method; empty where the logs are too short to hold parts out
+    worse : True when those of the chosen method are significantly worse than the nominal model's
+    force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
+    noise_error : (3,) what sensor noise alone would leave [N, N, N m]
+    force_scale : (3,) size of the forces at work [N, N, N m]
+    """
+
+    nominal: Vehicle
+    lawful: Lawful
+    parameters: tuple[Calibrated, ...]
+    reasons: dict[str, str]
+    method: Method
+    horizon: float
+    held_out: dict[str, Array]
+    worse: bool
+    force_error: Array
+    noise_error: Array
+    force_scale: Array
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The calibrated vehicle."""
+        return self.lawful.vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class _Fitted:
+    """Parameters fitted to some motions: a lawful vehicle, and intervals by symbol."""
+
+    lawful: Lawful
+    intervals: dict[str, Interval]
+
+
+def calibrate(
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    free: Sequence[str] = (),
+    hold: Sequence[str] = (),
+    settings: DiscoverySettings | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Calibration:
+    """Fit the parameters of a nominal model to measured motions.
+
+    Parameters
+    ----------
+    motions : gap-free stretches, unfiltered
+    free, hold : symbols to calibrate beside those that have a value in the file, and symbols to leave
+    progress : called with a line for each step
+
+    Raises
+    ------
+    RequestError
+        for an unknown symbol, when nothing is left to calibrate, when the motions are too short, when a solver fails,
+        or when the damping of the nominal model creates energy beyond what its freed parameters can mend.
+    """
+    settings = settings or DiscoverySettings()
+    say = progress or (lambda text: None)
+    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
+        symbols = calibratable(nominal, free, hold)
+        if not symbols:
+            raise RequestError(
+                f"fit: {nominal.name} has no parameter to calibrate (damping, added mass, ...); free one, for example "
+                "--free X_u"
+            )
+        weak = WeakForm(motions, settings.weak)
+        known = identified(weak, nominal, symbols, settings.search)
+        if not known.symbols:
+            raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
+        say(f"calibrating {', '.join(known.symbols)}")
+        pool = nuisance_candidates(nominal, known.symbols)
+        long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
+        horizon = WHOLE_HORIZON if long else HORIZON
+        held_out = _held_out(motions, nominal, pool, settings, horizon, say)
+        best: Method = "weak form"
+        fitted = _convex(motions, nominal, pool, settings)
+        if held_out and _error(held_out, "output error") < _error(held_out, "weak form"):
+            best, fitted = "output error", _rolled(motions, fitted, nominal, pool)
+        if fitted.lawful.passivity.verdict == "fail" or mass_margin(fitted.lawful.vehicle) <= 0.0:
+            raise RequestError(
+                f"fit: no values of {', '.join(known.symbols)} make {nominal.name} lawful: "
+                f"{fitted.lawful.passivity.sentence} Mend the other damping parameters in the vehicle file, or free "
+                "them with --free"
+            )
+        search = Search(weak, nominal, (), settings.search)
+        left = np.sqrt((weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
+    vehicle, wanted = fitted.lawful.vehicle, fitted.lawful.unconstrained
+    return Calibration(
+        nominal,
+        fitted.lawful,
+        tuple(
+            Calibrated(
+                s,
+                vehicle.parameter(s).unit,
+                nominal.value(s),
+                vehicle.value(s),
+                wanted.value(s),
+                fitted.intervals.get(s),
+            )
+            for s in known.symbols
+        ),
+        known.reasons,
+        best,
+        horizon,
+        {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()},
+        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best]),
+        left,
+        search.noise_error,
+        search.force_scale,
+    )
+
+
+def _listed(known: Identified) -> str:
+    return "; ".join(f"{symbol}: {why}" for symbol, why in known.reasons.items())
+
+
+def _held_out(
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    pool: Sequence[Candidate],
+    settings: DiscoverySettings,
+    horizon: float,
+    say: Callable[[str], None],
+) -> dict[str, Array]:
+    """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
+
+    Empty where a part holds no rollout or the others are too short for a fit.
+    """
+    found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
+    for k in range(FOLDS):
+        inside, outside = _parted(motions, k)
+        before = rollout_squares(inside, nominal, horizon)
+        try:
+            convex = _convex(outside, nominal, pool, settings)
+            rolled = _rolled(outside, convex, nominal, pool)
+        except RequestError:
+            return {}
+        if not before.size:
+            return {}
+        found["nominal"].append(before)
+        for method, fitted in (("weak form", convex), ("output error", rolled)):
+            found[method].append(rollout_squares(inside, fitted.lawful.vehicle, horizon))
+        say(f"predicted part {k + 1} of {FOLDS} by models fitted to the others")
+    return {name: np.concatenate(parts) for name, parts in found.items()}
+
+
+def _convex(
+    motions: Sequence[Motion], nominal: Vehicle, pool: Sequence[Candidate], settings: DiscoverySettings
+) -> _Fitted:
+    """The first step: the lawful fit to the weak form."""
+    weak = WeakForm(motions, settings.weak)
+    search = Search(weak, nominal, pool, replace(settings.search, refinements=_ROUNDS))
+    state = search.reshape(search.evaluate(nominal, ()))
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    chosen = [linear.options[key][0] for key in state.active]
+    lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
+    return _Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed))
+
+
+def _rolled(motions: Sequence[Motion], start: _Fitted, nominal: Vehicle, pool: Sequence[Candidate]) -> _Fitted:
+    """The second step: rollouts fitted from the first step's numbers, then held to the laws."""
+    symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
+    polished = polish(motions, start.lawful.vehicle, symbols, ROLLOUTS)
+    form = Shooting(motions, polished.vehicle, ROLLOUTS)
+    linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
+    scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
+    chosen = [linear.options[c.key][0] for c in pool]
+    return _Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
+
+
+def _name(nominal: Vehicle) -> str:
+    return nominal.name if nominal.name.endswith(_NAMED) else f"{nominal.name}{_NAMED}"
+
+
+def _error(held_out: dict[str, Array], name: str) -> float:
+    """Mean squared rollout error, each axis in units of the weak form's."""
+    return float((held_out[name].mean(axis=0) / np.maximum(held_out["weak form"].mean(axis=0), 1e-18)).sum())
+
+
+def _parted(motions: Sequence[Motion], part: int) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:
+    """The stretches inside a part of the logs, and those outside it by a second or more."""
+    ends = np.cumsum([0.0, *(m.duration for m in motions)])
+    low, high = ends[-1] * part / FOLDS, ends[-1] * (part + 1) / FOLDS
+    inside: list[Motion] = []
+    outside: list[Motion] = []
+    for motion, begun in zip(motions, ends[:-1], strict=True):
+        spans = ((outside, -np.inf, low - _GUARD), (inside, low, high), (outside, high + _GUARD, np.inf))
+        for kept, start, stop in spans:
+            rows = np.clip((np.array([start, stop]) - begun) / motion.time_step, 0, motion.time.size)
+            first, last = (int(row) for row in np.round(rows))
+            if (last - first) * motion.time_step >= _LEAST_PART:
+                kept.append(motion.slice(first, last))
+    return tuple(inside), tuple(outside)

@@ -1,0 +1,88 @@
+"""Calibration while effects are judged: what is named is structure that no values of the model's parameters explain."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ..physics.vehicle import Vehicle
+from .findings import Calibrated, Findings
+from .identified import identified
+from .nuisances import beside, calibratable, nuisance_candidates
+from .options import Candidate
+from .passivity import Lawful
+from .search import Search, SearchSettings, State
+from .uncertainty import Interval
+from .weak import WeakForm
+
+CALIBRATED = "calibrated"
+"""Label of the step at which the parameters of the nominal model were calibrated."""
+_REFINEMENTS = 6
+_THRUST = "thrust_scale"
+
+
+@dataclass(frozen=True, slots=True)
+class Freed:
+    """What is freed while effects are judged.
+
+    Attributes
+    ----------
+    pool : candidates for a search: the parameters that are free in every model, and the effects beside them
+    reasons : why others are not free, by symbol
+    absorbed : names of effects that the calibration would explain as well, so that they are not candidates
+    """
+
+    pool: tuple[Candidate, ...]
+    reasons: Mapping[str, str]
+    absorbed: tuple[str, ...]
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """The parameters that are free."""
+        return tuple(s for c in self.pool if c.nuisance for s in c.symbols)
+
+
+def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:
+    """Free the parameters that have a value in the vehicle file, and leave the effects that are more than those.
+
+    Parameters that the log tells apart only vaguely are free too: an effect must not be named for what some values of
+    them would explain. Their intervals are wide. A common scale of all thrust is no candidate where the free parameters
+    together make up the thrust: masses and damping are then known in proportion to it only.
+    """
+    symbols = calibratable(nominal)
+    known = identified(weak, nominal, (*symbols, *({_THRUST} - {*symbols})), settings, vague=True)
+    nuisances = nuisance_candidates(nominal, [s for s in known.symbols if s in symbols])
+    effects = beside(pool, symbols)
+    only = [f"{t.name}_scale" for t in nominal.thrusters] if len(nominal.thrusters) == 1 else []
+    lost = [c for c in effects if c.symbols[0] in (_THRUST, *only) and _THRUST in known.reasons]
+    left = [c for c in effects if c not in lost]
+    reasons = {s: why for s, why in known.reasons.items() if s in symbols}
+    return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
+
+
+def settle(search: Search, state: State) -> tuple[Search, State]:
+    """The final model once more, with as many Gauss-Newton steps as the calibrated parameters may need."""
+    pool = [c for c in search.pool if c.key in state.active]
+    alone = Search(search.weak, search.nominal, pool, replace(search.settings, refinements=_REFINEMENTS))
+    return alone, alone.evaluate(state.vehicle, state.active, state.fit.in_sample)
+
+
+def with_calibration(
+    findings: Findings, free: Freed, nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
+) -> Findings:
+    """Findings that say what was calibrated, and what the verdict therefore means."""
+    rows = tuple(
+        Calibrated(
+            s,
+            nominal.parameter(s).unit,
+            nominal.value(s),
+            lawful.vehicle.value(s),
+            lawful.unconstrained.value(s),
+            intervals.get(s),
+        )
+        for s in free.symbols
+    )
+    headline = findings.headline
+    if findings.verdict == "nothing missing":
+        headline = "Nothing material is missing: once calibrated, the model explains this log."
+    elif findings.verdict == "missing":
+        headline = f"{headline.removesuffix('.')}, whatever the values of its parameters."
+    return replace(findings, headline=headline, calibrated=rows, left=dict(free.reasons), absorbed=free.absorbed)

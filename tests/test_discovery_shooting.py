@@ -1,0 +1,116 @@
+"""Multiple shooting: rollouts as a balance, their linearisation, the polish, and what coloured noise does to both."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.discovery.polish import polish
+from undertow.discovery.shooting import Shooting, ShootingSettings
+from undertow.physics.errors import RequestError
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import simulate_motion
+from undertow.physics.vehicle import Vehicle, load_vehicle
+
+HIDDEN = {"X_uu": -20.0, "N_ur": -4.0, "reverse_scale": 0.6}
+
+
+@pytest.fixture(scope="module")
+def nominal() -> Vehicle:
+    return load_vehicle("blueboat")
+
+
+def driven(vehicle: Vehicle, seconds: float = 240.0, seed: int = 0, step: float = 0.1) -> Motion:
+    """A noise-free motion under random steps of both thrusters, ahead and astern."""
+    rng = np.random.default_rng(seed)
+    rows = round(seconds / step)
+    held = np.repeat(rng.uniform(-20.0, 25.0, size=(rows // 40 + 1, 2)), 40, axis=0)[:rows]
+    time = step * np.arange(rows)
+    still = Motion(time, np.zeros((rows, 2)), np.zeros(rows), np.zeros((rows, 3)), held, ("port", "stbd"))
+    return simulate_motion(vehicle, still)
+
+
+def disturbed(motion: Motion, sizes: tuple[float, float, float], memory: float, seed: int) -> Motion:
+    """Velocities with coloured noise: a first-order process of a standard deviation and a memory [s]."""
+    rng = np.random.default_rng(seed)
+    keep = np.exp(-motion.time_step / memory)
+    noise = np.zeros_like(motion.velocity)
+    for k in range(1, motion.time.size):
+        noise[k] = keep * noise[k - 1] + np.sqrt(1.0 - keep**2) * rng.standard_normal(3)
+    return replace(motion, velocity=motion.velocity + noise * np.array(sizes))
+
+
+def test_the_true_model_leaves_nothing_of_a_clean_log(nominal: Vehicle) -> None:
+    true = nominal.with_values(HIDDEN)
+    motion = driven(true)
+    form = Shooting([motion], nominal)
+    # The starts are medians of half a second, so that false rows do no harm: a little of that is left.
+    assert np.sqrt((form.balance(true) ** 2).mean(axis=0)).max() < 0.02
+    assert np.sqrt((form.balance(nominal) ** 2).mean(axis=0)).max() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("symbol", "change"),
+    [
+        ("X_u", 0.5),
+        ("X_uu", 1.0),
+        ("N_r", 0.3),
+        ("X_udot", 0.3),
+        ("N_rdot", 0.1),
+        ("reverse_scale", 0.02),
+        ("lag", 0.02),
+    ],
+)
+def test_linearised_rollouts_are_those_of_a_model_nearby(nominal: Vehicle, symbol: str, change: float) -> None:
+    near = nominal.with_values({symbol: nominal.value(symbol) - change if symbol != "lag" else change})
+    form = Shooting([driven(nominal)], nominal)
+    base = form.balance(nominal)
+    exact = form.balance(near) - base
+    linear = form.about(nominal).balances(near)[0] - base
+    assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact)
+
+
+def test_the_polish_finds_hidden_values_under_coloured_noise(nominal: Vehicle) -> None:
+    true = nominal.with_values(HIDDEN)
+    motion = disturbed(driven(true, 400.0), (0.05, 0.05, 0.02), 1.5, seed=1)
+    found = polish([motion], nominal, list(HIDDEN))
+    for symbol, value in HIDDEN.items():
+        interval = found.intervals[symbol]
+        assert found.values[symbol] == pytest.approx(value, rel=0.1)
+        assert interval.lower < interval.upper
+    assert (found.error < found.error_before)[[0, 2]].all()
+
+
+def test_the_polish_keeps_physical_limits(nominal: Vehicle) -> None:
+    driving = nominal.with_values({"X_u": 3.0})
+    found = polish([driven(driving, 120.0)], nominal, ["X_u"])
+    assert found.values["X_u"] == 0.0
+
+
+def test_a_false_row_hardly_moves_the_polish(nominal: Vehicle) -> None:
+    true = nominal.with_values(HIDDEN)
+    motion = driven(true)
+    velocity = motion.velocity.copy()
+    velocity[50::30, 0] += 0.5
+    spiked = polish([replace(motion, velocity=velocity)], nominal, list(HIDDEN)).values
+    for symbol, value in HIDDEN.items():
+        assert spiked[symbol] == pytest.approx(value, rel=0.03)
+
+
+def test_rows_long_after_the_last_command_are_not_scored(nominal: Vehicle) -> None:
+    motion = driven(nominal, 120.0)
+    commands = motion.commands.copy()
+    commands[600:] = 0.0
+    form = Shooting([replace(motion, commands=commands)], nominal)
+    assert form.time.max() < 60.0 + 8.0 + ShootingSettings().horizon
+    assert form.independent < 30
+
+
+def test_too_short_a_log_is_refused(nominal: Vehicle) -> None:
+    with pytest.raises(RequestError, match="rollouts of 5 s with commands fit into the log"):
+        Shooting([driven(nominal, 15.0)], nominal)
+
+
+def test_the_polish_wants_parameters(nominal: Vehicle) -> None:
+    with pytest.raises(RequestError, match="expected different symbols"):
+        polish([driven(nominal, 60.0)], nominal, [])
