@@ -16,6 +16,7 @@ from undertow.discovery.search import Search
 from undertow.discovery.weak import WeakForm
 from undertow.physics.errors import RequestError
 from undertow.physics.hidden_effects import apply_effects
+from undertow.physics.laws import envelope_of, worst_dissipation
 from undertow.physics.motion import Motion
 from undertow.physics.typical_effects import materiality
 
@@ -50,6 +51,7 @@ def judge(part: str, number: int, seed: int) -> dict[str, Any]:
         "standing": {name: standing(effects, name) for name in case.hidden},
         "terms": [t for name, e in effects.items() if name in case.hidden for t in compared(e, case.hidden[name])],
         "rollout": rollout_ratio(case, found, pieces.test.motions) if missing or unnamed else None,
+        "lawful": worst_dissipation(case.log.vehicle, envelope_of(fitting, case.log.vehicle)).power <= 0.0,
         "seconds": seconds,
     }
     if set(missing) != set(case.hidden) or unnamed:

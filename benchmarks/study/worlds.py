@@ -49,15 +49,15 @@ class Part:
 
 ALL = ("rich", "zigzag", "gentle")
 PARTS = {
-    "singles": Part("one effect, rich, field", 1, 26, 104),
-    "rough": Part("one effect, rich, rough", 1, 26, 104, noises=("rough",)),
-    "clean": Part("one effect, rich, clean", 1, 13, 26, noises=("clean",)),
+    "singles": Part("one effect, rich, field", 1, 28, 104),
+    "rough": Part("one effect, rich, rough", 1, 28, 104, noises=("rough",)),
+    "clean": Part("one effect, rich, clean", 1, 14, 28, noises=("clean",)),
     "pairs": Part("two effects, rich, field", 2, 12, 80),
     "triples": Part("three effects, rich, field", 3, 12, 60),
     "nothing": Part("nothing, all programmes, all noise", 0, 9, 100, ALL, ("field", "rough", "clean")),
     "waves": Part("nothing but waves, all programmes", 0, 9, 100, ALL, ("field", "rough"), waves=True),
-    "gentle": Part("one effect, gentle, field", 1, 13, 52, programmes=("gentle",)),
-    "zigzag": Part("one effect, zigzag, field", 1, 13, 26, programmes=("zigzag",)),
+    "gentle": Part("one effect, gentle, field", 1, 14, 56, programmes=("gentle",)),
+    "zigzag": Part("one effect, zigzag, field", 1, 14, 28, programmes=("zigzag",)),
 }
 
 
