@@ -24,7 +24,7 @@ from .gram import GramScores
 from .identified import Identified, identified
 from .nuisances import calibratable, nuisance_candidates
 from .options import Candidate, Linearisation
-from .passivity import Lawful, lawful_model
+from .passivity import Lawful, judge, lawful_model
 from .polish import polish
 from .rollouts import HORIZON, WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search
@@ -42,6 +42,7 @@ _GUARD = 1.0
 _LEAST_PART = 2.5
 """Shorter stretches are left out of a part [s]."""
 _ROUNDS = 6
+_DIGITS = 9
 _NAMED = ", calibrated"
 
 
@@ -137,6 +138,7 @@ def calibrate(
         if held_out and _as_good(held_out["weak form"], held_out["output error"]):
             best, fitted = "output error", rollout_step(motions, fitted, nominal, pool)
             _demand_lawful(fitted.lawful, known.symbols)
+        fitted = _rounded(fitted, nominal, known.symbols)
         search = Search(weak, nominal, (), settings.search)
         left = np.sqrt((weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
     vehicle, wanted = fitted.lawful.vehicle, fitted.lawful.unconstrained
@@ -172,6 +174,15 @@ def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:
             f"fit: no values of {', '.join(symbols)} make {lawful.vehicle.name.removesuffix(_NAMED)} lawful: "
             f"{lawful.passivity.sentence} Mend the other damping parameters in the vehicle file, or free them"
         )
+
+
+def _rounded(fitted: Fitted, nominal: Vehicle, symbols: Sequence[str]) -> Fitted:
+    """The same with nine significant digits, so that the last bits of a solver do not reach a file."""
+    lawful = fitted.lawful
+    values = {s: float(f"{lawful.vehicle.value(s):.{_DIGITS}g}") for s in symbols}
+    vehicle = nominal.with_values(values, name=lawful.vehicle.name)
+    still = judge(vehicle, lawful.passivity.envelope).verdict == "pass"
+    return replace(fitted, lawful=replace(lawful, vehicle=vehicle)) if still else fitted
 
 
 def _listed(known: Identified) -> str:
