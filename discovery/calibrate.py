@@ -2,8 +2,8 @@
 
 Two steps. Least squares on the weak form, sensor noise taken off the normal equations (errors in variables; Carroll et
 al. 2006, chapter 5), which is convex and needs no good start. From there the rollouts themselves are fitted (output
-error, `polish.py`), which noise and waves on the speeds hardly bias; that step is kept where it predicts held-out
-blocks better. Both end in the lawful refit. What the logs cannot tell stays as it is, with the reason.
+error, `polish.py`), which noise and waves on the speeds hardly bias; that step is kept unless it predicts held-out
+parts of the logs worse. Both end in the lawful refit. What the logs cannot tell stays as it is, with the reason.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ from .gram import GramScores
 from .identified import Identified, identified
 from .nuisances import calibratable, nuisance_candidates
 from .options import Candidate, Linearisation
-from .passivity import Lawful, lawful_model
+from .passivity import Lawful, judge, lawful_model
 from .polish import polish
 from .rollouts import HORIZON, WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search
@@ -42,6 +42,7 @@ _GUARD = 1.0
 _LEAST_PART = 2.5
 """Shorter stretches are left out of a part [s]."""
 _ROUNDS = 6
+_DIGITS = 9
 _NAMED = ", calibrated"
 
 
@@ -84,8 +85,8 @@ class Calibration:
 
 
 @dataclass(frozen=True, slots=True)
-class _Fitted:
-    """Parameters fitted to some motions: a lawful vehicle, and intervals by symbol."""
+class Fitted:
+    """Parameters fitted to some motions: a lawful vehicle, and 95 % intervals by symbol."""
 
     lawful: Lawful
     intervals: dict[str, Interval]
@@ -130,17 +131,14 @@ def calibrate(
         pool = nuisance_candidates(nominal, known.symbols)
         long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
         horizon = WHOLE_HORIZON if long else HORIZON
+        fitted = convex_step(motions, nominal, pool, settings)
+        _demand_lawful(fitted.lawful, known.symbols)
         held_out = _held_out(motions, nominal, pool, settings, horizon, say)
         best: Method = "weak form"
-        fitted = _convex(motions, nominal, pool, settings)
-        if held_out and _error(held_out, "output error") < _error(held_out, "weak form"):
-            best, fitted = "output error", _rolled(motions, fitted, nominal, pool)
-        if fitted.lawful.passivity.verdict == "fail" or mass_margin(fitted.lawful.vehicle) <= 0.0:
-            raise RequestError(
-                f"fit: no values of {', '.join(known.symbols)} make {nominal.name} lawful: "
-                f"{fitted.lawful.passivity.sentence} Mend the other damping parameters in the vehicle file, or free "
-                "them with --free"
-            )
+        if held_out and _as_good(held_out["weak form"], held_out["output error"]):
+            best, fitted = "output error", rollout_step(motions, fitted, nominal, pool)
+            _demand_lawful(fitted.lawful, known.symbols)
+        fitted = _rounded(fitted, nominal, known.symbols)
         search = Search(weak, nominal, (), settings.search)
         left = np.sqrt((weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
     vehicle, wanted = fitted.lawful.vehicle, fitted.lawful.unconstrained
@@ -169,6 +167,24 @@ def calibrate(
     )
 
 
+def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:
+    """Raise unless damping takes energy out everywhere in the envelope, and mass is positive."""
+    if lawful.passivity.verdict == "fail" or mass_margin(lawful.vehicle) <= 0.0:
+        raise RequestError(
+            f"fit: no values of {', '.join(symbols)} make {lawful.vehicle.name.removesuffix(_NAMED)} lawful: "
+            f"{lawful.passivity.sentence} Mend the other damping parameters in the vehicle file, or free them"
+        )
+
+
+def _rounded(fitted: Fitted, nominal: Vehicle, symbols: Sequence[str]) -> Fitted:
+    """The same with nine significant digits, so that the last bits of a solver do not reach a file."""
+    lawful = fitted.lawful
+    values = {s: float(f"{lawful.vehicle.value(s):.{_DIGITS}g}") for s in symbols}
+    vehicle = nominal.with_values(values, name=lawful.vehicle.name)
+    still = judge(vehicle, lawful.passivity.envelope).verdict == "pass"
+    return replace(fitted, lawful=replace(lawful, vehicle=vehicle)) if still else fitted
+
+
 def _listed(known: Identified) -> str:
     return "; ".join(f"{symbol}: {why}" for symbol, why in known.reasons.items())
 
@@ -190,8 +206,8 @@ def _held_out(
         inside, outside = _parted(motions, k)
         before = rollout_squares(inside, nominal, horizon)
         try:
-            convex = _convex(outside, nominal, pool, settings)
-            rolled = _rolled(outside, convex, nominal, pool)
+            convex = convex_step(outside, nominal, pool, settings)
+            rolled = rollout_step(outside, convex, nominal, pool)
         except RequestError:
             return {}
         if not before.size:
@@ -203,9 +219,9 @@ def _held_out(
     return {name: np.concatenate(parts) for name, parts in found.items()}
 
 
-def _convex(
+def convex_step(
     motions: Sequence[Motion], nominal: Vehicle, pool: Sequence[Candidate], settings: DiscoverySettings
-) -> _Fitted:
+) -> Fitted:
     """The first step: the lawful fit to the weak form."""
     weak = WeakForm(motions, settings.weak)
     search = Search(weak, nominal, pool, replace(settings.search, refinements=_ROUNDS))
@@ -213,10 +229,10 @@ def _convex(
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]
     lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
-    return _Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed))
+    return Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed))
 
 
-def _rolled(motions: Sequence[Motion], start: _Fitted, nominal: Vehicle, pool: Sequence[Candidate]) -> _Fitted:
+def rollout_step(motions: Sequence[Motion], start: Fitted, nominal: Vehicle, pool: Sequence[Candidate]) -> Fitted:
     """The second step: rollouts fitted from the first step's numbers, then held to the laws."""
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
     polished = polish(motions, start.lawful.vehicle, symbols, ROLLOUTS)
@@ -224,16 +240,25 @@ def _rolled(motions: Sequence[Motion], start: _Fitted, nominal: Vehicle, pool: S
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
-    return _Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
+    return Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
 
 
 def _name(nominal: Vehicle) -> str:
     return nominal.name if nominal.name.endswith(_NAMED) else f"{nominal.name}{_NAMED}"
 
 
-def _error(held_out: dict[str, Array], name: str) -> float:
-    """Mean squared rollout error, each axis in units of the weak form's."""
-    return float((held_out[name].mean(axis=0) / np.maximum(held_out["weak form"].mean(axis=0), 1e-18)).sum())
+def _as_good(weak: Array, rolled: Array) -> bool:
+    """True unless rollouts err more, by more than a standard error, under the second step than under the first.
+
+    Sensor noise stands in both errors, so that a plain comparison is half chance where both are good; on known hulls
+    the second step is nearly always nearer the truth (`benchmarks/calibration.py`).
+
+    Parameters
+    ----------
+    weak, rolled : (starts, 3) squared errors
+    """
+    rise = ((rolled - weak) / np.maximum(weak.mean(axis=0), 1e-18)).mean(axis=1)
+    return bool(rise.mean() <= rise.std() / np.sqrt(rise.size))
 
 
 def _parted(motions: Sequence[Motion], part: int) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:

@@ -1,6 +1,6 @@
 """Which parameters of a model a log identifies, all of them free at once; the others with the reason why not."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,8 @@ from .weak import WeakForm
 
 _ALIKE = 1e-7
 """Share of a normal matrix (columns of length one) below which an eigenvalue is none: some columns are one."""
+_LARGE_PART = 0.3
+"""Share of the largest part in a combination of columns from which a column has a large one."""
 _PARTNER = 0.8
 """Correlation of two estimates from which one is said to hide the other."""
 _DORMANT = "no manoeuvre in this log shows it: a plausible amount of it makes no material force"
@@ -72,7 +74,7 @@ def identified(
         chosen = [linear.options[key][0] for key in state.active]
         gone = _same(scores, chosen) or _common_factor(search, scores, chosen, state.vehicle)
         if not vague:
-            gone = gone or _vague(scores, chosen, amounts) or _noisy(scores, chosen)
+            gone = gone or _noisy(scores, chosen) or _vague(scores, chosen, amounts)
         if not gone:
             break
         reasons |= gone
@@ -122,8 +124,9 @@ def _same(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
     size, vectors = np.linalg.eigh(normal * np.outer(scale, scale)) if symbols else (np.ones(1), np.ones((1, 1)))
     if size[0] >= _ALIKE:
         return {}
-    names = [s for s, part in zip(symbols, np.abs(vectors[:, 0]), strict=True) if part > 0.1]
-    return {s: f"this log cannot tell it from {', '.join(n for n in names if n != s)}" for s in names}
+    part = np.abs(vectors[:, 0])
+    names = [s for s, p in zip(symbols, part, strict=True) if p > _LARGE_PART * part.max()]
+    return {s: _cannot_tell(n for n in names if n != s) for s in names}
 
 
 def _common_factor(search: Search, scores: GramScores, chosen: Sequence[Option], vehicle: Vehicle) -> dict[str, str]:
@@ -162,27 +165,32 @@ def _vague(scores: GramScores, chosen: Sequence[Option], amounts: Mapping[str, f
     reasons = {}
     for symbol in wide:
         row = np.abs(correlation[symbols.index(symbol)])
-        near = [s for s, c in zip(symbols, row, strict=True) if c > _PARTNER and s != symbol]
-        reasons[symbol] = f"this log cannot tell it from {', '.join(near)}" if near else _WIDE
+        near = (s for s, c in zip(symbols, row, strict=True) if c > _PARTNER and s != symbol)
+        reasons[symbol] = _cannot_tell(near) or _WIDE
     return reasons
 
 
 def _noisy(scores: GramScores, chosen: Sequence[Option]) -> dict[str, str]:
-    """The parameter that has most part in a combination of columns that is hardly more than sensor noise."""
+    """Parameters with a large part in a combination of columns that is hardly more than sensor noise."""
     if scores.noise is None:
         return {}
     at = _columns(chosen)
-    index = np.array(list(at.values()))
-    weight = scores.weight
-    both, noise = (np.tensordot(g.sum(axis=0), weight, axes=(0, 0)) for g in (scores.gram, scores.noise))
-    both, noise = both[np.ix_(index, index)], noise[np.ix_(index, index)]
+    index = np.ix_(list(at.values()), list(at.values()))
+    both, noise = (np.tensordot(scores.weight, g.sum(axis=0), axes=1)[index] for g in (scores.gram, scores.noise))
     size, vectors = np.linalg.eigh(both)
     root = vectors / np.sqrt(np.maximum(size, 1e-12 * size.max()))
     share, directions = np.linalg.eigh(root.T @ noise @ root)
     if share[-1] * (1.0 + LEAST_SIGNAL**2) < 1.0:
         return {}
-    worst = np.abs(root @ directions[:, -1]) * np.sqrt(np.diag(both))
-    return {list(at)[int(np.argmax(worst))]: _NOISE}
+    part = np.abs(root @ directions[:, -1]) * np.sqrt(np.diag(both))
+    names = [s for s, p in zip(at, part, strict=True) if p > _LARGE_PART * part.max()]
+    return {s: _cannot_tell(n for n in names if n != s) or _NOISE for s in names}
+
+
+def _cannot_tell(others: Iterable[str]) -> str:
+    """That a log cannot tell a parameter from others; empty when there are none."""
+    names = ", ".join(others)
+    return f"this log cannot tell it from {names}" if names else ""
 
 
 def _correlation(normal: Array) -> Array:

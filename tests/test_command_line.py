@@ -23,7 +23,7 @@ import undertow
 from undertow.__main__ import app, main
 from undertow.physics.vehicle import load_vehicle
 
-VERBS = ("demo", "inspect", "compare", "discover", "add", "simulate", "report")
+VERBS = ("demo", "inspect", "compare", "discover", "fit", "add", "simulate", "report")
 HIDDEN = "surge_quadratic_damping"
 AXES = {"surge", "sway", "yaw"}
 TIME = np.arange(0.0, 40.0, 0.1)

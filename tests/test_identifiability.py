@@ -242,7 +242,7 @@ def test_a_question_that_no_manoeuvre_settles_is_said_to_be_one():
 
 def test_the_findings_say_what_the_log_can_tell():
     found = find_missing([steady(HULL)], HULL).findings.to_dict()["identifiability"]
-    assert set(found) == {"groups", "dormant", "noise_limited", "quiet_axes", "condition", "excitation"}
+    assert set(found) == {"groups", "dormant", "absorbed", "noise_limited", "quiet_axes", "condition", "excitation"}
     assert found["excitation"]["thrust_scale"]["signal_to_noise"] is None
     assert found["quiet_axes"] == ["sway", "yaw"]
 

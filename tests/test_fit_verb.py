@@ -1,0 +1,150 @@
+"""The verb `fit` and `discover --refit` as a user meets them, and the law of dissipation on screen and page."""
+
+import json
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+import yaml
+from typer.testing import CliRunner, Result
+
+import undertow
+from undertow.__main__ import app
+from undertow.physics.vehicle import load_vehicle
+from undertow.reports.wording import energy_lines
+
+HULL = load_vehicle("blueboat")
+
+
+def call(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def done(*words: str | Path) -> str:
+    result = call(*words)
+    assert (result.exit_code, result.exception) == (0, None), result.stderr
+    return result.stdout
+
+
+def strict(text: str) -> Any:
+    def refuse(constant: str) -> NoReturn:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a log of a BlueBoat, a vehicle file that is wrong, and what `fit` and `discover --refit` wrote."""
+    folder = tmp_path_factory.mktemp("fit")
+    HULL.with_values({"X_u": -9.0, "Y_v": -55.0, "N_r": -8.0}).save(folder / "wrong.yaml")
+    done("simulate", "-v", "blueboat", "--effect", "munk_moment=14", "--duration", "75", "--out", folder / "log.csv")
+    said = done(
+        "fit", folder / "log.csv", "-v", folder / "wrong.yaml", "--free", "N_uv,thrust_scale", "-o", folder / "v"
+    )
+    (folder / "said.txt").write_text(said)
+    said = done("discover", folder / "log.csv", "-v", folder / "wrong.yaml", "--refit", "--out", folder / "run")
+    (folder / "told.txt").write_text(said)
+    return folder
+
+
+def test_fit_prints_parameters_errors_law_and_what_was_left(place: Path) -> None:
+    said = (place / "said.txt").read_text()
+    for text in ("Calibrated 10 parameters", "95 % interval", "Left as they were", "common factor", "10 s", "Energy:"):
+        assert text in said
+    assert "Proved for u from" in " ".join(said.split())
+
+
+def test_fit_writes_a_vehicle_that_says_where_its_numbers_come_from(place: Path) -> None:
+    vehicle = load_vehicle(place / "v")
+    assert vehicle.value("N_uv") == pytest.approx(14.0, rel=0.1)
+    assert vehicle.value("X_u") == pytest.approx(-15.0, rel=0.1)
+    assert (vehicle.mass, vehicle.value("thrust_scale")) == (HULL.mass, 1.0)
+    source = yaml.safe_load((place / "v").read_text())["sources"]["calibrated"]
+    assert "log.csv" in source
+    assert str(place) not in source
+
+
+def test_fit_prints_strict_json_and_the_same_again(place: Path, tmp_path: Path) -> None:
+    words = ("fit", place / "log.csv", "-v", place / "wrong.yaml", "--free", "N_uv", "--free", "thrust_scale")
+    text = done(*words, "--json", "--out", tmp_path / "v")
+    found = strict(text)
+    assert set(found) == {
+        *("schema", "sentences", "method", "parameters", "left", "steps", "chosen_by", "passivity", "data")
+    }
+    assert found["schema"] == "undertow.fit/1"
+    for row in found["parameters"]:
+        assert set(row) == {"symbol", "before", "after", "wanted", "unit", "ci95", "held_by_law"}
+        assert row["ci95"][0] < row["wanted"] < row["ci95"][1]
+    assert [step["added"] for step in found["steps"]] == [None, "calibrated"]
+    assert [row["symbol"] for row in found["left"]] == ["thrust_scale"]
+    assert found["passivity"]["verdict"] == "pass"
+    assert (tmp_path / "v").read_bytes() == (place / "v").read_bytes()
+
+
+def test_fit_as_a_function(place: Path) -> None:
+    inputs = undertow.read_inputs(place / "log.csv", place / "wrong.yaml")
+    run = undertow.fit(inputs, hold=["X_udot"])
+    assert "X_u" in [p.symbol for p in run.calibration.parameters]
+    assert run.vehicle.value("X_udot") == inputs.vehicle.value("X_udot")
+    assert any("discover --refit" in sentence for sentence in run.sentences)  # the Munk moment was not free
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--free", "X_uuu"), "did you mean 'X_uu'"),
+        (("--free", "mass"), "of mass and added mass"),
+        (("--free", "Y_r", "--hold", "Y_r"), "both freed and held"),
+        (("--hold", "X_u,X_uu,Y_v,Y_vv,N_r,N_rr,X_udot,Y_vdot,N_rdot"), "no parameter to calibrate"),
+        (("--out", "missing/v.yaml"), "does not exist; create it first"),
+        (("--frame", "up"), "expected enu or ned"),
+    ],
+)
+def test_fit_refuses_with_a_cure(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], text: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    out = () if "--out" in words else ("--out", "v.yaml")
+    result = call("fit", place / "log.csv", "-v", place / "wrong.yaml", *out, *words)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert text in " ".join(result.stderr.split())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_refit_is_told_on_the_terminal(place: Path) -> None:
+    told = " ".join((place / "told.txt").read_text().split())
+    assert "The model is missing munk moment, whatever the values of its parameters." in told
+    for text in ("Calibrated parameters", "calibrated ", "+ munk moment", "Energy: the damping takes energy out"):
+        assert text in told
+    assert "would do the same: thrust scale" in told
+
+
+def test_refit_is_told_in_the_run_folder_and_on_the_page(place: Path) -> None:
+    found = strict((place / "run" / "findings.json").read_text())
+    assert [step["added"] for step in found["steps"]] == [None, "calibrated", "munk_moment"]
+    assert {"X_u", "N_rdot"} < {row["symbol"] for row in found["calibrated"]}
+    assert (found["left"], found["absorbed"]) == ([], ["thrust_scale"])
+    assert strict((place / "run" / "run.json").read_text())["refit"] is True
+    page = (place / "run" / "report.html").read_text()
+    for text in ("Calibrated parameters", "Energy: the damping takes energy out", "Calibrating its parameters and"):
+        assert text in page
+
+
+def test_a_run_without_refit_says_nothing_of_calibration(place: Path) -> None:
+    done("discover", place / "log.csv", "-v", "blueboat", "--out", place / "plain")
+    found = strict((place / "plain" / "findings.json").read_text())
+    assert (found["calibrated"], found["left"], found["absorbed"]) == ([], [], [])
+    page = (place / "plain" / "report.html").read_text()
+    assert "Calibrated parameters" not in page
+    assert "Energy: the damping takes energy out" in page
+
+
+def test_a_law_that_is_broken_is_said() -> None:
+    box = {"u": [-1.0, 2.0], "v": [-0.5, 0.5], "r": [-1.0, 1.0]}
+    given = {"verdict": "fail", "proof": "search", "envelope": box, "sentence": "It creates energy."}
+    said = " ".join(energy_lines(given))
+    assert said == "It creates energy. Searched for u from -1.00 to 2.00 m/s, v from -0.500 to 0.500 m/s and r " + (
+        "from -1.00 to 1.00 rad/s."
+    )
+    assert energy_lines({}) == []
