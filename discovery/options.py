@@ -191,14 +191,20 @@ class Linearisation:
             lower.append(low)
             upper.append(high)
         if candidate.effect.general:
-            faint = self._faint(free)
+            faint = self._silenced(free)
             lower, upper = np.where(faint, 0.0, lower).tolist(), np.where(faint, 0.0, upper).tolist()
         return Option(candidate.key, True, candidate.symbols, start, tuple(free), offset, tuple(lower), tuple(upper))
 
-    def _faint(self, columns: Sequence[int]) -> np.ndarray:
-        """Which columns are faint beside the strongest: commands that the log hardly holds say nothing of a curve."""
+    def _silenced(self, columns: Sequence[int]) -> np.ndarray:
+        """Which columns are faint beside the strongest: commands that the log hardly holds say nothing of a curve.
+
+        They are set to zero. What is left of a command that never came is rounding, and to scale it would be absurd.
+        """
         size = np.array([np.sqrt((self._columns[k][0] ** 2).mean()) for k in columns])
-        return size <= _FAINT * size.max()
+        faint = size <= _FAINT * size.max()
+        for k in np.asarray(columns)[faint]:
+            self._columns[k] = np.zeros_like(self._columns[k])
+        return faint
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""

@@ -168,6 +168,21 @@ def test_a_refit_never_lets_the_curve_fall() -> None:
     assert (np.diff(force(bent.thrusters[0], np.linspace(-35.0, 35.0, 99))) >= 0.0).all()
 
 
+def test_gains_of_commands_that_never_came_keep_their_values() -> None:
+    """A gentle log never goes astern; with this propeller curve the columns astern are rounding, not zero."""
+    paper = load_vehicle("blueboat_paper")
+    world = simulate_world(
+        paper, {"gain_ahead_33": 2.0, "gain_ahead_67": 0.5}, programme="gentle", duration=200.0, noise="field", seed=2
+    )
+    found = find_missing([world.motion(0.05)], paper)
+    assert found.findings.missing == ("thrust_curve",)
+    assert [found.corrected.value(gain) for gain in GAINS[:3]] == [1.0, 1.0, 1.0]
+    intervals = {term.symbol: term.ci95 for term in found.findings.candidates[0].terms}
+    assert [intervals[gain] for gain in GAINS[:3]] == [None, None, None]
+    assert found.corrected.value("gain_ahead_67") == pytest.approx(0.5, abs=0.1)
+    assert "reverse_thrust_loss" in found.findings.identifiability["dormant"]
+
+
 def test_a_curve_stands_in_no_alias_group_and_hides_no_manoeuvre() -> None:
     """Every scale is a special case of it, so that it would move with all of them, in every log and trial."""
     found = found_in({}, "zigzag").findings
