@@ -208,6 +208,16 @@ class Shooting:
             errors = (self._whitener @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
         return self._rows(errors * self._weight)
 
+    def squares(self, vehicle: Vehicle) -> Array:
+        """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""
+        bins, _, starts = self._data.measured.shape
+        return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
+
+    @property
+    def sources(self) -> list[str]:
+        """Where each rollout comes from."""
+        return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
+
     def force_scale(self, vehicle: Vehicle) -> Array:
         """Size of the velocities that the forces make within a rollout (3,) [m/s, m/s, rad/s].
 

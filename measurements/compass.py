@@ -1,0 +1,131 @@
+"""Compass deviation: a heading error that changes with the heading makes false sway velocity, in proportion to speed.
+
+GPS velocity turned into the body by a heading that is wrong by delta shows v = u tan(delta) on a straight run. The
+deviation of a compass is smooth in the heading, delta = A + B sin(psi) + C cos(psi) (the semicircular part of the
+classical five coefficients; Denne 1979, Magnetic Compass Deviation and Correction, chapter 2). A current makes sway
+velocity too, but one that does not grow with speed, and a turn makes it in proportion to the yaw rate.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..physics.frames import Array, earth_to_body
+from ..physics.motion import Motion
+
+_FAST = 0.2
+"""Share of the largest surge speed from which a row can show a deviation."""
+_STRAIGHT = 0.1
+"""Yaw rate [rad/s] up to which a run counts as straight."""
+_LEAST = np.radians(1.0)
+_USUAL = np.radians(10.0)
+_EXPLAINS = 0.3
+_AGREE = 0.75
+_BLOCK = 5.0
+_LEAST_BLOCKS = 4
+_ROBUST_ROUNDS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """How a compass deviates: delta = constant + sine sin(psi) + cosine cos(psi) [rad], course minus heading.
+
+    Attributes
+    ----------
+    constant, sine, cosine : the coefficients [rad]
+    explained : share of the squared sway velocity on straight runs that it explains beyond a current, 0..1
+    agree : share of 5 s stretches of straight running that it makes smaller
+    sentence : the same in words
+    """
+
+    constant: float
+    sine: float
+    cosine: float
+    explained: float
+    agree: float
+    sentence: str
+
+    def at(self, heading: Array) -> Array:
+        """The deviation at headings [rad], same shape [rad]."""
+        return self.constant + self.sine * np.sin(heading) + self.cosine * np.cos(heading)
+
+
+def deviation_of(motions: Sequence[Motion]) -> Deviation | None:
+    """The compass deviation that motions show, or None when they show none.
+
+    Sway velocity on straight runs is fitted by speed times the deviation, beside a current and a turn, with weights that
+    false rows do not sway; coefficients far above ten degrees are held back, since one heading alone cannot tell them
+    apart. It is a deviation when it is at least one degree, explains 30 % of what the rest leaves, and three of four
+    stretches of 5 s agree.
+    """
+    rows, block = _rows(motions)
+    count = int(block.max()) + 1 if block.size else 0
+    if count < _LEAST_BLOCKS:
+        return None
+    sway, speed, heading, rate = rows.T
+    others = np.column_stack([np.cos(heading), np.sin(heading), rate, speed * rate])
+    shape = np.column_stack([np.ones_like(speed), np.sin(heading), np.cos(heading)])
+    both = np.column_stack([speed[:, None] * shape, others])
+    held = np.array([1.0 / _USUAL] * 3 + [0.0] * 4)
+    found, weight = _robust_fit(both, sway, held)
+    angle = shape @ found[:3]
+    without, _ = _robust_fit(others, sway, held[3:], weight)
+    left, rest = sway - both @ found, sway - others @ without
+    by_block = np.array([np.bincount(block, weight * e**2, count) for e in (left, rest)])
+    explained = 1.0 - float(by_block[0].sum() / max(float(by_block[1].sum()), 1e-300))
+    agree = float((by_block[0] < by_block[1]).mean())
+    size = float(np.sqrt((angle**2).mean()))
+    if size < _LEAST or explained < _EXPLAINS or agree < _AGREE:
+        return None
+    a, b, c = (float(np.degrees(x)) for x in found[:3])
+    sentence = (
+        f"the compass deviates by about {a:.1f} {b:+.1f} sin(psi) {c:+.1f} cos(psi) degrees, which makes "
+        f"{100.0 * explained:.0f} % of the sway velocity on straight runs; heading and velocities are corrected"
+    )
+    return Deviation(float(found[0]), float(found[1]), float(found[2]), explained, agree, sentence)
+
+
+def corrected(motion: Motion, deviation: Deviation) -> Motion:
+    """A motion with its heading corrected, and its velocity over ground turned into the body by the new heading."""
+    delta = deviation.at(motion.heading)
+    surge, sway = earth_to_body(delta, motion.velocity[:, 0], motion.velocity[:, 1])
+    return replace(
+        motion, heading=motion.heading + delta, velocity=np.column_stack([surge, sway, motion.velocity[:, 2]])
+    )
+
+
+def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
+    """Sway, surge, heading and yaw rate (n, 4) of the rows that can show a deviation, and their stretch of 5 s (n,)."""
+    fastest = max((float(np.abs(m.velocity[:, 0]).max()) for m in motions), default=0.0)
+    found, blocks, begun = [np.zeros((0, 4))], [np.zeros(0, dtype=int)], 0
+    for motion in motions:
+        surge, sway, rate = motion.velocity.T
+        use = (np.abs(surge) > max(_FAST * fastest, 1e-6)) & (np.abs(rate) < _STRAIGHT)
+        stretch = ((motion.time - motion.time[0]) // _BLOCK).astype(int)[use]
+        found.append(np.column_stack([sway, surge, motion.heading, rate])[use])
+        _, number = np.unique(stretch, return_inverse=True)
+        blocks.append(begun + number)
+        begun += int(number.max()) + 1 if number.size else 0
+    return np.concatenate(found), np.concatenate(blocks)
+
+
+def _robust_fit(columns: Array, target: Array, held: Array, weight: Array | None = None) -> tuple[Array, Array]:
+    """Least squares with weights that grow small for outliers (soft-L1), or with given weights: (p,), (n,).
+
+    Parameters
+    ----------
+    held : (p,) one over the usual size of each coefficient, 0 for one that may have any size
+    """
+    w = np.ones(target.size) if weight is None else weight
+    found = np.zeros(columns.shape[1])
+    spread = float(np.std(target))
+    for _ in range(_ROBUST_ROUNDS if weight is None else 1):
+        root = np.sqrt(w)
+        rows = np.concatenate([columns * root[:, None], spread * np.diag(held)])
+        found = np.linalg.lstsq(rows, np.concatenate([target * root, np.zeros(held.size)]), rcond=1e-6)[0]
+        if weight is None:
+            left = target - columns @ found
+            spread = max(1.4826 * float(np.median(np.abs(left))), 1e-9)
+            w = 1.0 / np.sqrt(1.0 + (left / (2.0 * spread)) ** 2)
+    return np.asarray(found, dtype=float), w
