@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..measurements.alignment import align
-from ..measurements.compass import Deviation, corrected, deviation_of
+from ..measurements.compass import compass_of, corrected
 from ..physics.effects import Parameter
 from ..physics.motion import Motion
 from .evidence import Evidence
@@ -40,16 +40,17 @@ class Nuisances:
 def nuisances(motions: Sequence[Motion]) -> Nuisances:
     """Find a compass deviation, and correct headings and velocities for it.
 
-    What is left of the sway velocity is then the difference of two large numbers, and no force is learnt from it.
+    What is left of the sway velocity is then the difference of two large numbers, and no force is learnt from it; nor
+    where the runs do not show that the compass is right.
     """
-    deviation = deviation_of(motions)
-    if deviation is None:
+    compass = compass_of(motions)
+    if compass.sound:
         return Nuisances(tuple(motions), (False, False, False), ())
-    return Nuisances(tuple(corrected(m, deviation) for m in motions), (False, True, False), (_in_words(deviation),))
-
-
-def _in_words(deviation: Deviation) -> str:
-    return f"{deviation.sentence}; what is left shows no force in sway, and no effect that needs it is judged"
+    blind = "no force in sway, and no effect that needs it, is judged"
+    if not compass.deviates:
+        return Nuisances(tuple(motions), (False, True, False), (f"{compass.sentence}; {blind}",))
+    note = f"{compass.sentence}; heading and velocities are corrected, and {blind}"
+    return Nuisances(tuple(corrected(m, compass) for m in motions), (False, True, False), (note,))
 
 
 def misalignment(motions: Sequence[Motion]) -> float:
