@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..physics.effects import EFFECTS
-from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.frames import AXES
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
@@ -39,6 +39,7 @@ def conclude(
     advice: tuple[dict[str, str], ...] = (),
     included: Mapping[str, float] = _NONE,
     others: Sequence[FoundEffect] = (),
+    unseen: Sequence[Candidate] = (),
 ) -> Findings:
     """Write the findings.
 
@@ -54,10 +55,12 @@ def conclude(
     advice : manoeuvres that would settle what it leaves open
     included : share of block ensembles in which a term without a name is selected, by symbol
     others : findings on effects that were not searched for
+    unseen : candidates that the search could not judge
     """
-    pool = {candidate.key: candidate for candidate in search.pool}
+    pool = {candidate.key: candidate for candidate in (*search.pool, *unseen)}
+    what = _what(search)
     found = [
-        _effect(pool[e.key], e, nominal, lawful if e.key in kept else considered, intervals)
+        _effect(pool[e.key], e, nominal, lawful if e.key in kept else considered, intervals, what)
         for e in _one_each(evidence, pool)
         if ":" not in e.key
     ]
@@ -125,6 +128,7 @@ def _effect(
     nominal: Vehicle,
     model: Lawful | Vehicle,
     intervals: Mapping[str, Interval],
+    what: str,
 ) -> FoundEffect:
     """One candidate in words and numbers; `model` is the corrected one where the effect is kept."""
     effect, sure = candidate.effect, isinstance(model, Lawful)
@@ -140,11 +144,16 @@ def _effect(
     sentence = effect.meaning
     if verdict == "missing":
         axis = int(np.argmax(e.share))
-        sentence += f" It alone accounts for {_percent(e.share[axis])} of the {AXES[axis]} force at work in this log."
+        sentence += f" It alone accounts for {_percent(e.share[axis])} of the {AXES[axis]} {what} in this log."
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     elif e.indistinguishable_from:
         rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
         sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
+    elif e.out_of_step:
+        sentence = (
+            f"This log cannot tell: its channels are out of step by about {e.out_of_step:.2f} s, and what it asks for "
+            f"is hardly more. ({sentence})"
+        )
     elif e.at_limit:
         sentence = f"Doubtful: the log asks for more of it than physics allows, so it is something else. ({sentence})"
     elif e.rollouts_object:
@@ -208,8 +217,14 @@ def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: S
     return "Nothing material is missing: the model explains this log."
 
 
+def _what(search: Search) -> str:
+    """Of what shares are taken."""
+    return "force at work" if search.weak.forces else "motion that the forces make"
+
+
 def _criterion(search: Search) -> dict[str, object]:
     settings = search.settings
+    what = _what(search)
     return {
         "materiality": settings.materiality,
         "certainty": (
@@ -217,7 +232,7 @@ def _criterion(search: Search) -> dict[str, object]:
             f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
         ),
         "material": (
-            f"it alone explains at least {100.0 * settings.materiality:g} % of the force at work on some axis, or "
+            f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "
             f"{100.0 * settings.least:g} %, and {WHOLE_HORIZON:g} s rollouts change by {100.0 * settings.weight:g} % "
             "without it"
         ),
@@ -225,7 +240,7 @@ def _criterion(search: Search) -> dict[str, object]:
             "5 s rollouts with it, and 10 s rollouts of all together, are not worse "
             f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"
         ),
-        "unit": dict(zip(AXES, FORCE_UNITS, strict=True)),
+        "unit": dict(zip(AXES, search.weak.unit, strict=True)),
         "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (
             f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "

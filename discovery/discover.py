@@ -1,7 +1,7 @@
-"""Discovery, step by step: search the catalogue, look for structure that it leaves, weigh the evidence, conclude."""
+"""Discovery, step by step: look at the force balance or at rollouts, keep what is sure, fit it lawfully, conclude."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -10,24 +10,22 @@ from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
+from .colour import unexplained
 from .conclude import conclude, unmeasured
 from .ensemble import inclusion
-from .equivalent import in_plain_words
-from .evidence import weigh
+from .evidence import Evidence
+from .field import look_at_rollouts
 from .findings import Findings
-from .identifiability import identify
-from .library import shortlist, term_candidate, twins
-from .options import Candidate, candidates, measurable
+from .instant import look_at_forces
+from .looked import Looked, steps
+from .nuisance import believed, misalignment
+from .options import candidates, measurable
 from .passivity import lawful_model
-from .refit import CALIBRATED, freed, settle, with_calibration
-from .rehearsal import plausible_amounts, rehearse
-from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
+from .refit import CALIBRATED, Freed, freed, settle, with_calibration
 from .search import Search, SearchSettings, State
+from .shooting import ShootingSettings
 from .uncertainty import Interval, intervals
 from .weak import WeakForm, WeakSettings
-
-_STRUCTURE = 1.5
-"""A force error above this many times what sensor noise explains is structure that the model leaves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +38,14 @@ class DiscoverySettings:
     search : price and materiality
     seed : of the bootstrap
     refit : True to calibrate the parameters of the nominal model while effects are judged
+    shooting : rollouts, for logs whose error is coloured
     """
 
     weak: WeakSettings = field(default_factory=WeakSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     seed: int = 0
     refit: bool = False
+    shooting: ShootingSettings = field(default_factory=ShootingSettings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +59,7 @@ class Discovery:
     findings : conclusions, without the errors of the steps, which need a test set
     force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
     noise_error : (3,) what sensor noise alone would leave [N, N, N m]
+    notes : what was done to the log, and how it was judged
     """
 
     nominal: Vehicle
@@ -67,6 +68,7 @@ class Discovery:
     findings: Findings
     force_error: Array
     noise_error: Array
+    notes: tuple[str, ...] = ()
 
 
 def find_missing(
@@ -103,41 +105,35 @@ def _find(
         pool = free.pool
         say(f"calibrating {', '.join(free.symbols) or 'nothing'} in every model")
     search = Search(weak, nominal, pool, settings.search)
-    rehearsal = rehearse(search, nominal, search.nuisances)
-    plausible = plausible_amounts(search, rehearsal)
-    say(identify(search, nominal, search.nuisances, plausible).sentence)
-    say("searching the catalogue of effects")
-    state = search.run(progress=say)
-    if not leaves_structure(search, state):
-        state = search.again(state, say)
-    else:
-        say("named effects leave structure: looking for terms that nobody has named")
-        search, state = _with_terms(weak, nominal, pool, settings.search, state, say)
-    state = in_plain_words(search, state)
-    say("weighing the evidence")
-    if search.pool != pool:
-        rehearsal = rehearse(search, nominal, search.nuisances)
-        plausible = plausible_amounts(search, rehearsal)
-    known = identify(search, state.vehicle, state.active, plausible)
-    evidence = weigh(search, state, settings.seed, known)
+    left = unexplained(search)
+    if not left.coloured.any():
+        return _conclude(look_at_forces(weak, search, settings.seed, say), free, nominal, settings)
+    say(left.sentence)
+    looked = look_at_rollouts(motions, search, settings.shooting, settings.seed, say)
+    return _conclude(looked, free, nominal, settings, left.sentence)
+
+
+def _conclude(
+    looked: Looked, free: Freed | None, nominal: Vehicle, settings: DiscoverySettings, *notes: str
+) -> Discovery:
+    """Keep the effects that are sure, fit them under the laws, and say what was found."""
+    search, state = looked.search, looked.state
+    evidence = _in_step(looked.evidence, search, state)
     kept = tuple(e.key for e in evidence if e.sure)
     final = search.restrict(state, kept)
-    if kept and worse_as_a_whole(motions, _base(search, state), final.vehicle):
-        evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
-        kept, final = (), search.restrict(state, ())
     last, final = settle(search, final) if free is not None else (search, final)
     linear, scores = last.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
-    lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
-    corrected = lawful.vehicle
-    terms = any(":" in key for key in state.active)
-    included = inclusion(search, state, settings.seed) if terms else {}
-    found: dict[str, Interval] = intervals(weak, scores, search.pool, chosen, final.vehicle, settings.seed)
+    lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
+    found: dict[str, Interval] = intervals(search.weak, scores, search.pool, chosen, final.vehicle, settings.seed)
     if set(kept) != set(search.named(state.active)):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         options = [far.options[key][0] for key in state.active]
-        found = intervals(weak, wide, search.pool, options, state.vehicle, settings.seed) | found
-    steps = _steps(search, final, corrected)
+        found = intervals(search.weak, wide, search.pool, options, state.vehicle, settings.seed) | found
+    told = steps(search, final, lawful.vehicle, CALIBRATED)
+    terms = any(":" in key for key in state.active)
+    forces, there = looked.forces
+    rehearsal = None if state.active else looked.rehearsal
     findings = conclude(
         search,
         nominal,
@@ -146,79 +142,28 @@ def _find(
         evidence,
         found,
         kept,
-        [s for s, _ in steps[1:]],
-        known,
-        advise(search, state, open_questions(evidence, kept, known), plausible, None if state.active else rehearsal),
-        included,
-        unmeasured(motions),
+        [label for label, _ in told[1:]],
+        looked.known,
+        advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal),
+        inclusion(search, state, settings.seed) if terms else {},
+        unmeasured(looked.motions),
+        looked.unseen,
     )
     if free is not None:
         findings = with_calibration(findings, free, nominal, lawful, found)
-    return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
+    error = np.sqrt(final.fit.held_out)
+    if not search.weak.forces:
+        error = np.sqrt((forces.weak.balance(lawful.vehicle) ** 2).mean(axis=0))
+    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, (*notes, *looked.notes))
 
 
-def worse_as_a_whole(motions: Sequence[Motion], nominal: Vehicle, corrected: Vehicle) -> bool:
-    """True when 10 s open-loop rollouts of a corrected model are significantly worse than the nominal model's.
-
-    On field logs the force balance can ask for effects that wreck predictions; then none of them is called missing.
-    """
-    before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (nominal, corrected))
-    return rollouts_object(before, after)
-
-
-def leaves_structure(search: Search, state: State) -> bool:
-    """True when the force error on some axis is neither immaterial nor explained by sensor noise."""
-    error = np.sqrt(state.fit.held_out)
-    return bool((error > np.maximum(np.sqrt(search.floor), _STRUCTURE * search.noise_error)).any())
-
-
-def _with_terms(
-    weak: WeakForm,
-    nominal: Vehicle,
-    pool: Sequence[Candidate],
-    settings: SearchSettings,
-    state: State,
-    say: Callable[[str], None],
-) -> tuple[Search, State]:
-    """Search again with a sparse shortlist of unnamed terms, from the named model and from nothing; keep the better.
-
-    Terms that move much like a chosen one then join, so that a term is not blamed where its twin would do as well.
-    """
-
-    def widened(symbols: Iterable[str]) -> Search:
-        terms = [term_candidate(s, nominal) for s in dict.fromkeys(symbols)]
-        return Search(weak, nominal, (*pool, *terms), settings)
-
-    taken = {s for c in pool if c.nuisance for s in c.symbols}
-    listed = (*shortlist(weak, _base(Search(weak, nominal, pool, settings), state)), *shortlist(weak, state.vehicle))
-    symbols = [s for s in listed if s not in taken]
-    search = widened(symbols)
-    found = [search.run(start=state, progress=say), search.run(progress=say)]
-    best = min(found, key=lambda s: s.score)
-    alike = twins(weak, best.vehicle, [key for key in best.active if ":" in key])
-    alike = tuple(s for s in alike if s not in taken)
-    if not alike:
-        return search, best
-    search = widened([*symbols, *alike])
-    return search, search.run(start=best, progress=say)
-
-
-def _base(search: Search, state: State) -> Vehicle:
-    """The model without any effect: the nominal one, calibrated where its parameters are free."""
-    return search.restrict(state, ()).vehicle if search.nuisances else search.nominal
-
-
-def _steps(search: Search, final: State, corrected: Vehicle) -> tuple[tuple[str | None, Vehicle], ...]:
-    """Calibrate, where that is wanted, and add the kept effects one by one, the most valuable first, refitted."""
-    steps: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
-    effects = search.named(final.active)
-    if search.nuisances:
-        steps.append((CALIBRATED, _base(search, final) if effects else corrected))
-    chosen: list[str] = []
-    while len(chosen) < len(effects):
-        rest = [key for key in effects if key not in chosen]
-        trials = [(search.restrict(final, [*chosen, key]), key) for key in rest]
-        best, key = min(trials, key=lambda pair: pair[0].score)
-        chosen.append(key)
-        steps.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
-    return tuple(steps)
+def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:
+    """The evidence, with a lag or a delay doubted where the log's own channels are as far out of step."""
+    if not {"thruster_lag", "input_delay"} & set(state.active):
+        return list(evidence)
+    late = misalignment(search.weak.motions)
+    pool = {candidate.key: candidate for candidate in search.pool}
+    return [
+        believed(e, late, pool[e.key], [state.vehicle.value(s) for s in pool[e.key].symbols]) if e.selected else e
+        for e in evidence
+    ]
