@@ -64,8 +64,8 @@ def unexplained(search: Search) -> Unexplained:
     """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
 
     Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
-    that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of the
-    catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
+    that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of
+    the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
     their main directions only, three independent tests each.
     """
     weak = search.weak

@@ -11,6 +11,7 @@ from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
 from .gram import GramScores
 from .options import Candidate, Option
+from .shooting import Shooting
 from .weak import WeakForm
 
 _SMALL = 1e-12
@@ -68,7 +69,12 @@ def share_of_draws(passes: Array) -> float:
 
 
 def intervals(
-    weak: WeakForm, scores: GramScores, pool: Sequence[Candidate], chosen: Sequence[Option], vehicle: Vehicle, seed: int
+    weak: WeakForm | Shooting,
+    scores: GramScores,
+    pool: Sequence[Candidate],
+    chosen: Sequence[Option],
+    vehicle: Vehicle,
+    seed: int,
 ) -> dict[str, Interval]:
     """95 % intervals of every parameter of a model, by symbol: block bootstrap, or a profile where it moves in steps.
 
@@ -84,7 +90,7 @@ def intervals(
 
 
 def profile_interval(
-    weak: WeakForm, vehicle: Vehicle, parameter: Parameter, weight: Array, seed: int, draws: int = 400
+    weak: WeakForm | Shooting, vehicle: Vehicle, parameter: Parameter, weight: Array, seed: int, draws: int = 400
 ) -> Interval:
     """95 % interval of a parameter that moves the force in steps, so that no derivative tells its spread.
 

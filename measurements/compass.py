@@ -163,4 +163,4 @@ def _robust_fit(columns: Array, target: Array, held: Array, weight: Array | None
             left = target - columns @ found
             spread = max(1.4826 * float(np.median(np.abs(left))), 1e-9)
             w = 1.0 / np.sqrt(1.0 + (left / (2.0 * spread)) ** 2)
-    return found, w, inverse
+    return found, w, np.asarray(inverse, dtype=float)

@@ -25,7 +25,7 @@ def driven(vehicle: Vehicle, seconds: float = 240.0, seed: int = 0, step: float 
     rng = np.random.default_rng(seed)
     rows = round(seconds / step)
     held = np.repeat(rng.uniform(-20.0, 25.0, size=(rows // 40 + 1, 2)), 40, axis=0)[:rows]
-    time = step * np.arange(rows)
+    time = step * np.arange(rows, dtype=float)
     still = Motion(time, np.zeros((rows, 2)), np.zeros(rows), np.zeros((rows, 3)), held, ("port", "stbd"))
     return simulate_motion(vehicle, still)
 
