@@ -10,7 +10,7 @@ import numpy as np
 
 from undertow.measurements.dataset import WEAK, DataSet
 from undertow.measurements.split import Split, split
-from undertow.physics.effects import EFFECTS
+from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
 from undertow.physics.hidden_effects import apply_effects
 from undertow.physics.simulated_log import SimulatedLog
@@ -25,6 +25,8 @@ VEHICLES = ("blueboat", "otter", "blueboat_paper")
 DURATION, STEP = 300.0, 0.05
 WAVES = (0.05, 0.2)
 """Significant amplitude of the waves' orbital velocity, drawn between these [m/s]."""
+SPECIAL = {"thrust_scale", "reverse_thrust_loss"}
+"""Special cases of a free thrust curve: never hidden beside it, for no log could tell."""
 BY_FILE = 10
 """Every tenth log goes through a file and the reader, as a user's would; the others straight to the motion."""
 
@@ -83,6 +85,8 @@ def draw(part: Part, number: int, seed: int) -> Case:
         names = [str(name) for name in rng.choice([e.name for e in EFFECTS], part.hidden, replace=False)]
         if part.hidden == 1:
             names = [EFFECTS[number % len(EFFECTS)].name]
+        if any(effect_named(name).general for name in names) and SPECIAL.intersection(names):
+            continue
         try:
             sizes = [(name, typical_effect(name, nominal, rng)) for name in names]
             hidden = {label(name, list(values)): values for name, values in sizes}
