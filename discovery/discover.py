@@ -17,7 +17,7 @@ from .identifiability import identify
 from .library import shortlist, term_candidate, twins
 from .options import Candidate, candidates
 from .passivity import lawful_model
-from .refit import CALIBRATED, freed, settle, with_calibration
+from .refit import CALIBRATED, freed, with_calibration
 from .rehearsal import plausible_amounts, rehearse
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, SearchSettings, State
@@ -37,7 +37,8 @@ class DiscoverySettings:
     weak : test functions
     search : price and materiality
     seed : of the bootstrap
-    refit : True to calibrate the parameters of the nominal model while effects are judged
+    refit : True to calibrate the parameters of the nominal model while effects are judged; sensor noise is then taken
+        off all normal equations, lest parameters that noise draws towards zero call for effects
     """
 
     weak: WeakSettings = field(default_factory=WeakSettings)
@@ -98,7 +99,7 @@ def _find(
     pool = candidates(nominal)
     free = freed(weak, nominal, pool, settings.search) if settings.refit else None
     if free is not None:
-        pool = free.pool
+        pool, settings = free.pool, replace(settings, search=replace(settings.search, cleared=True))
         say(f"calibrating {', '.join(free.symbols) or 'nothing'} in every model")
     search = Search(weak, nominal, pool, settings.search)
     rehearsal = rehearse(search, nominal, search.nuisances)
@@ -120,8 +121,7 @@ def _find(
     if kept and worse_as_a_whole(motions, _base(search, state), final.vehicle):
         evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
         kept, final = (), search.restrict(state, ())
-    last, final = settle(search, final) if free is not None else (search, final)
-    linear, scores = last.linearise(final.vehicle, final.active, final.fit.in_sample)
+    linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     corrected = lawful.vehicle

@@ -9,13 +9,12 @@ from .identified import identified
 from .nuisances import beside, calibratable, nuisance_candidates
 from .options import Candidate
 from .passivity import Lawful
-from .search import Search, SearchSettings, State
+from .search import SearchSettings
 from .uncertainty import Interval
 from .weak import WeakForm
 
 CALIBRATED = "calibrated"
 """Label of the step at which the parameters of the nominal model were calibrated."""
-_REFINEMENTS = 6
 _THRUST = "thrust_scale"
 
 
@@ -56,14 +55,6 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     left = [c for c in effects if c not in lost]
     reasons = {s: why for s, why in known.reasons.items() if s in symbols}
     return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
-
-
-def settle(search: Search, state: State) -> tuple[Search, State]:
-    """The final model once more, sensor noise taken off its normal equations, so that no parameter is drawn to zero."""
-    pool = [c for c in search.pool if c.key in state.active]
-    settings = replace(search.settings, cleared=True, refinements=_REFINEMENTS)
-    cleared = Search(search.weak, search.nominal, pool, settings)
-    return cleared, cleared.evaluate(state.vehicle, state.active, state.fit.in_sample)
 
 
 def with_calibration(
