@@ -18,11 +18,11 @@ from ..physics.frames import Array
 from ..physics.laws import mass_margin
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .calibratable import calibratable, nuisance_candidates
 from .discover import DiscoverySettings
 from .findings import Calibrated
 from .gram import GramScores
 from .identified import Identified, identified
-from .nuisances import calibratable, nuisance_candidates
 from .options import Candidate, Linearisation
 from .passivity import Lawful, judge, lawful_model
 from .polish import polish

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..physics.effects import EFFECTS
-from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.frames import AXES
 from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
@@ -32,6 +32,7 @@ def conclude(
     order: Sequence[str | None],
     known: Identifiability | None = None,
     advice: tuple[dict[str, str], ...] = (),
+    unseen: Sequence[Candidate] = (),
 ) -> Findings:
     """Write the findings.
 
@@ -45,11 +46,13 @@ def conclude(
     order : keys in the order in which they are added
     known : what the log can show and tell apart
     advice : manoeuvres that would settle what it leaves open
+    unseen : candidates that the search could not judge
     """
     corrected = lawful.vehicle
-    pool = {candidate.key: candidate for candidate in search.pool}
+    pool = {candidate.key: candidate for candidate in (*search.pool, *unseen)}
+    what = _what(search)
     found = [
-        _effect(pool[e.key], e, nominal, corrected if e.key in kept else considered, intervals, e.key in kept)
+        _effect(pool[e.key], e, nominal, corrected if e.key in kept else considered, intervals, e.key in kept, what)
         for e in _one_each(evidence, pool)
         if ":" not in e.key
     ]
@@ -98,6 +101,7 @@ def _effect(
     vehicle: Vehicle,
     intervals: Mapping[str, Interval],
     sure: bool,
+    what: str,
 ) -> FoundEffect:
     effect = candidate.effect
     hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
@@ -108,12 +112,15 @@ def _effect(
     sentence = effect.meaning
     if verdict == "missing":
         axis = int(np.argmax(e.share))
-        sentence += (
-            f" It alone accounts for {100.0 * e.share[axis]:.0f} % of the {AXES[axis]} force at work in this log."
-        )
+        sentence += f" It alone accounts for {100.0 * e.share[axis]:.0f} % of the {AXES[axis]} {what} in this log."
     elif e.indistinguishable_from:
         rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
         sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
+    elif e.out_of_step:
+        sentence = (
+            f"This log cannot tell: its channels are out of step by about {e.out_of_step:.2f} s, and what it asks for is "
+            f"hardly more. ({sentence})"
+        )
     elif e.at_limit:
         sentence = f"Doubtful: the log asks for more of it than physics allows, so it is something else. ({sentence})"
     elif e.rollouts_object:
@@ -173,20 +180,26 @@ def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: S
     return "Nothing material is missing: the model explains this log."
 
 
+def _what(search: Search) -> str:
+    """Of what shares are taken."""
+    return "force at work" if search.weak.forces else "motion that the forces make"
+
+
 def _criterion(search: Search) -> dict[str, object]:
     settings = search.settings
+    what = _what(search)
     return {
         "materiality": settings.materiality,
         "certainty": (
             f"each parameter earns a held-out log-likelihood of {settings.price:g} "
             f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
         ),
-        "material": f"it explains at least {100.0 * settings.materiality:g} % of the force at work on some axis, alone",
+        "material": f"it explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, alone",
         "rollouts": (
             "5 s rollouts with it, and 10 s rollouts of all together, are not worse "
             f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"
         ),
-        "unit": dict(zip(AXES, FORCE_UNITS, strict=True)),
+        "unit": dict(zip(AXES, search.weak.unit, strict=True)),
         "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (
             f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "

@@ -10,17 +10,21 @@ from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
+from .colour import Unexplained, unexplained
 from .conclude import conclude
-from .evidence import weigh
+from .evidence import Evidence, weigh
+from .field import search_on_rollouts, weigh_on_rollouts
 from .findings import Findings
 from .identifiability import identify
 from .library import shortlist, term_candidate, twins
+from .nuisance import believed, misalignment
 from .options import Candidate, candidates
 from .passivity import lawful_model
 from .refit import CALIBRATED, freed, with_calibration
 from .rehearsal import plausible_amounts, rehearse
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, SearchSettings, State
+from .shooting import ShootingSettings
 from .uncertainty import Interval, block_bootstrap
 from .weak import WeakForm, WeakSettings
 
@@ -37,6 +41,7 @@ class DiscoverySettings:
     weak : test functions
     search : price and materiality
     seed : of the bootstrap
+    shooting : rollouts, for logs whose error is coloured
     refit : True to calibrate the parameters of the nominal model while effects are judged; sensor noise is then taken
         off all normal equations, lest parameters that noise draws towards zero call for effects
     """
@@ -44,6 +49,7 @@ class DiscoverySettings:
     weak: WeakSettings = field(default_factory=WeakSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     seed: int = 0
+    shooting: ShootingSettings = field(default_factory=ShootingSettings)
     refit: bool = False
 
 
@@ -58,6 +64,7 @@ class Discovery:
     findings : conclusions, without the errors of the steps, which need a test set
     force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
     noise_error : (3,) what sensor noise alone would leave [N, N, N m]
+    notes : what was done to the log, and how it was judged
     """
 
     nominal: Vehicle
@@ -66,6 +73,7 @@ class Discovery:
     findings: Findings
     force_error: Array
     noise_error: Array
+    notes: tuple[str, ...] = ()
 
 
 def find_missing(
@@ -97,11 +105,16 @@ def _find(
 ) -> Discovery:
     weak = WeakForm(motions, settings.weak)
     pool = candidates(nominal)
+    search = Search(weak, nominal, pool, settings.search)
+    left = unexplained(search)
+    if left.coloured.any():
+        say(left.sentence)
+        return _find_on_rollouts(motions, nominal, settings, left, say)
     free = freed(weak, nominal, pool, settings.search) if settings.refit else None
     if free is not None:
         pool, settings = free.pool, replace(settings, search=replace(settings.search, cleared=True))
-        say(f"calibrating {', '.join(free.symbols) or 'nothing'} in every model")
-    search = Search(weak, nominal, pool, settings.search)
+        search = Search(weak, nominal, pool, settings.search)
+        say(free.sentence)
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     say(identify(search, nominal, search.nuisances, plausible).sentence)
@@ -115,7 +128,7 @@ def _find(
         rehearsal = rehearse(search, nominal, search.nuisances)
         plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
-    evidence = weigh(search, state, settings.seed, known)
+    evidence = in_step(weigh(search, state, settings.seed, known), search, state)
     kept = tuple(e.key for e in evidence if e.sure)
     final = search.restrict(state, kept)
     if kept and worse_as_a_whole(motions, _base(search, state), final.vehicle):
@@ -130,6 +143,7 @@ def _find(
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         intervals = block_bootstrap(wide, [far.options[k][0] for k in state.active], settings.seed) | intervals
     steps = _steps(search, final, corrected)
+    spare = None if search.named(state.active) else rehearsal
     findings = conclude(
         search,
         nominal,
@@ -140,11 +154,77 @@ def _find(
         kept,
         [s for s, _ in steps[1:]],
         known,
-        advise(search, state, open_questions(evidence, kept, known), plausible, None if state.active else rehearsal),
+        advise(
+            search,
+            state,
+            open_questions(evidence, kept, known),
+            plausible,
+            None if search.named(state.active) else rehearsal,
+        ),
     )
     if free is not None:
         findings = with_calibration(findings, free, nominal, lawful, intervals)
     return Discovery(nominal, corrected, steps, findings, np.sqrt(final.fit.held_out), search.noise_error)
+
+
+def _find_on_rollouts(
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    settings: DiscoverySettings,
+    left: Unexplained,
+    say: Callable[[str], None],
+) -> Discovery:
+    found = search_on_rollouts(motions, nominal, settings.search, settings.shooting, say, settings.refit)
+    search, state = found.search, found.state
+    say("weighing the evidence")
+    evidence = in_step(weigh_on_rollouts(found, settings.seed), search, state)
+    kept = tuple(e.key for e in evidence if e.sure)
+    final = search.restrict(state, kept)
+    linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
+    chosen = [linear.options[key][0] for key in final.active]
+    lawful = lawful_model(found.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
+    intervals = block_bootstrap(scores, chosen, settings.seed)
+    if set(kept) != set(search.named(state.active)):
+        far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        intervals = block_bootstrap(wide, [far.options[k][0] for k in state.active], settings.seed) | intervals
+    steps = _steps(search, final, lawful.vehicle)
+    forces, weak_state = found.forces()
+    findings = conclude(
+        search,
+        nominal,
+        lawful,
+        state.vehicle,
+        evidence,
+        intervals,
+        kept,
+        [s for s, _ in steps[1:]],
+        found.known,
+        advise(
+            forces,
+            weak_state,
+            open_questions(evidence, kept, found.known),
+            found.plausible,
+            None if search.named(state.active) else found.rehearsal,
+        ),
+        found.unseen,
+    )
+    if found.free is not None:
+        findings = with_calibration(findings, found.free, nominal, lawful, intervals)
+    error = np.sqrt((forces.weak.balance(lawful.vehicle) ** 2).mean(axis=0))
+    notes = (left.sentence, *found.notes)
+    return Discovery(nominal, lawful.vehicle, steps, findings, error, forces.noise_error, notes)
+
+
+def in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:
+    """The evidence, with a lag or a delay doubted where the log's own channels are as far out of step."""
+    if not {"thruster_lag", "input_delay"} & set(state.active):
+        return list(evidence)
+    late = misalignment(search.weak.motions)
+    pool = {candidate.key: candidate for candidate in search.pool}
+    return [
+        believed(e, late, pool[e.key], [state.vehicle.value(s) for s in pool[e.key].symbols]) if e.selected else e
+        for e in evidence
+    ]
 
 
 def worse_as_a_whole(motions: Sequence[Motion], nominal: Vehicle, corrected: Vehicle) -> bool:

@@ -10,7 +10,7 @@ from ..physics.vehicle import Vehicle
 from .gram import Fit, GramScores
 from .identifiability import Identifiability
 from .options import Candidate, Linearisation, Option
-from .rollouts import rollout_squares, rollouts_object
+from .rollouts import rollouts_object
 from .search import Search, State
 from .uncertainty import share_of_draws
 
@@ -42,6 +42,7 @@ class Evidence:
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
+    out_of_step : misalignment of the log's channels [s], where it is as large as a lag or delay that was selected
     """
 
     key: str
@@ -56,11 +57,13 @@ class Evidence:
     dormant: bool = False
     absorbed: bool = False
     noise_limited: bool = False
+    out_of_step: float = 0.0
 
     @property
     def sure(self) -> bool:
-        """True when the search kept it, nine of ten resamples agree, and no limit or rollout speaks against it."""
-        return self.selected and self.confidence >= SURE and not self.rollouts_object and not self.at_limit
+        """True when the search kept it, nine of ten resamples agree, and no limit, rollout or clock speaks against it."""
+        doubted = self.rollouts_object or self.at_limit or self.out_of_step > 0.0
+        return self.selected and self.confidence >= SURE and not doubted
 
 
 def weigh(search: Search, state: State, seed: int, known: Identifiability | None = None) -> list[Evidence]:
@@ -74,7 +77,7 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
     whole = search.fit(scores, list(now.values()))
-    squares = rollout_squares(search.weak.motions, state.vehicle)
+    squares = search.weak.squares(state.vehicle)
     found = []
     for candidate in (c for c in search.pool if not c.nuisance):
         if candidate.key in now:
@@ -134,7 +137,7 @@ def _selected(
         error_drop(without.fit, state.fit, search),
         confidence / (1 + len(rivals)),
         tuple(rivals),
-        rollouts_object(rollout_squares(search.weak.motions, without.vehicle), squares),
+        rollouts_object(search.weak.squares(without.vehicle), squares),
         _at_limit(search, candidate, now[candidate.key]),
     )
 
@@ -189,8 +192,13 @@ def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: i
 
 
 def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
-    """True when a parameter lies at a physical limit that is not its nominal value."""
+    """True when a parameter lies at a physical limit that is not its nominal value.
+
+    On rollouts, nominal damping that vanishes beside other damping is not at a limit: its form was wrong.
+    """
     for parameter, value in zip(candidate.parameters, option.start, strict=True):
+        if not search.weak.forces and parameter.upper == parameter.null == 0.0 and parameter.section == "damping":
+            continue
         nominal = search.nominal.value(parameter.symbol)
         for limit in (parameter.lower, parameter.upper):
             room = abs(limit - nominal)

@@ -99,7 +99,7 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
     columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
     """
-    library, features = _tested_features(weak, vehicle, degree)
+    library, features = tested_features(weak, vehicle, degree)
     balance = weak.balance(vehicle)
     found: list[str] = []
     for axis, name in enumerate(AXES):
@@ -131,7 +131,7 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
     """
     if not symbols:
         return ()
-    library, features = _tested_features(weak, vehicle, degree)
+    library, features = tested_features(weak, vehicle, degree)
     names = [form.text for form in library.forms_]
     norms = np.maximum(np.sqrt((features**2).sum(axis=0)), 1e-300)
     found: list[str] = []
@@ -145,7 +145,7 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
     return tuple(dict.fromkeys(s for s in found if s not in symbols))
 
 
-def _tested_features(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[TermLibrary, Array]:
+def tested_features(weak: WeakForm, vehicle: Vehicle, degree: int = 3) -> tuple[TermLibrary, Array]:
     """The library and its features along the log, averaged by the test functions, (tests, features)."""
     library = TermLibrary(degree)
     states = [

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..physics.vehicle import Vehicle
+from .calibratable import beside, calibratable, nuisance_candidates
 from .findings import Calibrated, Findings
 from .identified import identified
-from .nuisances import beside, calibratable, nuisance_candidates
 from .options import Candidate
 from .passivity import Lawful
 from .search import SearchSettings
@@ -15,6 +15,7 @@ from .weak import WeakForm
 
 CALIBRATED = "calibrated"
 """Label of the step at which the parameters of the nominal model were calibrated."""
+_BLIND = "it acts on an axis of which the sensors of this log show too little"
 _THRUST = "thrust_scale"
 
 
@@ -37,6 +38,16 @@ class Freed:
     def symbols(self) -> tuple[str, ...]:
         """The parameters that are free."""
         return tuple(s for c in self.pool if c.nuisance for s in c.symbols)
+
+    @property
+    def sentence(self) -> str:
+        """What is free, for a line of progress."""
+        return f"calibrating {', '.join(self.symbols) or 'nothing'} in every model"
+
+    def seen(self, pool: Sequence[Candidate]) -> "Freed":
+        """The same for a log that can judge a part of the pool only."""
+        lost = [s for s in self.symbols if s not in {s for c in pool for s in c.symbols}]
+        return replace(self, pool=tuple(pool), reasons={**self.reasons, **dict.fromkeys(lost, _BLIND)})
 
 
 def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:

@@ -8,7 +8,7 @@ count less (soft-L1, Triggs et al. 2000, section 4.3).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -19,6 +19,7 @@ from ..physics.forces import actuation, memory_states
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.simulation import integrate
+from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle
 from .tangent import Tangent, transitions
 
@@ -26,6 +27,7 @@ _LEAST_STARTS, _LEAST_BLOCKS = 2, 4
 _NOISE_SEED = 20041
 _IDLE_COMMAND = 0.03
 _SPIKE = 4.0
+_KEPT = 16
 _LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 
 
@@ -70,6 +72,7 @@ class Rollings:
     measured : (bins, 3, starts) mean measured velocity of each bin
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
+    kept : thrust and loss by thrusters, which many models share
     """
 
     motions: tuple[Motion, ...]
@@ -82,23 +85,35 @@ class Rollings:
     measured: Array
     weight: Array
     noise: Array
+    kept: dict[tuple[Thruster, ...], tuple[Array, Array]] = field(default_factory=dict)
 
-    def inputs(self, vehicle: Vehicle) -> tuple[Array, Array, Array]:
-        """Thrust and its advance loss (thrusters, steps + 1, starts), and wake memory at the starts (starts, 2)."""
-        thrust, load, memory = [], [], []
+    def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
+        """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each; the latest are kept."""
+        if vehicle.thrusters in self.kept:
+            return self.kept[vehicle.thrusters]
+        thrust, load = [], []
         for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
             act = actuation(vehicle, motion)
             window = starts[None, :] + stride * np.arange(self.steps + 1)[:, None]
             thrust.append(_thinned(act.thrust, stride)[:, window])
             load.append(_thinned(act.load, stride)[:, window])
-            memory.append(np.column_stack(memory_states(vehicle, motion))[starts])
-        return np.concatenate(thrust, axis=2), np.concatenate(load, axis=2), np.concatenate(memory)
+        if len(self.kept) >= _KEPT:
+            self.kept.pop(next(iter(self.kept)))
+        self.kept[vehicle.thrusters] = np.concatenate(thrust, axis=2), np.concatenate(load, axis=2)
+        return self.kept[vehicle.thrusters]
 
     def states(self, vehicle: Vehicle) -> Array:
         """Open-loop states along all rollouts, (starts, steps + 1, 6)."""
-        thrust, load, memory = self.inputs(vehicle)
+        thrust, load = self.inputs(vehicle)
+        remembers = vehicle.values["memory_sway"] or vehicle.values["memory_yaw"]
+        memory = self.memory(vehicle) if remembers else None
         with np.errstate(over="ignore", invalid="ignore"):
             return integrate(vehicle, self.step, self.initial, thrust, load, memory).states
+
+    def memory(self, vehicle: Vehicle) -> Array:
+        """Wake memory of sway speed and yaw rate at the starts, (starts, 2), from the motion before them."""
+        pairs = zip(self.motions, self.starts, strict=True)
+        return np.concatenate([np.column_stack(memory_states(vehicle, m))[rows] for m, rows in pairs])
 
     def binned(self, series: Array) -> Array:
         """Means over the bins of a series (steps + 1, ...) whose first row is the start: (bins, ...)."""
@@ -207,6 +222,16 @@ class Shooting:
             flat = errors.transpose(2, 0, 1).reshape(starts, bins * 3, 1)
             errors = (self._whitener @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
         return self._rows(errors * self._weight)
+
+    def squares(self, vehicle: Vehicle) -> Array:
+        """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""
+        bins, _, starts = self._data.measured.shape
+        return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
+
+    @property
+    def sources(self) -> list[str]:
+        """Where each rollout comes from."""
+        return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
 
     def force_scale(self, vehicle: Vehicle) -> Array:
         """Size of the velocities that the forces make within a rollout (3,) [m/s, m/s, rad/s].

@@ -5,11 +5,12 @@ model adds to the acceleration at the base model's states and A = da/dnu. One op
 to the change of the binned velocities, so that hundreds of candidate columns cost a matrix product each.
 """
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..physics.forces import ForceEquation, relative_velocity
+from ..physics.forces import ForceEquation, Triple, relative_velocity
 from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
 
@@ -46,12 +47,10 @@ class Tangent:
     def balances(self, vehicle: Vehicle) -> Array:
         """The balance of a model near the base model and its noisier copy, (2, tests, 3), see `Shooting.balances`.
 
-        To first order in the change of acceleration. Wake memory has states of its own and is rolled out in full.
+        To first order in the change of acceleration.
         """
         if vehicle is self.base:
             return self._balances
-        if ForceEquation(vehicle).has_memory or ForceEquation(self.base).has_memory:
-            return self.form.balances(vehicle)
         added = self._accelerations(vehicle) - self._acceleration
         steps, _, starts = added.shape
         flat = np.ascontiguousarray(added.transpose(2, 0, 1)).reshape(starts, steps * 3, 1)
@@ -71,60 +70,105 @@ class Tangent:
 
 def accelerations(data: "Rollings", vehicle: Vehicle, states: Array) -> Array:
     """Acceleration over ground that a model gives along rollouts (starts, steps + 1, 6), as (steps + 1, 3, starts)."""
-    equation = ForceEquation(vehicle)
-    thrust, load, _ = data.inputs(vehicle)
-    heading = states[:, :, 2].T
-    velocity = (states[:, :, 3].T, states[:, :, 4].T, states[:, :, 5].T)
-    return _acceleration(equation, heading, velocity, thrust, load)
+    along = _along(data, vehicle, states)
+    return along.acceleration(along.velocity)
 
 
 def transitions(data: "Rollings", vehicle: Vehicle, states: Array) -> Array:
     """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
     forward, _ = _propagators(data, vehicle, states)
-    steps, starts = data.steps, states.shape[0]
-    spread = np.empty((steps + 1, starts, 3, 3))
-    spread[0] = np.eye(3)
-    for k in range(steps):
+    spread = np.empty((data.steps + 1, *forward.shape[1:3], 3))
+    spread[0] = np.eye(forward.shape[2], 3)
+    for k in range(data.steps):
         spread[k + 1] = forward[k] @ spread[k]
-    return spread.transpose(0, 2, 3, 1)
+    return spread[:, :, :3].transpose(0, 2, 3, 1)
 
 
-def _acceleration(
-    equation: ForceEquation, heading: Array, velocity: tuple[Array, Array, Array], thrust: Array, load: Array
-) -> Array:
-    relative = relative_velocity(equation.vehicle, heading, velocity)
-    force = equation.force(relative, heading, thrust, load if load.any() else None)
-    return np.stack(equation.acceleration(force, relative, velocity), axis=1)
+@dataclass(frozen=True, slots=True)
+class _Along:
+    """A model along given rollouts: heading, velocities and wake memory (steps + 1, starts), thrust and loss."""
+
+    equation: ForceEquation
+    heading: Array
+    velocity: Triple
+    memory: tuple[Array, Array] | None
+    thrust: Array
+    load: Array | None
+
+    def acceleration(self, velocity: Triple) -> Array:
+        """(steps + 1, 3, starts) at other velocities, everything else the same."""
+        relative = relative_velocity(self.equation.vehicle, self.heading, velocity)
+        force = self.equation.force(relative, self.heading, self.thrust, self.load, self.memory)
+        return np.stack(self.equation.acceleration(force, relative, velocity), axis=1)
+
+
+def _along(data: "Rollings", vehicle: Vehicle, states: Array) -> _Along:
+    equation = ForceEquation(vehicle)
+    thrust, load = data.inputs(vehicle)
+    heading = states[:, :, 2].T
+    velocity = (states[:, :, 3].T, states[:, :, 4].T, states[:, :, 5].T)
+    memory = None
+    if equation.has_memory:
+        _, sway, rate = relative_velocity(vehicle, heading, velocity)
+        begin, constant = data.memory(vehicle), vehicle.values["memory_time"]
+        memory = (
+            _remembered(sway, begin[:, 0], constant, data.step),
+            _remembered(rate, begin[:, 1], constant, data.step),
+        )
+    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None)
+
+
+def _remembered(series: Array, begin: Array, constant: float, step: float) -> Array:
+    """T q' = x - q along the first axis of (n, starts), x linear between samples, from q = begin (starts,)."""
+    a = float(np.exp(-step / constant))
+    slope = (1.0 - a) * constant / step
+    b0, b1 = slope - a, 1.0 - slope
+    found = np.empty_like(series)
+    found[0] = begin
+    for k in range(series.shape[0] - 1):
+        found[k + 1] = a * found[k] + b0 * series[k] + b1 * series[k + 1]
+    return found
 
 
 def _propagators(data: "Rollings", vehicle: Vehicle, states: Array) -> tuple[Array, Array]:
-    """Crank-Nicolson steps of the linearised rollout: x' = forward x + drive (a_k + a_k+1), (steps, starts, 3, 3)."""
-    equation = ForceEquation(vehicle)
-    thrust, load, _ = data.inputs(vehicle)
-    heading = states[:, :, 2].T
-    velocity = [states[:, :, 3].T, states[:, :, 4].T, states[:, :, 5].T]
-    jacobian = np.empty((*heading.shape, 3, 3))
+    """Crank-Nicolson steps of the linearised rollout: x' = forward x + drive (a_k + a_k+1).
+
+    x holds the velocities, and the wake memory's two states where there is one: n = 3 or 5.
+
+    Returns
+    -------
+    (steps, starts, n, n) and (steps, starts, n, 3)
+    """
+    along = _along(data, vehicle, states)
+    n = 5 if along.memory is not None else 3
+    jacobian = np.zeros((*along.heading.shape, n, n))
     with np.errstate(over="ignore", invalid="ignore"):
         for k in range(3):
             ends = []
             for sign in (1.0, -1.0):
-                moved = (*velocity[:k], velocity[k] + sign * _STEP, *velocity[k + 1 :])
-                ends.append(_acceleration(equation, heading, (moved[0], moved[1], moved[2]), thrust, load))
-            jacobian[..., k] = ((ends[0] - ends[1]) / (2.0 * _STEP)).transpose(0, 2, 1)
+                moved = [speed + sign * _STEP * (k == axis) for axis, speed in enumerate(along.velocity)]
+                ends.append(along.acceleration((moved[0], moved[1], moved[2])))
+            jacobian[..., :3, k] = ((ends[0] - ends[1]) / (2.0 * _STEP)).transpose(0, 2, 1)
+    if n == 5:
+        constant = vehicle.values["memory_time"]
+        for j, gain in enumerate(along.equation.memory):
+            jacobian[..., :3, 3 + j] = -gain * along.equation.inverse_mass[:, 1 + j]
+            jacobian[..., 3 + j, 1 + j] = 1.0 / constant
+            jacobian[..., 3 + j, 3 + j] = -1.0 / constant
     half = 0.5 * data.step * jacobian
-    left: Array = np.linalg.inv(np.eye(3) - half[1:]).astype(float)
-    return left @ (np.eye(3) + half[:-1]), 0.5 * data.step * left
+    left: Array = np.linalg.inv(np.eye(n) - half[1:]).astype(float)
+    return left @ (np.eye(n) + half[:-1]), 0.5 * data.step * left[..., :3]
 
 
 def _operator(data: "Rollings", forward: Array, drive: Array) -> Array:
-    steps, starts = forward.shape[:2]
+    steps, starts, n, _ = forward.shape
     bins = steps // data.per_bin
     operator = np.zeros((starts, bins, 3, steps + 1, 3))
-    response = np.zeros((starts, 3, steps + 1, 3))
+    response = np.zeros((starts, n, steps + 1, 3))
     for k in range(steps):
-        live = response[:, :, : k + 2].reshape(starts, 3, -1)
-        response[:, :, : k + 2] = (forward[k] @ live).reshape(starts, 3, k + 2, 3)
+        live = response[:, :, : k + 2].reshape(starts, n, -1)
+        response[:, :, : k + 2] = (forward[k] @ live).reshape(starts, n, k + 2, 3)
         response[:, :, k] += drive[k]
         response[:, :, k + 1] += drive[k]
-        operator[:, k // data.per_bin] += response / data.per_bin
+        operator[:, k // data.per_bin] += response[:, :3] / data.per_bin
     return operator.reshape(starts, bins * 3, (steps + 1) * 3)

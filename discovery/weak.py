@@ -14,10 +14,11 @@ import numpy as np
 from ..measurements.alignment import noise_level
 from ..physics.errors import RequestError
 from ..physics.forces import modelled_force, relative_velocity
-from ..physics.frames import Array
+from ..physics.frames import FORCE_UNITS, Array
 from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .rollouts import rollout_squares
 
 _LEAST_TESTS, _LEAST_BLOCKS = 8, 4
 _NOISE_SEED = 20040
@@ -69,6 +70,7 @@ class WeakForm:
     linear = True
     step_share = 1.0
     forces = True
+    unit = FORCE_UNITS
 
     def __init__(self, motions: Sequence[Motion], settings: WeakSettings) -> None:
         self.settings = settings
@@ -108,6 +110,10 @@ class WeakForm:
     def about(self, vehicle: Vehicle) -> "WeakForm":
         """The form in which columns about a vehicle are taken: this one, whatever the vehicle."""
         return self
+
+    def squares(self, vehicle: Vehicle) -> Array:
+        """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge."""
+        return rollout_squares(self.motions, vehicle)
 
     def average(self, series: Sequence[Array]) -> Array:
         """int phi f dt for (n, c) series, one for each motion: (tests, c)."""

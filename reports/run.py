@@ -91,7 +91,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         "seconds": sum(part.seconds for part in weak),
         "split": f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}",
         "unexplained": _unexplained(found),
-        "notes": [*inputs.notes, *_leftovers(found)],
+        "notes": [*inputs.notes, *found.notes, *_leftovers(found)],
     }
     findings = replace(
         found.findings,
@@ -111,6 +111,8 @@ def _unexplained(found: Discovery) -> dict[str, dict[str, Any]]:
 def _leftovers(found: Discovery) -> list[str]:
     """Sentences on the axes where much more force is left than sensor noise and the material share explain."""
     scale = found.findings.criterion["force_scale"]
+    if found.findings.criterion["unit"][AXES[0]] != FORCE_UNITS[0]:
+        return []  # judged on rollouts; the notes tell what the force balance leaves
     return [
         f"{axis}: {f:.2g} {unit} (root mean square) stay unexplained, {n:.2g} {unit} of it sensor noise"
         for axis, f, n, unit in zip(AXES, found.force_error, found.noise_error, FORCE_UNITS, strict=True)

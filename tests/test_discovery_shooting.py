@@ -70,6 +70,16 @@ def test_linearised_rollouts_are_those_of_a_model_nearby(nominal: Vehicle, symbo
     assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact)
 
 
+def test_linearised_rollouts_know_the_wake_memory(nominal: Vehicle) -> None:
+    base = nominal.with_values({"memory_yaw": 4.0, "memory_time": 1.5})
+    form = Shooting([driven(base)], nominal)
+    start = form.balance(base)
+    for change in ({"memory_yaw": 4.2}, {"memory_time": 1.55}, {"N_r": nominal.value("N_r") - 0.1}):
+        near = base.with_values(change)
+        exact, linear = form.balance(near) - start, form.about(base).balances(near)[0] - start
+        assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact), change
+
+
 def test_the_polish_finds_hidden_values_under_coloured_noise(nominal: Vehicle) -> None:
     true = nominal.with_values(HIDDEN)
     motion = disturbed(driven(true, 400.0), (0.05, 0.05, 0.02), 1.5, seed=1)

@@ -1,0 +1,100 @@
+"""Is it the sensors' white noise that a force balance leaves, or something that moves with the boat?
+
+On field logs the balance of every model errs by far more than white noise on the sensors explains: waves of other
+boats, gusts, false fixes, time that the hull needs to wash its wake away. Such an error is coloured, it goes with the
+motion, and a balance read instant by instant makes forces of it. Then rollouts decide.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.frames import AXES, FORCE_UNITS, Array
+from ..physics.matrices import mass_matrix
+from .library import tested_features
+from .search import Search
+from .weak import WeakForm
+
+COLOURED = 2.0
+"""A force error that no model explains, above this many times what white noise makes, is coloured."""
+MATERIAL = 0.05
+"""Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
+CLEAN_MATERIAL = 0.2
+"""The same share for a log without sensor noise, as simulators write it."""
+_TESTS_A_COLUMN = 3.0
+_RANK = 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class Unexplained:
+    """What the balance keeps when every effect and every term up to degree three is fitted at once.
+
+    Attributes
+    ----------
+    error : (3,) root mean square force [N, N, N m]
+    noise : (3,) what white sensor noise makes [N, N, N m]
+    share : (3,) error over the force scale
+    """
+
+    error: Array
+    noise: Array
+    share: Array
+
+    @property
+    def sentence(self) -> str:
+        """Why rollouts decide, with numbers."""
+        told = [
+            f"{axis} {e:.2g} {unit} (white noise {n:.2g})"
+            for axis, e, n, unit, far in zip(AXES, self.error, self.noise, FORCE_UNITS, self.coloured, strict=True)
+            if far
+        ]
+        return (
+            f"no model of the catalogue explains the force balance of this log to within white sensor noise: "
+            f"{', '.join(told)} stay; effects are judged by open-loop rollouts instead"
+        )
+
+    @property
+    def coloured(self) -> np.ndarray:
+        """(3,) True for an axis whose error is coloured and material."""
+        material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
+        return (self.error > COLOURED * self.noise) & (self.share > material)
+
+
+def unexplained(search: Search) -> Unexplained:
+    """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
+
+    Each axis gets every thruster's force, every shape of every effect, and all unnamed terms up to degree three,
+    and terms that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of the catalogue could explain, whatever its mass. The columns
+    are those that the search needs anyway; a short log gets their main directions only, three independent tests each.
+    """
+    weak = search.weak
+    if not isinstance(weak, WeakForm):
+        raise TypeError("unexplained: expected a search on the weak form")
+    linear, _ = search.linearise(search.nominal, ())
+    features = np.column_stack([tested_features(weak, search.nominal)[1], _turned(weak)])
+    inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
+    forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
+    rates = weak.derivative([motion.velocity for motion in weak.motions])
+    error = np.zeros(3)
+    for axis in range(3):
+        columns = np.column_stack([linear.columns[:, axis, forces], features])
+        size = np.sqrt((columns**2).sum(axis=0))
+        columns = columns[:, size > 0] / size[size > 0]
+        vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
+        rank = min(int((values > _RANK * values[0]).sum()), int(weak.independent / _TESTS_A_COLUMN))
+        vectors = vectors[:, :rank]
+        left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
+        error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
+    mass = np.diag(mass_matrix(search.nominal))
+    return Unexplained(error * mass, search.noise_error, error * mass / search.share_scale)
+
+
+def _turned(weak: WeakForm) -> Array:
+    """Velocities and their moduli times the cosine and the sine of the heading, tested, (tests, 12)."""
+    series = []
+    for motion in weak.motions:
+        speeds = np.column_stack([motion.velocity, np.abs(motion.velocity)])
+        series.append(
+            np.column_stack([speeds * np.cos(motion.heading)[:, None], speeds * np.sin(motion.heading)[:, None]])
+        )
+    return weak.average(series)

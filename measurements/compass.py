@@ -1,0 +1,168 @@
+"""Compass deviation: a heading error that changes with the heading makes false sway velocity, in proportion to speed.
+
+GPS velocity turned into the body by a heading that is wrong by delta shows v = u tan(delta) on a straight run. The
+deviation of a compass is smooth in the heading, delta = A + B sin(psi) + C cos(psi) (the semicircular part of the
+classical five coefficients; Denne 1979, Magnetic Compass Deviation and Correction, chapter 2). A current makes sway
+velocity too, but one that does not grow with speed, and a turn makes it in proportion to the yaw rate.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..physics.frames import Array, earth_to_body
+from ..physics.motion import Motion
+
+_FAST = 0.2
+"""Share of the largest surge speed from which a row can show a deviation."""
+_STRAIGHT = 0.1
+"""Yaw rate [rad/s] up to which a run counts as straight."""
+_LEAST = np.radians(1.0)
+_SOUND = np.radians(2.0)
+_USUAL = np.radians(10.0)
+_EXPLAINS = 0.3
+_AGREE = 0.75
+_BLOCK = 5.0
+_LEAST_BLOCKS = 4
+_ROBUST_ROUNDS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Compass:
+    """How a compass deviates: delta = constant + sine sin(psi) + cosine cos(psi) [rad], course minus heading.
+
+    Attributes
+    ----------
+    constant, sine, cosine : the coefficients [rad]; zero where there are too few straight runs
+    size : root mean square deviation on straight runs [rad]
+    error : its standard error, all headings of the straight runs together [rad]; infinite without straight runs
+    explained : share of the squared sway velocity on straight runs that it explains beyond a current, 0..1
+    agree : share of 5 s stretches of straight running in which it leaves less
+    """
+
+    constant: float
+    sine: float
+    cosine: float
+    size: float
+    error: float
+    explained: float
+    agree: float
+
+    @property
+    def deviates(self) -> bool:
+        """True for a deviation of a degree that explains 30 % of what the rest leaves, as 3 of 4 stretches agree."""
+        return self.size >= _LEAST and self.explained >= _EXPLAINS and self.agree >= _AGREE
+
+    @property
+    def sound(self) -> bool:
+        """True when the runs show that it does not deviate by more than two degrees."""
+        return not self.deviates and self.size + 2.0 * self.error <= _SOUND
+
+    @property
+    def sentence(self) -> str:
+        """The same in words."""
+        if self.deviates:
+            a, b, c = (float(np.degrees(x)) for x in (self.constant, self.sine, self.cosine))
+            return (
+                f"the compass deviates by about {a:.1f} {b:+.1f} sin(psi) {c:+.1f} cos(psi) degrees, which makes "
+                f"{100.0 * self.explained:.0f} % of the sway velocity on straight runs beyond a current"
+            )
+        limit = float(np.degrees(_SOUND))
+        if self.sound:
+            return f"the compass is right to within {limit:g} degrees"
+        if not np.isfinite(self.error):
+            return f"too few straight runs to tell whether the compass is right to within {limit:g} degrees"
+        size, error = float(np.degrees(self.size)), float(np.degrees(self.error))
+        return (
+            f"the straight runs do not show that the compass is right to within {limit:g} degrees: they ask for "
+            f"{size:.1f} +- {error:.1f} degrees"
+        )
+
+    def at(self, heading: Array) -> Array:
+        """The deviation at headings [rad], same shape [rad]."""
+        return self.constant + self.sine * np.sin(heading) + self.cosine * np.cos(heading)
+
+
+def compass_of(motions: Sequence[Motion]) -> Compass:
+    """What the straight runs of motions say of the compass.
+
+    Sway velocity is fitted by speed times the deviation, beside a current and a turn, with weights that false rows do
+    not sway; coefficients far above ten degrees are held back, since one heading alone cannot tell them apart. The
+    standard error counts stretches of 5 s, not rows.
+    """
+    rows, block = _rows(motions)
+    count = int(block.max()) + 1 if block.size else 0
+    if count < _LEAST_BLOCKS:
+        return Compass(0.0, 0.0, 0.0, 0.0, float("inf"), 0.0, 0.0)
+    sway, speed, heading, rate = rows.T
+    others = np.column_stack([np.cos(heading), np.sin(heading), rate, speed * rate])
+    shape = np.column_stack([np.ones_like(speed), np.sin(heading), np.cos(heading)])
+    both = np.column_stack([speed[:, None] * shape, others])
+    held = np.array([1.0 / _USUAL] * 3 + [0.0] * 4)
+    found, weight, inverse = _robust_fit(both, sway, held)
+    without, _, _ = _robust_fit(others, sway, held[3:], weight)
+    left, rest = sway - both @ found, sway - others @ without
+    gradient = np.array([np.bincount(block, weight * left * column, count) for column in both.T])
+    covariance = (inverse @ (gradient @ gradient.T) @ inverse)[:3, :3] * count / (count - 1)
+    by_block = np.array([np.bincount(block, weight * e**2, count) for e in (left, rest)])
+    return Compass(
+        float(found[0]),
+        float(found[1]),
+        float(found[2]),
+        float(np.sqrt(((shape @ found[:3]) ** 2).mean())),
+        float(np.sqrt(np.einsum("ni,ij,nj->n", shape, covariance, shape).mean())),
+        1.0 - float(by_block[0].sum() / max(float(by_block[1].sum()), 1e-300)),
+        float((by_block[0] < by_block[1]).mean()),
+    )
+
+
+def corrected(motion: Motion, compass: Compass) -> Motion:
+    """A motion with its heading corrected, and its velocity over ground turned into the body by the new heading."""
+    delta = compass.at(motion.heading)
+    surge, sway = earth_to_body(delta, motion.velocity[:, 0], motion.velocity[:, 1])
+    return replace(
+        motion, heading=motion.heading + delta, velocity=np.column_stack([surge, sway, motion.velocity[:, 2]])
+    )
+
+
+def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
+    """Sway, surge, heading and yaw rate (n, 4) of the rows that can show a deviation, and their stretch of 5 s (n,)."""
+    fastest = max((float(np.abs(m.velocity[:, 0]).max()) for m in motions), default=0.0)
+    found, blocks, begun = [np.zeros((0, 4))], [np.zeros(0, dtype=int)], 0
+    for motion in motions:
+        surge, sway, rate = motion.velocity.T
+        use = (np.abs(surge) > max(_FAST * fastest, 1e-6)) & (np.abs(rate) < _STRAIGHT)
+        stretch = ((motion.time - motion.time[0]) // _BLOCK).astype(int)[use]
+        found.append(np.column_stack([sway, surge, motion.heading, rate])[use])
+        _, number = np.unique(stretch, return_inverse=True)
+        blocks.append(begun + number)
+        begun += int(number.max()) + 1 if number.size else 0
+    return np.concatenate(found), np.concatenate(blocks)
+
+
+def _robust_fit(
+    columns: Array, target: Array, held: Array, weight: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Least squares with weights that grow small for outliers (soft-L1), or with given weights.
+
+    Parameters
+    ----------
+    held : (p,) one over the usual size of each coefficient, 0 for one that may have any size
+
+    Returns
+    -------
+    coefficients (p,), weights (n,), inverse normal matrix (p, p)
+    """
+    w = np.ones(target.size) if weight is None else weight
+    found, inverse = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2)
+    spread = float(np.std(target))
+    for _ in range(_ROBUST_ROUNDS if weight is None else 1):
+        normal = (columns * w[:, None]).T @ columns + spread**2 * np.diag(held**2)
+        inverse = np.linalg.pinv(normal, rcond=1e-10, hermitian=True)
+        found = inverse @ (columns.T @ (w * target))
+        if weight is None:
+            left = target - columns @ found
+            spread = max(1.4826 * float(np.median(np.abs(left))), 1e-9)
+            w = 1.0 / np.sqrt(1.0 + (left / (2.0 * spread)) ** 2)
+    return found, w, inverse
