@@ -154,13 +154,7 @@ def _find(
         kept,
         [s for s, _ in steps[1:]],
         known,
-        advise(
-            search,
-            state,
-            open_questions(evidence, kept, known),
-            plausible,
-            None if search.named(state.active) else rehearsal,
-        ),
+        advise(search, state, open_questions(evidence, kept, known), plausible, spare),
     )
     if free is not None:
         findings = with_calibration(findings, free, nominal, lawful, intervals)

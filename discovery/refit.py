@@ -15,7 +15,7 @@ from .weak import WeakForm
 
 CALIBRATED = "calibrated"
 """Label of the step at which the parameters of the nominal model were calibrated."""
-_BLIND = "it acts on an axis of which the sensors of this log show too little"
+BLIND = "it acts on an axis of which the sensors of this log show too little"
 _THRUST = "thrust_scale"
 
 
@@ -47,7 +47,7 @@ class Freed:
     def seen(self, pool: Sequence[Candidate]) -> "Freed":
         """The same for a log that can judge a part of the pool only."""
         lost = [s for s in self.symbols if s not in {s for c in pool for s in c.symbols}]
-        return replace(self, pool=tuple(pool), reasons={**self.reasons, **dict.fromkeys(lost, _BLIND)})
+        return replace(self, pool=tuple(pool), reasons={**self.reasons, **dict.fromkeys(lost, BLIND)})
 
 
 def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:
