@@ -18,14 +18,18 @@ from ..physics.frames import Array
 from ..physics.laws import mass_margin
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .calibratable import calibratable, nuisance_candidates
+from .colour import unexplained
 from .discover import DiscoverySettings
 from .findings import Calibrated
+from .folds import FOLDS, as_good, parted
 from .gram import GramScores
 from .identified import Identified, identified
-from .nuisances import calibratable, nuisance_candidates
-from .options import Candidate, Linearisation
+from .nuisance import Nuisances, nuisances, part_by_sight
+from .options import Candidate, Linearisation, candidates
 from .passivity import Lawful, judge, lawful_model
 from .polish import polish
+from .refit import BLIND
 from .rollouts import HORIZON, WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search
 from .shooting import Shooting, ShootingSettings
@@ -33,14 +37,8 @@ from .uncertainty import Interval, intervals
 from .weak import WeakForm
 
 Method = Literal["weak form", "output error"]
-FOLDS = 4
-"""Contiguous parts of the logs, each predicted by models fitted to the others."""
 ROLLOUTS = ShootingSettings(step=0.05)
 """Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""
-_GUARD = 1.0
-"""Left out on each side of a part that is predicted [s]."""
-_LEAST_PART = 2.5
-"""Shorter stretches are left out of a part [s]."""
 _ROUNDS = 6
 _DIGITS = 9
 _NAMED = ", calibrated"
@@ -64,6 +62,7 @@ class Calibration:
     force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
     noise_error : (3,) what sensor noise alone would leave [N, N, N m]
     force_scale : (3,) size of the forces at work [N, N, N m]
+    notes : what was done to the motions, in words
     """
 
     nominal: Vehicle
@@ -77,6 +76,7 @@ class Calibration:
     force_error: Array
     noise_error: Array
     force_scale: Array
+    notes: tuple[str, ...]
 
     @property
     def vehicle(self) -> Vehicle:
@@ -124,7 +124,15 @@ def calibrate(
                 "--free X_u"
             )
         weak = WeakForm(motions, settings.weak)
-        known = identified(weak, nominal, symbols, settings.search)
+        clear = _cleared(weak, motions, nominal, settings)
+        if clear.notes:
+            motions, weak = clear.motions, WeakForm(clear.motions, settings.weak)
+        seen, _ = part_by_sight(nuisance_candidates(nominal, symbols), clear.blind)
+        visible = [s for s in symbols if s in {s for c in seen for s in c.symbols}]
+        known = identified(weak, nominal, visible, settings.search)
+        known = replace(
+            known, reasons={**dict.fromkeys((s for s in symbols if s not in visible), BLIND), **known.reasons}
+        )
         if not known.symbols:
             raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
         say(f"calibrating {', '.join(known.symbols)}")
@@ -133,10 +141,10 @@ def calibrate(
         horizon = WHOLE_HORIZON if long else HORIZON
         fitted = convex_step(motions, nominal, pool, settings)
         _demand_lawful(fitted.lawful, known.symbols)
-        held_out = _held_out(motions, nominal, pool, settings, horizon, say)
+        held_out = _held_out(motions, nominal, pool, settings, horizon, clear.blind, say)
         best: Method = "weak form"
-        if held_out and _as_good(held_out["weak form"], held_out["output error"]):
-            best, fitted = "output error", rollout_step(motions, fitted, nominal, pool)
+        if held_out and as_good(held_out["weak form"], held_out["output error"]):
+            best, fitted = "output error", rollout_step(motions, fitted, nominal, pool, clear.blind)
             _demand_lawful(fitted.lawful, known.symbols)
         fitted = _rounded(fitted, nominal, known.symbols)
         search = Search(weak, nominal, (), settings.search)
@@ -164,6 +172,7 @@ def calibrate(
         left,
         search.noise_error,
         search.force_scale,
+        clear.notes,
     )
 
 
@@ -195,6 +204,7 @@ def _held_out(
     pool: Sequence[Candidate],
     settings: DiscoverySettings,
     horizon: float,
+    blind: Sequence[bool],
     say: Callable[[str], None],
 ) -> dict[str, Array]:
     """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
@@ -203,11 +213,11 @@ def _held_out(
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
     for k in range(FOLDS):
-        inside, outside = _parted(motions, k)
+        inside, outside = parted(motions, k)
         before = rollout_squares(inside, nominal, horizon)
         try:
             convex = convex_step(outside, nominal, pool, settings)
-            rolled = rollout_step(outside, convex, nominal, pool)
+            rolled = rollout_step(outside, convex, nominal, pool, blind)
         except RequestError:
             return {}
         if not before.size:
@@ -232,46 +242,29 @@ def convex_step(
     return Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed))
 
 
-def rollout_step(motions: Sequence[Motion], start: Fitted, nominal: Vehicle, pool: Sequence[Candidate]) -> Fitted:
+def rollout_step(
+    motions: Sequence[Motion],
+    start: Fitted,
+    nominal: Vehicle,
+    pool: Sequence[Candidate],
+    blind: Sequence[bool] = (False, False, False),
+) -> Fitted:
     """The second step: rollouts fitted from the first step's numbers, then held to the laws."""
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
-    polished = polish(motions, start.lawful.vehicle, symbols, ROLLOUTS)
-    form = Shooting(motions, polished.vehicle, ROLLOUTS)
+    polished = polish(motions, start.lawful.vehicle, symbols, ROLLOUTS, blind=blind)
+    form = Shooting(motions, polished.vehicle, ROLLOUTS, blind)
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
     return Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
 
 
+def _cleared(weak: WeakForm, motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings) -> Nuisances:
+    """The motions without what the sensors add, where more than white noise stays unexplained, as `discover` does."""
+    if unexplained(Search(weak, nominal, candidates(nominal), settings.search)).coloured.any():
+        return nuisances(motions)
+    return Nuisances(tuple(motions), (False, False, False), ())
+
+
 def _name(nominal: Vehicle) -> str:
     return nominal.name if nominal.name.endswith(_NAMED) else f"{nominal.name}{_NAMED}"
-
-
-def _as_good(weak: Array, rolled: Array) -> bool:
-    """True unless rollouts err more, by more than a standard error, under the second step than under the first.
-
-    Sensor noise stands in both errors, so that a plain comparison is half chance where both are good; on known hulls
-    the second step is nearly always nearer the truth (`benchmarks/calibration.py`).
-
-    Parameters
-    ----------
-    weak, rolled : (starts, 3) squared errors
-    """
-    rise = ((rolled - weak) / np.maximum(weak.mean(axis=0), 1e-18)).mean(axis=1)
-    return bool(rise.mean() <= rise.std() / np.sqrt(rise.size))
-
-
-def _parted(motions: Sequence[Motion], part: int) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:
-    """The stretches inside a part of the logs, and those outside it by a second or more."""
-    ends = np.cumsum([0.0, *(m.duration for m in motions)])
-    low, high = ends[-1] * part / FOLDS, ends[-1] * (part + 1) / FOLDS
-    inside: list[Motion] = []
-    outside: list[Motion] = []
-    for motion, begun in zip(motions, ends[:-1], strict=True):
-        spans = ((outside, -np.inf, low - _GUARD), (inside, low, high), (outside, high + _GUARD, np.inf))
-        for kept, start, stop in spans:
-            rows = np.clip((np.array([start, stop]) - begun) / motion.time_step, 0, motion.time.size)
-            first, last = (int(row) for row in np.round(rows))
-            if (last - first) * motion.time_step >= _LEAST_PART:
-                kept.append(motion.slice(first, last))
-    return tuple(inside), tuple(outside)

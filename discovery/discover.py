@@ -1,7 +1,7 @@
 """Discovery, step by step: look at the force balance or at rollouts, keep what is sure, fit it lawfully, conclude."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -21,7 +21,7 @@ from .looked import Looked, steps
 from .nuisance import believed, misalignment
 from .options import candidates, measurable
 from .passivity import lawful_model
-from .refit import CALIBRATED, Freed, freed, settle, with_calibration
+from .refit import CALIBRATED, freed, with_calibration
 from .search import Search, SearchSettings, State
 from .shooting import ShootingSettings
 from .uncertainty import Interval, intervals
@@ -99,30 +99,26 @@ def _find(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, say: Callable[[str], None]
 ) -> Discovery:
     weak = WeakForm(motions, settings.weak)
-    pool = candidates(nominal, measurable(motions))
-    free = freed(weak, nominal, pool, settings.search) if settings.refit else None
-    if free is not None:
-        pool = free.pool
-        say(f"calibrating {', '.join(free.symbols) or 'nothing'} in every model")
-    search = Search(weak, nominal, pool, settings.search)
+    search = Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search)
     left = unexplained(search)
-    if not left.coloured.any():
-        return _conclude(look_at_forces(weak, search, settings.seed, say), free, nominal, settings)
-    say(left.sentence)
-    looked = look_at_rollouts(motions, search, settings.shooting, settings.seed, say)
-    return _conclude(looked, free, nominal, settings, left.sentence)
+    if left.coloured.any():
+        say(left.sentence)
+        looked = look_at_rollouts(motions, search, settings.shooting, settings.seed, say, settings.refit)
+        return _conclude(looked, nominal, settings, left.sentence)
+    free = freed(weak, nominal, search.pool, settings.search) if settings.refit else None
+    if free is not None:
+        say(free.sentence)
+        search = Search(weak, nominal, free.pool, settings.search)
+    return _conclude(replace(look_at_forces(weak, search, settings.seed, say), free=free), nominal, settings)
 
 
-def _conclude(
-    looked: Looked, free: Freed | None, nominal: Vehicle, settings: DiscoverySettings, *notes: str
-) -> Discovery:
+def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *notes: str) -> Discovery:
     """Keep the effects that are sure, fit them under the laws, and say what was found."""
     search, state = looked.search, looked.state
     evidence = _in_step(looked.evidence, search, state)
     kept = tuple(e.key for e in evidence if e.sure)
     final = search.restrict(state, kept)
-    last, final = settle(search, final) if free is not None else (search, final)
-    linear, scores = last.linearise(final.vehicle, final.active, final.fit.in_sample)
+    linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     found: dict[str, Interval] = intervals(search.weak, scores, search.pool, chosen, final.vehicle, settings.seed)
@@ -149,8 +145,8 @@ def _conclude(
         unmeasured(looked.motions),
         looked.unseen,
     )
-    if free is not None:
-        findings = with_calibration(findings, free, nominal, lawful, found)
+    if looked.free is not None:
+        findings = with_calibration(findings, looked.free, nominal, lawful, found)
     error = np.sqrt(final.fit.held_out)
     if not search.weak.forces:
         error = np.sqrt((forces.weak.balance(lawful.vehicle) ** 2).mean(axis=0))

@@ -16,6 +16,7 @@ from .evidence import Evidence, weigh
 from .identifiability import identify
 from .looked import Looked
 from .nuisance import nuisances, part_by_sight
+from .refit import freed
 from .rehearsal import plausible_amounts, rehearse
 from .search import Search
 from .shooting import Shooting, ShootingSettings
@@ -31,6 +32,7 @@ def look_at_rollouts(
     shooting: ShootingSettings,
     seed: int,
     say: Callable[[str], None],
+    refit: bool = False,
 ) -> Looked:
     """Search the catalogue on open-loop rollouts of motions that are cleared of nuisances, and weigh all.
 
@@ -38,6 +40,7 @@ def look_at_rollouts(
     ----------
     instant : the search on the force balance that these rollouts take the place of
     seed : of the block resamples
+    refit : True to calibrate the parameters of the nominal model in every model
 
     Raises
     ------
@@ -48,8 +51,15 @@ def look_at_rollouts(
     clear = nuisances(motions)
     for note in clear.notes:
         say(note)
-    seen, unseen = part_by_sight(instant.pool, clear.blind)
+    pool, free = instant.pool, None
+    if refit:
+        free = freed(WeakForm(clear.motions, WeakSettings()), nominal, pool, settings)
+        pool = free.pool
+    seen, unseen = part_by_sight(pool, clear.blind)
     unseen = [c for c in unseen if not c.nuisance]
+    if free is not None:
+        free = free.seen(seen)
+        say(free.sentence)
     form = Shooting(clear.motions, nominal, shooting, clear.blind)
     search = Search(form, nominal, seen, settings)
     say("searching the catalogue of effects on open-loop rollouts")
@@ -81,6 +91,7 @@ def look_at_rollouts(
         (forces, forces.evaluate(state.vehicle, state.active)),
         tuple(unseen),
         (*clear.notes, *_disagreements(form, nominal, state.vehicle)),
+        free,
     )
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
+from .calibratable import nuisance_candidates
 from .gram import GramScores
 from .identifiability import ALIAS, LEAST_SIGNAL, column_moments, identify
-from .nuisances import nuisance_candidates
 from .options import Candidate, Option
 from .rehearsal import plausible_amounts, rehearse
 from .search import Search, SearchSettings
@@ -61,7 +61,7 @@ def identified(
 
     Parameters
     ----------
-    symbols : parameters that are to be free, see `nuisances.calibratable`
+    symbols : parameters that are to be free, see `calibratable.calibratable`
     vague : True to keep those with wide intervals, and those that hardly more than noise tells from others
     """
     pool = nuisance_candidates(nominal, symbols)

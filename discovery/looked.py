@@ -8,6 +8,7 @@ from ..physics.vehicle import Vehicle
 from .evidence import Evidence
 from .identifiability import Identifiability
 from .options import Candidate
+from .refit import Freed
 from .rehearsal import Rehearsal
 from .search import Search, State
 
@@ -26,6 +27,7 @@ class Looked:
     forces : the same model on the force balance [N, N, N m], for the advice and the report
     unseen : candidates that the log cannot judge because an axis is blind
     notes : what was done to the log, in words
+    free : what is calibrated in every model, if anything
     """
 
     motions: tuple[Motion, ...]
@@ -38,6 +40,7 @@ class Looked:
     forces: tuple[Search, State]
     unseen: tuple[Candidate, ...] = ()
     notes: tuple[str, ...] = ()
+    free: Freed | None = None
 
 
 def base(search: Search, state: State) -> Vehicle:

@@ -4,18 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..physics.vehicle import Vehicle
+from .calibratable import beside, calibratable, nuisance_candidates
 from .findings import Calibrated, Findings
 from .identified import identified
-from .nuisances import beside, calibratable, nuisance_candidates
 from .options import Candidate
 from .passivity import Lawful
-from .search import Search, SearchSettings, State
+from .search import SearchSettings
 from .uncertainty import Interval
 from .weak import WeakForm
 
 CALIBRATED = "calibrated"
 """Label of the step at which the parameters of the nominal model were calibrated."""
-_REFINEMENTS = 6
+BLIND = "it acts on an axis of which the sensors of this log show too little"
 _THRUST = "thrust_scale"
 
 
@@ -39,6 +39,16 @@ class Freed:
         """The parameters that are free."""
         return tuple(s for c in self.pool if c.nuisance for s in c.symbols)
 
+    @property
+    def sentence(self) -> str:
+        """What is free, for a line of progress."""
+        return f"calibrating {', '.join(self.symbols) or 'nothing'} in every model"
+
+    def seen(self, pool: Sequence[Candidate]) -> "Freed":
+        """The same for a log that can judge a part of the pool only."""
+        lost = [s for s in self.symbols if s not in {s for c in pool for s in c.symbols}]
+        return replace(self, pool=tuple(pool), reasons={**self.reasons, **dict.fromkeys(lost, BLIND)})
+
 
 def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:
     """Free the parameters that have a value in the vehicle file, and leave the effects that are more than those.
@@ -56,13 +66,6 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     left = [c for c in effects if c not in lost]
     reasons = {s: why for s, why in known.reasons.items() if s in symbols}
     return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
-
-
-def settle(search: Search, state: State) -> tuple[Search, State]:
-    """The final model once more, with as many Gauss-Newton steps as the calibrated parameters may need."""
-    pool = [c for c in search.pool if c.key in state.active]
-    alone = Search(search.weak, search.nominal, pool, replace(search.settings, refinements=_REFINEMENTS))
-    return alone, alone.evaluate(state.vehicle, state.active, state.fit.in_sample)
 
 
 def with_calibration(

@@ -48,6 +48,7 @@ class FitRun:
         """What was done, and what to think of it."""
         found, count = self.calibration, len(self.calibration.parameters)
         told = [f"Calibrated {count} parameter{'s' * (count > 1)} of {found.nominal.name} ({found.method})."]
+        told += [f"{note[0].upper()}{note[1:]}." for note in found.notes]
         if found.worse:
             told.append("Predictions on held-out parts of the log get worse: the model lacks something else.")
         left = [
@@ -91,7 +92,7 @@ class FitRun:
                 "rows": sum(part.rows for part in parts),
                 "seconds": sum(part.seconds for part in parts),
                 "split": f"chronological {'/'.join(f'{100 * s:.0f}' for s in weak.train.recipe.shares)}",
-                "notes": list(self.inputs.notes),
+                "notes": [*self.inputs.notes, *found.notes],
             },
         }
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from undertow.discovery.calibratable import beside, calibratable, nuisance_candidates
 from undertow.discovery.calibrate import Calibration, calibrate
 from undertow.discovery.discover import DiscoverySettings, find_missing
 from undertow.discovery.identified import identified
-from undertow.discovery.nuisances import beside, calibratable, nuisance_candidates
 from undertow.discovery.options import candidates
 from undertow.discovery.refit import CALIBRATED
 from undertow.discovery.search import Search, SearchSettings
