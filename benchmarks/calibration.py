@@ -77,7 +77,7 @@ def main() -> None:
             weak = convex_step([motion], start, pool, SETTINGS)
             found = {"weak form, as it is": as_it_is(motion, start), "weak form": ends(weak)}
             try:
-                found["output error"] = ends(rollout_step([motion], weak, start, pool))
+                found["output error"] = ends(rollout_step([motion], weak.lawful.vehicle, start, pool))
             except RequestError as error:
                 print(f"  seed {seed}: {error}")
             final = calibrate([motion], start)

@@ -4,6 +4,9 @@ Two steps. Least squares on the weak form, sensor noise taken off the normal equ
 al. 2006, chapter 5), which is convex and needs no good start. From there the rollouts themselves are fitted (output
 error, `polish.py`), which noise and waves on the speeds hardly bias; that step is kept unless it predicts held-out
 parts of the logs worse. Both end in the lawful refit. What the logs cannot tell stays as it is, with the reason.
+
+On field logs, whose force balance errs by far more than white noise (`colour.py`), the first step is no start: what the
+logs tell is then read from the rollouts too, and they are fitted from the nominal model.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,7 +32,7 @@ from .nuisance import Nuisances, nuisances, part_by_sight
 from .options import Candidate, Linearisation, candidates
 from .passivity import Lawful, judge, lawful_model
 from .polish import polish
-from .refit import BLIND
+from .refit import BLIND, calibrated, limit_at
 from .rollouts import HORIZON, WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search
 from .shooting import Shooting, ShootingSettings
@@ -41,7 +44,11 @@ ROLLOUTS = ShootingSettings(step=0.05)
 """Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""
 _ROUNDS = 6
 _DIGITS = 9
+_ENOUGH = 200.0
+"""Independent tests from which a log tells whether its error is coloured: fewer than the columns that could explain it
+leave structure in any log."""
 _NAMED = ", calibrated"
+_SEEING = (False, False, False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,15 +131,19 @@ def calibrate(
                 "--free X_u"
             )
         weak = WeakForm(motions, settings.weak)
-        clear = _cleared(weak, motions, nominal, settings)
+        left = unexplained(Search(weak, nominal, candidates(nominal), settings.search))
+        coloured = bool(left.coloured.any()) and weak.independent >= _ENOUGH
+        clear = nuisances(motions) if coloured else Nuisances(tuple(motions), _SEEING, ())
         if clear.notes:
             motions, weak = clear.motions, WeakForm(clear.motions, settings.weak)
-        seen, _ = part_by_sight(nuisance_candidates(nominal, symbols), clear.blind)
-        visible = [s for s in symbols if s in {s for c in seen for s in c.symbols}]
+        seen, unseen = part_by_sight(nuisance_candidates(nominal, symbols), clear.blind)
+        visible = [s for c in seen for s in c.symbols]
         known = identified(weak, nominal, visible, settings.search)
-        known = replace(
-            known, reasons={**dict.fromkeys((s for s in symbols if s not in visible), BLIND), **known.reasons}
-        )
+        if coloured and visible:
+            about = polish(motions, nominal, visible, ROLLOUTS, blind=clear.blind).vehicle
+            form = Shooting(motions, about, ROLLOUTS, clear.blind)
+            known = identified(form, about, visible, settings.search)
+        known = replace(known, reasons={s: BLIND for c in unseen for s in c.symbols} | known.reasons)
         if not known.symbols:
             raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
         say(f"calibrating {', '.join(known.symbols)}")
@@ -141,35 +152,25 @@ def calibrate(
         horizon = WHOLE_HORIZON if long else HORIZON
         fitted = convex_step(motions, nominal, pool, settings)
         _demand_lawful(fitted.lawful, known.symbols)
-        held_out = _held_out(motions, nominal, pool, settings, horizon, clear.blind, say)
+        held_out = _held_out(motions, nominal, pool, settings, horizon, clear.blind if coloured else None, say)
         best: Method = "weak form"
         if held_out and as_good(held_out["weak form"], held_out["output error"]):
-            best, fitted = "output error", rollout_step(motions, fitted, nominal, pool, clear.blind)
+            start = nominal if coloured else fitted.lawful.vehicle
+            best, fitted = "output error", rollout_step(motions, start, nominal, pool, clear.blind)
             _demand_lawful(fitted.lawful, known.symbols)
         fitted = _rounded(fitted, nominal, known.symbols)
         search = Search(weak, nominal, (), settings.search)
-        left = np.sqrt((weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
-    vehicle, wanted = fitted.lawful.vehicle, fitted.lawful.unconstrained
+        error = np.sqrt((weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
     return Calibration(
         nominal,
         fitted.lawful,
-        tuple(
-            Calibrated(
-                s,
-                vehicle.parameter(s).unit,
-                nominal.value(s),
-                vehicle.value(s),
-                wanted.value(s),
-                fitted.intervals.get(s),
-            )
-            for s in known.symbols
-        ),
+        calibrated(known.symbols, nominal, fitted.lawful, fitted.intervals),
         known.reasons,
         best,
         horizon,
         {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()},
         bool(held_out) and rollouts_object(held_out["nominal"], held_out[best]),
-        left,
+        error,
         search.noise_error,
         search.force_scale,
         clear.notes,
@@ -189,6 +190,9 @@ def _rounded(fitted: Fitted, nominal: Vehicle, symbols: Sequence[str]) -> Fitted
     """The same with nine significant digits, so that the last bits of a solver do not reach a file."""
     lawful = fitted.lawful
     values = {s: float(f"{lawful.vehicle.value(s):.{_DIGITS}g}") for s in symbols}
+    for symbol in symbols:
+        limit = limit_at(nominal.parameter(symbol), values[symbol])
+        values[symbol] = values[symbol] if limit is None else limit
     vehicle = nominal.with_values(values, name=lawful.vehicle.name)
     still = judge(vehicle, lawful.passivity.envelope).verdict == "pass"
     return replace(fitted, lawful=replace(lawful, vehicle=vehicle)) if still else fitted
@@ -204,12 +208,16 @@ def _held_out(
     pool: Sequence[Candidate],
     settings: DiscoverySettings,
     horizon: float,
-    blind: Sequence[bool],
+    blind: Sequence[bool] | None,
     say: Callable[[str], None],
 ) -> dict[str, Array]:
     """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
 
     Empty where a part holds no rollout or the others are too short for a fit.
+
+    Parameters
+    ----------
+    blind : axes that are not scored, for logs whose error is coloured; rollouts are then fitted from the nominal model
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
     for k in range(FOLDS):
@@ -217,7 +225,8 @@ def _held_out(
         before = rollout_squares(inside, nominal, horizon)
         try:
             convex = convex_step(outside, nominal, pool, settings)
-            rolled = rollout_step(outside, convex, nominal, pool, blind)
+            start = convex.lawful.vehicle if blind is None else nominal
+            rolled = rollout_step(outside, start, nominal, pool, _SEEING if blind is None else blind)
         except RequestError:
             return {}
         if not before.size:
@@ -244,26 +253,19 @@ def convex_step(
 
 def rollout_step(
     motions: Sequence[Motion],
-    start: Fitted,
+    start: Vehicle,
     nominal: Vehicle,
     pool: Sequence[Candidate],
-    blind: Sequence[bool] = (False, False, False),
+    blind: Sequence[bool] = _SEEING,
 ) -> Fitted:
-    """The second step: rollouts fitted from the first step's numbers, then held to the laws."""
+    """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws."""
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
-    polished = polish(motions, start.lawful.vehicle, symbols, ROLLOUTS, blind=blind)
+    polished = polish(motions, start, symbols, ROLLOUTS, blind=blind)
     form = Shooting(motions, polished.vehicle, ROLLOUTS, blind)
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
     return Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
-
-
-def _cleared(weak: WeakForm, motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings) -> Nuisances:
-    """The motions without what the sensors add, where more than white noise stays unexplained, as `discover` does."""
-    if unexplained(Search(weak, nominal, candidates(nominal), settings.search)).coloured.any():
-        return nuisances(motions)
-    return Nuisances(tuple(motions), (False, False, False), ())
 
 
 def _name(nominal: Vehicle) -> str:

@@ -96,7 +96,9 @@ class Calibrated:
     symbol, unit : name and SI unit
     before, after : values
     wanted : what the log alone asks for; differs from `after` where the law of dissipation holds the parameter
-    ci95 : 95 % interval about `wanted`, cut at the physical limits; None for a parameter that moves in steps
+    ci95 : 95 % interval about `wanted`, cut at the physical limits; None for a parameter that moves in steps, or that
+        the log alone puts at a limit
+    at_limit : True where it does
     """
 
     symbol: str
@@ -105,6 +107,7 @@ class Calibrated:
     after: float
     wanted: float
     ci95: Interval | None
+    at_limit: bool = False
 
     @property
     def held(self) -> bool:
@@ -121,6 +124,7 @@ class Calibrated:
             "wanted": self.wanted,
             "unit": self.unit,
             "ci95": ends,
+            "at_limit": self.at_limit,
             "held_by_law": self.held,
         }
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 
+from ..physics.effects import Parameter
 from ..physics.vehicle import Vehicle
 from .calibratable import beside, calibratable, nuisance_candidates
 from .findings import Calibrated, Findings
@@ -16,6 +18,7 @@ from .weak import WeakForm
 CALIBRATED = "calibrated"
 """Label of the step at which the parameters of the nominal model were calibrated."""
 BLIND = "it acts on an axis of which the sensors of this log show too little"
+_AT_LIMIT = 1e-5
 _THRUST = "thrust_scale"
 
 
@@ -68,21 +71,30 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
 
 
+def limit_at(parameter: Parameter, value: float) -> float | None:
+    """The physical limit at which a value lies, if it does."""
+    limits = [x for x in (parameter.lower, parameter.upper) if isfinite(x)]
+    return next((x for x in limits if abs(value - x) <= _AT_LIMIT * (1.0 + abs(x))), None)
+
+
+def calibrated(
+    symbols: Sequence[str], nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
+) -> tuple[Calibrated, ...]:
+    """What became of the parameters that were free."""
+    rows = []
+    for symbol in symbols:
+        parameter, wanted = nominal.parameter(symbol), lawful.unconstrained.value(symbol)
+        near = limit_at(parameter, wanted) is not None
+        values = nominal.value(symbol), lawful.vehicle.value(symbol), wanted
+        rows.append(Calibrated(symbol, parameter.unit, *values, None if near else intervals.get(symbol), near))
+    return tuple(rows)
+
+
 def with_calibration(
     findings: Findings, free: Freed, nominal: Vehicle, lawful: Lawful, intervals: Mapping[str, Interval]
 ) -> Findings:
     """Findings that say what was calibrated, and what the verdict therefore means."""
-    rows = tuple(
-        Calibrated(
-            s,
-            nominal.parameter(s).unit,
-            nominal.value(s),
-            lawful.vehicle.value(s),
-            lawful.unconstrained.value(s),
-            intervals.get(s),
-        )
-        for s in free.symbols
-    )
+    rows = calibrated(free.symbols, nominal, lawful, intervals)
     headline = findings.headline
     if findings.verdict == "nothing missing":
         headline = "Nothing material is missing: once calibrated, the model explains this log."

@@ -53,7 +53,9 @@ def calibrated(run: RunFolder) -> Html:
             str(item["symbol"]),
             _number(item["before"]),
             element("b", _number(item["after"])),
-            interval(item.get("ci95")) + (" *" if item.get("held_by_law") else ""),
+            "at its limit"
+            if item.get("at_limit")
+            else interval(item.get("ci95")) + " *" * bool(item.get("held_by_law")),
             unit_text(str(item.get("unit") or "")),
         )
         for item in found.get("calibrated") or []

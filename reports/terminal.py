@@ -239,8 +239,8 @@ def _calibrated_in(rows: Sequence[Mapping[str, Any]], units: bool) -> Table:
     if units:
         table.add_column("unit", no_wrap=True)
     for row in rows:
-        mark = "*" if row.get("held_by_law") else ""
-        cells = [str(row["symbol"]), number(row["before"], 4), number(row["after"], 4) + mark, _interval(row)]
+        mark, limit = "*" if row.get("held_by_law") else "", "at its limit" if row.get("at_limit") else ""
+        cells = [str(row["symbol"]), number(row["before"], 4), number(row["after"], 4) + mark, limit or _interval(row)]
         table.add_row(*map(Text, [*cells, *[unit_text(str(row.get("unit") or ""))] * units]))
     return table
 

@@ -74,7 +74,7 @@ def test_fit_prints_strict_json_and_the_same_again(place: Path, tmp_path: Path) 
     }
     assert found["schema"] == "undertow.fit/1"
     for row in found["parameters"]:
-        assert set(row) == {"symbol", "before", "after", "wanted", "unit", "ci95", "held_by_law"}
+        assert set(row) == {"symbol", "before", "after", "wanted", "unit", "ci95", "at_limit", "held_by_law"}
         assert row["ci95"][0] < row["wanted"] < row["ci95"][1]
     assert [step["added"] for step in found["steps"]] == [None, "calibrated"]
     assert [row["symbol"] for row in found["left"]] == ["thrust_scale"]
