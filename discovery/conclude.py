@@ -112,9 +112,7 @@ def _effect(
     sentence = effect.meaning
     if verdict == "missing":
         axis = int(np.argmax(e.share))
-        sentence += (
-            f" It alone accounts for {100.0 * e.share[axis]:.0f} % of the {AXES[axis]} {what} in this log."
-        )
+        sentence += f" It alone accounts for {100.0 * e.share[axis]:.0f} % of the {AXES[axis]} {what} in this log."
     elif e.indistinguishable_from:
         rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
         sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"

@@ -111,7 +111,10 @@ def _along(data: "Rollings", vehicle: Vehicle, states: Array) -> _Along:
     if equation.has_memory:
         _, sway, rate = relative_velocity(vehicle, heading, velocity)
         begin, constant = data.memory(vehicle), vehicle.values["memory_time"]
-        memory = _remembered(sway, begin[:, 0], constant, data.step), _remembered(rate, begin[:, 1], constant, data.step)
+        memory = (
+            _remembered(sway, begin[:, 0], constant, data.step),
+            _remembered(rate, begin[:, 1], constant, data.step),
+        )
     return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None)
 
 
