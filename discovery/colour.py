@@ -1,4 +1,4 @@
-"""Tell the sensors' white noise in what a force balance leaves from something that moves with the boat.
+"""The colour of what a force balance leaves: the sensors' white noise, or something that moves with the boat.
 
 On field logs the balance of every model errs by far more than white noise on the sensors explains: waves of other
 boats, gusts, false fixes, time that the hull needs to wash its wake away. Such an error is coloured, it goes with the
@@ -72,7 +72,7 @@ def unexplained(search: Search) -> Unexplained:
     if not isinstance(weak, WeakForm):
         raise TypeError("unexplained: expected a search on the weak form")
     linear, _ = search.linearise(search.nominal, ())
-    features = np.column_stack([features_along(weak, search.nominal)[1], _turned(weak)])
+    features = np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
     inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
     forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
     rates = weak.derivative([motion.velocity for motion in weak.motions])

@@ -14,7 +14,7 @@ from .colour import unexplained
 from .conclude import conclude, unmeasured
 from .ensemble import inclusion
 from .evidence import Evidence
-from .field import look_at_rollouts
+from .field import look_at_rollouts, settle
 from .findings import Findings
 from .instant import look_at_forces
 from .looked import Looked, steps
@@ -117,7 +117,9 @@ def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *no
     search, state = looked.search, looked.state
     evidence = _in_step(looked.evidence, search, state)
     kept = tuple(e.key for e in evidence if e.sure)
-    final = search.restrict(state, kept)
+    final = settle(search, state, kept, settings.shooting)
+    if kept and not search.named(final.active):
+        evidence, kept = [replace(e, rollouts_object=e.selected) for e in evidence], ()
     linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
