@@ -13,7 +13,7 @@ from .advice import advise, open_questions
 from .colour import Unexplained, unexplained
 from .conclude import conclude
 from .evidence import Evidence, weigh
-from .field import search_on_rollouts, weigh_on_rollouts
+from .field import search_on_rollouts, settle, weigh_on_rollouts
 from .findings import Findings
 from .identifiability import identify
 from .library import shortlist, term_candidate, twins
@@ -173,7 +173,9 @@ def _find_on_rollouts(
     say("weighing the evidence")
     evidence = in_step(weigh_on_rollouts(found, settings.seed), search, state)
     kept = tuple(e.key for e in evidence if e.sure)
-    final = search.restrict(state, kept)
+    final = settle(search, state, kept, settings.shooting)
+    if kept and not final.active:
+        evidence, kept = [replace(e, rollouts_object=e.selected) for e in evidence], ()
     linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(found.motions, scores, chosen, nominal, f"{nominal.name}, corrected")

@@ -4,7 +4,7 @@ The same search, evidence and lawful refit as on the weak form, on the balance o
 sensors are taken away first, and weights follow the model that was found.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,12 +16,18 @@ from .evidence import Evidence, weigh
 from .identifiability import Identifiability, identify
 from .nuisance import nuisances, part_by_sight
 from .options import Candidate, candidates
+from .polish import polish
 from .refit import Freed, freed
 from .rehearsal import Rehearsal, plausible_amounts, rehearse
+from .rollouts import rollouts_object
 from .search import Search, SearchSettings, State
 from .shooting import Shooting, ShootingSettings
 from .weak import WeakForm, WeakSettings
 
+_REFINEMENTS = 3
+_STATIC = ("hull", "coupling", "mass", "thruster")
+_POLISHES = 10
+_SPHERE = 0.5
 _ROUNDS = 3
 """Searches at most, each with weights about the model of the one before."""
 
@@ -85,15 +91,16 @@ def search_on_rollouts(
     if refit:
         free = freed(WeakForm(clear.motions, WeakSettings()), nominal, pool, settings)
         pool = free.pool
-    seen, unseen = part_by_sight(pool, clear.blind)
+    seen, unseen = part_by_sight(_slender(pool, nominal), clear.blind)
     unseen = [c for c in unseen if not c.nuisance]
     if free is not None:
         free = free.seen(seen)
         say(free.sentence)
     form = Shooting(clear.motions, nominal, shooting, clear.blind)
+    settings = replace(settings, refinements=_REFINEMENTS)
     search = Search(form, nominal, seen, settings)
     say("searching the catalogue of effects on open-loop rollouts")
-    state = search.run(progress=say)
+    state = min((search.run(s, say) for s in _starts(search, shooting)), key=lambda s: s.score)
     for _ in range(_ROUNDS - 1):
         form = form.refreshed(state.vehicle)
         search = Search(form, nominal, seen, settings)
@@ -109,9 +116,74 @@ def search_on_rollouts(
     return Found(clear.motions, search, state, known, plausible, rehearsal, tuple(unseen), notes, free)
 
 
+def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
+    """Models to search from: the nominal one with what it has fitted, and that with every static effect fitted.
+
+    A wrong nominal number bends rollouts so much that no single effect looks right beside it, and a search that begins
+    there ends soon. These are polished on the rollouts first, and lose what they do not need in the search. Added mass
+    in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a light one with weak ones.
+    """
+    static = [
+        c
+        for c in search.pool
+        if c.effect.family in _STATIC
+        and not c.effect.per_thruster
+        and not any(p.nonlinear for p in c.parameters)
+        and c.key != "surge_added_mass"
+    ]
+    fitted = [
+        c
+        for c in static
+        if c.key == "thrust_scale"
+        or c.effect.family == "mass"
+        or any(search.nominal.value(p.symbol) != p.null for p in c.parameters)
+    ]
+    form = search.weak
+    blind = form.blind if isinstance(form, Shooting) else (False, False, False)
+    for group in dict.fromkeys((tuple(fitted), tuple(static))):
+        symbols = [s for c in search.pool if c in group or c.nuisance for s in c.symbols]
+        if symbols:
+            begun = polish(form.motions, search.nominal, symbols, shooting, blind=blind, rounds=_POLISHES).vehicle
+            yield search.evaluate(begun, tuple(c.key for c in group))
+
+
+def _slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
+    """Candidates with added mass in surge held to half the hull's mass: that of a sphere, and a hull is longer.
+
+    Nothing else keeps a hull from growing heavy together with its thrusters (Lamb 1932, article 114: at most 1/2).
+    """
+    found = []
+    for c in pool:
+        limited = tuple(replace(p, lower=-_SPHERE * nominal.mass) if p.symbol == "X_udot" else p for p in c.parameters)
+        found.append(replace(c, parameters=limited))
+    return found
+
+
+def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+    """The model with the kept effects alone, polished; with none, where its rollouts are no better than nominal."""
+    final = search.restrict(state, kept)
+    form = search.weak
+    symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
+    if not symbols or not isinstance(form, Shooting):
+        return final
+    limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
+    polished = polish(form.motions, final.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
+    final = min((final, search.evaluate(polished, kept)), key=lambda s: s.score)
+    if rollouts_object(form.squares(search.nominal), form.squares(final.vehicle)):
+        return search.restrict(state, ())
+    return final
+
+
 def weigh_on_rollouts(found: Found, seed: int) -> list[Evidence]:
-    """Evidence for every candidate; those that a blind axis hides are dormant."""
-    evidence = weigh(found.search, found.state, seed, found.known)
+    """Evidence for every candidate; those that a blind axis hides are dormant.
+
+    Blocks that are few may all agree by chance: confidence does not exceed that of a sign test, 1 - 2^(1 - blocks).
+    """
+    blocks = int(found.search.weak.block.max()) + 1
+    most = 1.0 - 0.5 ** (blocks - 1)
+    evidence = [
+        replace(e, confidence=min(e.confidence, most)) for e in weigh(found.search, found.state, seed, found.known)
+    ]
     nothing = np.zeros(3)
     return evidence + [Evidence(c.key, False, 0.0, nothing, 0.0, 0.0, (), False, dormant=True) for c in found.unseen]
 

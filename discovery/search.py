@@ -166,7 +166,7 @@ class Search:
             linear, scores = self.linearise(vehicle, active, error, pool)
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
-            moved = apply_fit(vehicle, chosen, fit)
+            moved = self.weak.nearer(vehicle, apply_fit(vehicle, chosen, fit))
             rests = settled(vehicle, moved, chosen)
             vehicle, error = moved, fit.in_sample
             if rests:

@@ -23,11 +23,12 @@ from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle
 from .tangent import Tangent, transitions
 
-_LEAST_STARTS, _LEAST_BLOCKS = 2, 4
+_LEAST_STARTS, _LEAST_BLOCKS = 4, 3
 _NOISE_SEED = 20041
 _IDLE_COMMAND = 0.03
 _SPIKE = 4.0
 _KEPT = 16
+_HALVINGS = 5
 _LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 
 
@@ -128,7 +129,7 @@ class Shooting:
     motions : the gap-free stretches; no rollout reaches across two of them
     time : (tests,) time of each bin [s]
     block : (tests,) index of the contiguous block each bin belongs to; no block holds rollouts of two logs
-    independent : effective number of independent tests: rollouts scored
+    independent : effective number of independent tests: rollouts scored, those that overlap counted once
     noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
     memo : kept for the duck type; columns change with the model, so `about` gives each model a memo of its own
     blind : (3,) True for an axis that is not scored
@@ -170,7 +171,8 @@ class Shooting:
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
         width = data.per_bin * data.step
         self.time = (begin[:, None] + width * (np.arange(bins) + 0.5)).ravel()
-        self.independent = float((data.weight.mean(axis=1) > 0).mean(axis=0).sum())
+        scored = float((data.weight.mean(axis=1) > 0).mean(axis=0).sum())
+        self.independent = scored * min(1.0, self.settings.spacing / self.settings.horizon)
         states = data.states(about)
         error = self._errors(states)
         seen = data.weight > 0
@@ -222,6 +224,20 @@ class Shooting:
             flat = errors.transpose(2, 0, 1).reshape(starts, bins * 3, 1)
             errors = (self._whitener @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
         return self._rows(errors * self._weight)
+
+    def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
+        """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse."""
+        moves = {s: v for s, v in moved.values.items() if v != vehicle.value(s)}
+        before = self._cost(vehicle)
+        for _ in range(_HALVINGS):
+            if self._cost(moved) <= before:
+                break
+            moves = {s: 0.5 * (v + vehicle.value(s)) for s, v in moves.items()}
+            moved = vehicle.with_values(moves)
+        return moved
+
+    def _cost(self, vehicle: Vehicle) -> float:
+        return float(((self.balance(vehicle) / self.scale) ** 2).sum())
 
     def squares(self, vehicle: Vehicle) -> Array:
         """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""

@@ -111,6 +111,10 @@ class WeakForm:
         """The form in which columns about a vehicle are taken: this one, whatever the vehicle."""
         return self
 
+    def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
+        """The model that a Gauss-Newton step reached: forces are all but linear, so a full step is never too long."""
+        return moved
+
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge."""
         return rollout_squares(self.motions, vehicle)

@@ -141,9 +141,7 @@ def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
     return np.concatenate(found), np.concatenate(blocks)
 
 
-def _robust_fit(
-    columns: Array, target: Array, held: Array, weight: Array | None = None
-) -> tuple[Array, Array, Array]:
+def _robust_fit(columns: Array, target: Array, held: Array, weight: Array | None = None) -> tuple[Array, Array, Array]:
     """Least squares with weights that grow small for outliers (soft-L1), or with given weights.
 
     Parameters

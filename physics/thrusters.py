@@ -38,6 +38,7 @@ class TableCurve(BaseModel):
         """Command in -1..1: zero where the table's force is zero, one at its farthest end."""
         neutral = self._neutral(kind)
         reach = max(abs(self.command[0] - neutral), abs(self.command[-1] - neutral))
+        reach = reach if self.force[-1] >= self.force[0] else -reach  # a thruster wired the other way round
         return (command - neutral) / reach
 
     def _neutral(self, kind: CommandKind) -> float:
