@@ -216,8 +216,8 @@ def _held_out(
 ) -> dict[str, Array]:
     """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
 
-    Rollouts begin from calmed states, and errors of the start are whitened out: from noisy ones, a model that forgets its
-    start too soon predicts best. Empty where a part holds too few rollouts or the others are too short for a fit.
+    Rollouts begin from calmed states, and errors of the start are whitened out: from noisy ones, a model that forgets
+    its start too soon predicts best. Empty where a part holds too few rollouts or the others are too short for a fit.
 
     Parameters
     ----------
