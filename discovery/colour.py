@@ -1,4 +1,4 @@
-"""Is it the sensors' white noise that a force balance leaves, or something that moves with the boat?
+"""The colour of what a force balance leaves: the sensors' white noise, or something that moves with the boat.
 
 On field logs the balance of every model errs by far more than white noise on the sensors explains: waves of other
 boats, gusts, false fixes, time that the hull needs to wash its wake away. Such an error is coloured, it goes with the
@@ -63,15 +63,16 @@ class Unexplained:
 def unexplained(search: Search) -> Unexplained:
     """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
 
-    Each axis gets every thruster's force, every shape of every effect, and all unnamed terms up to degree three,
-    and terms that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of the catalogue could explain, whatever its mass. The columns
-    are those that the search needs anyway; a short log gets their main directions only, three independent tests each.
+    Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
+    that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of
+    the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
+    their main directions only, three independent tests each.
     """
     weak = search.weak
     if not isinstance(weak, WeakForm):
         raise TypeError("unexplained: expected a search on the weak form")
     linear, _ = search.linearise(search.nominal, ())
-    features = np.column_stack([tested_features(weak, search.nominal)[1], _turned(weak)])
+    features = np.column_stack([tested_features(weak, search.nominal, 3)[1], _turned(weak)])
     inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
     forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
     rates = weak.derivative([motion.velocity for motion in weak.motions])

@@ -61,7 +61,7 @@ class Evidence:
 
     @property
     def sure(self) -> bool:
-        """True when the search kept it, nine of ten resamples agree, and no limit, rollout or clock speaks against it."""
+        """True when the search kept it, nine of ten resamples agree, no limit, rollout or clock objects."""
         doubted = self.rollouts_object or self.at_limit or self.out_of_step > 0.0
         return self.selected and self.confidence >= SURE and not doubted
 

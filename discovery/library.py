@@ -145,7 +145,7 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
     return tuple(dict.fromkeys(s for s in found if s not in symbols))
 
 
-def tested_features(weak: WeakForm, vehicle: Vehicle, degree: int = 3) -> tuple[TermLibrary, Array]:
+def tested_features(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[TermLibrary, Array]:
     """The library and its features along the log, averaged by the test functions, (tests, features)."""
     library = TermLibrary(degree)
     states = [

@@ -13,9 +13,10 @@ import numpy as np
 from ..physics.forces import ForceEquation, Triple, relative_velocity
 from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
+from .rollings import Rollings
 
 if TYPE_CHECKING:
-    from .shooting import Rollings, Shooting
+    from .shooting import Shooting
 
 _STEP = 1e-4
 """Change of a velocity by which its derivative is taken [m/s, m/s, rad/s]."""
@@ -68,13 +69,13 @@ class Tangent:
         return self._operator
 
 
-def accelerations(data: "Rollings", vehicle: Vehicle, states: Array) -> Array:
+def accelerations(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
     """Acceleration over ground that a model gives along rollouts (starts, steps + 1, 6), as (steps + 1, 3, starts)."""
     along = _along(data, vehicle, states)
     return along.acceleration(along.velocity)
 
 
-def transitions(data: "Rollings", vehicle: Vehicle, states: Array) -> Array:
+def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
     """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
     forward, _ = _propagators(data, vehicle, states)
     spread = np.empty((data.steps + 1, *forward.shape[1:3], 3))
@@ -102,7 +103,7 @@ class _Along:
         return np.stack(self.equation.acceleration(force, relative, velocity), axis=1)
 
 
-def _along(data: "Rollings", vehicle: Vehicle, states: Array) -> _Along:
+def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
     equation = ForceEquation(vehicle)
     thrust, load = data.inputs(vehicle)
     heading = states[:, :, 2].T
@@ -130,7 +131,7 @@ def _remembered(series: Array, begin: Array, constant: float, step: float) -> Ar
     return found
 
 
-def _propagators(data: "Rollings", vehicle: Vehicle, states: Array) -> tuple[Array, Array]:
+def _propagators(data: Rollings, vehicle: Vehicle, states: Array) -> tuple[Array, Array]:
     """Crank-Nicolson steps of the linearised rollout: x' = forward x + drive (a_k + a_k+1).
 
     x holds the velocities, and the wake memory's two states where there is one: n = 3 or 5.
@@ -160,7 +161,7 @@ def _propagators(data: "Rollings", vehicle: Vehicle, states: Array) -> tuple[Arr
     return left @ (np.eye(n) + half[:-1]), 0.5 * data.step * left[..., :3]
 
 
-def _operator(data: "Rollings", forward: Array, drive: Array) -> Array:
+def _operator(data: Rollings, forward: Array, drive: Array) -> Array:
     steps, starts, n, _ = forward.shape
     bins = steps // data.per_bin
     operator = np.zeros((starts, bins, 3, steps + 1, 3))

@@ -1,6 +1,6 @@
 """A real BlueBoat: from a linear model with a textbook propeller to what its field logs ask for, whole logs held out.
 
-Run it as `python examples/real_blueboat.py FOLDER [SPLITS]` on a folder of `log_NNN.csv` files with t, x, y, psi, u, v, r,
+Run it as `python examples/real_blueboat.py FOLDER [SPLITS]` on `log_NNN.csv` files with t, x, y, psi, u, v, r,
 pwm_port and pwm_stbd. Each split holds a third of the logs out; the linear model is fitted to the others first, so that
 it has every chance, and discovery names what it lacks. Scored are rows with a command in the last 8 s.
 """
@@ -103,7 +103,7 @@ def divisions(names: Sequence[str], splits: int) -> list[list[str]]:
     rng = np.random.default_rng(0)
     found: list[list[str]] = []
     while len(found) < splits:
-        order = [names[k] for k in rng.permutation(len(names))]
+        order: list[str] = [names[int(k)] for k in rng.permutation(len(names))]
         found += [sorted(order[k::3]) for k in range(3)]
     return found[:splits]
 
@@ -116,7 +116,7 @@ def model(train: Sequence[Motion], start: Vehicle) -> tuple[Vehicle, Discovery]:
 
 
 def errors(vehicle: Vehicle, motions: Sequence[Motion], horizon: float) -> tuple[np.ndarray, int]:
-    """Squared errors of u, v, r on active rows of rollouts from every 0.5 s, (rows, 3), and how many rollouts diverged."""
+    """Squared errors of u, v, r on active rows of rollouts from every 0.5 s, (rows, 3); and how many diverged."""
     found, lost = [np.zeros((0, 3))], 0
     for motion in motions:
         steps = round(horizon / motion.time_step)

@@ -157,7 +157,7 @@ def _robust_fit(columns: Array, target: Array, held: Array, weight: Array | None
     spread = float(np.std(target))
     for _ in range(_ROBUST_ROUNDS if weight is None else 1):
         normal = (columns * w[:, None]).T @ columns + spread**2 * np.diag(held**2)
-        inverse = np.linalg.pinv(normal, rcond=1e-10, hermitian=True)
+        inverse = np.asarray(np.linalg.pinv(normal, rcond=1e-10, hermitian=True), dtype=float)
         found = inverse @ (columns.T @ (w * target))
         if weight is None:
             left = target - columns @ found

@@ -1,0 +1,122 @@
+"""Field logs: coloured noise, held fixes, a compass that deviates, channels out of step; and what is said of each."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.discovery.colour import unexplained
+from undertow.discovery.discover import find_missing
+from undertow.discovery.nuisance import misalignment, nuisances
+from undertow.discovery.options import candidates
+from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.measurements.compass import compass_of, corrected
+from undertow.physics.frames import body_to_earth
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import simulate_motion
+from undertow.physics.vehicle import Vehicle, load_vehicle
+
+HIDDEN = {"X_uu": -20.0, "N_ur": -6.0, "reverse_scale": 0.6}
+NAMES = {"surge_quadratic_damping", "yaw_speed_damping", "reverse_thrust_loss"}
+
+
+@pytest.fixture(scope="module")
+def nominal() -> Vehicle:
+    return load_vehicle("blueboat")
+
+
+def driven(vehicle: Vehicle, hold: float, seed: int, both: bool = False) -> Motion:
+    """300 s under random steps of both thrusters, ahead and astern; with `both` mostly straight, turning in between."""
+    rng = np.random.default_rng(seed)
+    rows, each = 3000, round(hold / 0.1)
+    steps = rng.uniform(-20.0, 25.0, size=(rows // each + 1, 2))
+    if both:
+        steps[::2, 1] = steps[::2, 0] = 0.8 * np.abs(steps[::2, 0]) + 5.0
+    held = np.repeat(steps, each, axis=0)[:rows]
+    still = Motion(
+        0.1 * np.arange(rows), np.zeros((rows, 2)), np.zeros(rows), np.zeros((rows, 3)), held, ("port", "stbd")
+    )
+    return simulate_motion(vehicle, still)
+
+
+def coloured(motion: Motion, sizes: tuple[float, float, float], memory: float, seed: int, hold: int = 1) -> Motion:
+    """Velocities with first-order coloured noise of a memory [s], and u and v held for some rows as GPS fixes are."""
+    rng = np.random.default_rng(seed)
+    keep = np.exp(-motion.time_step / memory)
+    noise = np.zeros_like(motion.velocity)
+    for k in range(1, motion.time.size):
+        noise[k] = keep * noise[k - 1] + np.sqrt(1.0 - keep**2) * rng.standard_normal(3)
+    velocity = motion.velocity + noise * np.array(sizes)
+    velocity[:, :2] = velocity[np.arange(motion.time.size) // hold * hold, :2]
+    return replace(motion, velocity=velocity)
+
+
+def white(motion: Motion, seed: int) -> Motion:
+    rng = np.random.default_rng(seed)
+    return replace(
+        motion, velocity=motion.velocity + rng.standard_normal(motion.velocity.shape) * [0.015, 0.015, 0.006]
+    )
+
+
+def deviated(motion: Motion, a: float, b: float, c: float) -> Motion:
+    """What a compass that deviates by a + b sin(psi) + c cos(psi) degrees makes of headings and body velocities."""
+    delta = np.radians(a + b * np.sin(motion.heading) + c * np.cos(motion.heading))
+    surge, sway = body_to_earth(delta, motion.velocity[:, 0], motion.velocity[:, 1])
+    velocity = np.column_stack([surge, sway, motion.velocity[:, 2]])
+    return replace(motion, heading=motion.heading - delta, velocity=velocity)
+
+
+def test_hidden_effects_are_named_under_coloured_noise_and_held_fixes(nominal: Vehicle) -> None:
+    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0), (0.06, 0.04, 0.03), 1.0, seed=2, hold=4)
+    found = find_missing([log], nominal)
+    assert "open-loop rollouts" in found.notes[0]
+    assert set(found.findings.missing) == NAMES
+    weak = Search(WeakForm([log], WeakSettings()), nominal, candidates(nominal), SearchSettings())
+    assert set(weak.run().active) - NAMES, "the force balance alone takes coloured noise for effects"
+
+
+def test_coloured_noise_alone_is_no_effect(nominal: Vehicle) -> None:
+    log = coloured(driven(nominal, 4.0, 0), (0.08, 0.05, 0.04), 1.5, seed=3)
+    assert find_missing([log], nominal).findings.missing == ()
+
+
+def test_white_noise_is_not_coloured(nominal: Vehicle) -> None:
+    log = white(driven(nominal.with_values(HIDDEN), 4.0, 0), 1)
+    search = Search(WeakForm([log], WeakSettings()), nominal, candidates(nominal), SearchSettings())
+    assert not unexplained(search).coloured.any()
+
+
+def test_a_compass_deviation_is_measured_and_taken_away(nominal: Vehicle) -> None:
+    runs = [white(driven(nominal, 10.0, seed, both=True), 5) for seed in (5, 6, 7, 8)]
+    logs = [deviated(run, 1.0, 3.0, 7.0) for run in runs]
+    compass = compass_of(logs)
+    assert compass.deviates
+    assert np.degrees([compass.constant, compass.sine, compass.cosine]) == pytest.approx([1.0, 3.0, 7.0], abs=1.5)
+    before, after = (np.abs(m.heading - runs[0].heading).max() for m in (logs[0], corrected(logs[0], compass)))
+    assert after < 0.4 * before
+
+
+def test_a_compass_deviation_is_not_called_a_current_or_a_sway_effect(nominal: Vehicle) -> None:
+    log = coloured(driven(nominal.with_values(HIDDEN), 10.0, 6, both=True), (0.06, 0.02, 0.03), 1.0, seed=5)
+    found = find_missing([deviated(log, 1.0, 3.0, 7.0)], nominal)
+    assert not [name for name in found.findings.missing if "sway" in name or name == "steady_current"]
+    assert any("no force in sway, and no effect that needs it, is judged" in note for note in found.notes)
+
+
+def test_too_few_straight_runs_leave_sway_unjudged(nominal: Vehicle) -> None:
+    motion = driven(nominal, 4.0, 0).slice(0, 250)
+    clear = nuisances([motion])
+    assert clear.blind == (False, True, False)
+    assert "right to within 2 degrees" in clear.notes[0]
+
+
+def test_a_misalignment_is_not_called_a_delay(nominal: Vehicle) -> None:
+    motion = white(driven(nominal.with_values(HIDDEN), 4.0, 6), 5)
+    late = replace(motion, velocity=np.concatenate([np.repeat(motion.velocity[:1], 2, axis=0), motion.velocity[:-2]]))
+    assert misalignment([motion]) == 0.0
+    assert misalignment([late]) == pytest.approx(0.2, abs=0.03)
+    found = find_missing([late], nominal).findings
+    assert not {"input_delay", "thruster_lag"} & set(found.missing)
+    said = next(c.sentence for c in found.candidates if c.effect == "input_delay")
+    assert "out of step by about 0.20 s" in said
