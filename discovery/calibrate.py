@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..measurements.compass import compass_of
 from ..physics.errors import RequestError
 from ..physics.frames import Array
 from ..physics.laws import mass_margin
@@ -33,7 +34,7 @@ from .options import Candidate, Linearisation, candidates
 from .passivity import Lawful, judge, lawful_model
 from .polish import polish
 from .refit import BLIND, calibrated, limit_at
-from .rollouts import HORIZON, WHOLE_HORIZON, rollout_squares, rollouts_object
+from .rollouts import HORIZON, WHOLE_HORIZON, rollouts_object
 from .search import Search
 from .shooting import Shooting, ShootingSettings
 from .uncertainty import Interval, intervals
@@ -43,6 +44,8 @@ Method = Literal["weak form", "output error"]
 ROLLOUTS = ShootingSettings(step=0.05)
 """Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""
 _ROUNDS = 6
+_SPACING = 1.0
+"""Distance between the starts of rollouts by which the steps are compared [s]."""
 _DIGITS = 9
 _ENOUGH = 200.0
 """Independent tests from which a log tells whether its error is coloured: fewer than the columns that could explain it
@@ -133,7 +136,7 @@ def calibrate(
         weak = WeakForm(motions, settings.weak)
         left = unexplained(Search(weak, nominal, candidates(nominal), settings.search))
         coloured = bool(left.coloured.any()) and weak.independent >= _ENOUGH
-        clear = nuisances(motions) if coloured else Nuisances(tuple(motions), _SEEING, ())
+        clear = _cleared(motions) if coloured else Nuisances(tuple(motions), _SEEING, ())
         if clear.notes:
             motions, weak = clear.motions, WeakForm(clear.motions, settings.weak)
         seen, unseen = part_by_sight(nuisance_candidates(nominal, symbols), clear.blind)
@@ -154,7 +157,7 @@ def calibrate(
         _demand_lawful(fitted.lawful, known.symbols)
         held_out = _held_out(motions, nominal, pool, settings, horizon, clear.blind if coloured else None, say)
         best: Method = "weak form"
-        if held_out and as_good(held_out["weak form"], held_out["output error"]):
+        if held_out and as_good(held_out["weak form"], held_out["output error"], horizon / _SPACING):
             start = nominal if coloured else fitted.lawful.vehicle
             best, fitted = "output error", rollout_step(motions, start, nominal, pool, clear.blind)
             _demand_lawful(fitted.lawful, known.symbols)
@@ -213,27 +216,27 @@ def _held_out(
 ) -> dict[str, Array]:
     """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
 
-    Empty where a part holds no rollout or the others are too short for a fit.
+    Rollouts begin from calmed states, and errors of the start are whitened out: from noisy ones, a model that forgets
+    its start too soon predicts best. Empty where a part holds too few rollouts or the others are too short for a fit.
 
     Parameters
     ----------
     blind : axes that are not scored, for logs whose error is coloured; rollouts are then fitted from the nominal model
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
+    shooting = replace(ROLLOUTS, horizon=horizon, spacing=_SPACING, robust=np.inf)
     for k in range(FOLDS):
         inside, outside = parted(motions, k)
-        before = rollout_squares(inside, nominal, horizon)
         try:
             convex = convex_step(outside, nominal, pool, settings)
             start = convex.lawful.vehicle if blind is None else nominal
             rolled = rollout_step(outside, start, nominal, pool, _SEEING if blind is None else blind)
+            judge_by = Shooting(inside, rolled.lawful.vehicle, shooting)
         except RequestError:
             return {}
-        if not before.size:
-            return {}
-        found["nominal"].append(before)
-        for method, fitted in (("weak form", convex), ("output error", rolled)):
-            found[method].append(rollout_squares(inside, fitted.lawful.vehicle, horizon))
+        vehicles = (nominal, convex.lawful.vehicle, rolled.lawful.vehicle)
+        for name, vehicle in zip(found, vehicles, strict=True):
+            found[name].append(judge_by.squares(vehicle))
         say(f"predicted part {k + 1} of {FOLDS} by models fitted to the others")
     return {name: np.concatenate(parts) for name, parts in found.items()}
 
@@ -266,6 +269,15 @@ def rollout_step(
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
     return Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
+
+
+def _cleared(motions: Sequence[Motion]) -> Nuisances:
+    """The motions without a compass deviation that shows; sway stays out then.
+
+    Where the runs do not show that the compass is right, it is taken to be: its owner says what to calibrate.
+    """
+    compass = compass_of(motions)
+    return nuisances(motions) if compass.deviates else Nuisances(tuple(motions), _SEEING, ())
 
 
 def _name(nominal: Vehicle) -> str:

@@ -129,9 +129,8 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
     ]
     form = search.weak
     blind = form.blind if isinstance(form, Shooting) else (False, False, False)
-    free = [s for c in search.pool if c.nuisance for s in c.symbols]
     for group in dict.fromkeys((tuple(fitted), tuple(static))):
-        symbols = free + [s for c in group for s in c.symbols]
+        symbols = [s for c in search.pool if c in group or c.nuisance for s in c.symbols]
         if symbols:
             begun = polish(form.motions, search.nominal, symbols, shooting, blind=blind, rounds=_POLISHES).vehicle
             yield search.evaluate(begun, tuple(c.key for c in group))
@@ -154,7 +153,7 @@ def settle(search: Search, state: State, kept: Sequence[str], shooting: Shooting
     final = search.restrict(state, kept)
     form = search.weak
     symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
-    if not kept or not isinstance(form, Shooting):
+    if not symbols or not isinstance(form, Shooting):
         return final
     limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
     polished = polish(form.motions, final.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle

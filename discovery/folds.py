@@ -31,7 +31,7 @@ def parted(motions: Sequence[Motion], part: int) -> tuple[tuple[Motion, ...], tu
     return tuple(inside), tuple(outside)
 
 
-def as_good(weak: Array, rolled: Array) -> bool:
+def as_good(weak: Array, rolled: Array, overlap: float) -> bool:
     """True unless rollouts err more, by more than a standard error, under the second step than under the first.
 
     Sensor noise stands in both errors, so that a plain comparison is half chance where both are good; on known hulls
@@ -40,6 +40,7 @@ def as_good(weak: Array, rolled: Array) -> bool:
     Parameters
     ----------
     weak, rolled : (starts, 3) squared errors
+    overlap : rollouts that run at any time, which are not independent
     """
     rise = ((rolled - weak) / np.maximum(weak.mean(axis=0), 1e-18)).mean(axis=1)
-    return bool(rise.mean() <= rise.std() / np.sqrt(rise.size))
+    return bool(rise.mean() <= rise.std() * np.sqrt(overlap / rise.size))

@@ -19,6 +19,7 @@ CALIBRATED = "calibrated"
 """Label of the step at which the parameters of the nominal model were calibrated."""
 BLIND = "it acts on an axis of which the sensors of this log show too little"
 _AT_LIMIT = 1e-5
+_MASSES = ("X_udot", "Y_vdot", "N_rdot")
 _THRUST = "thrust_scale"
 
 
@@ -57,15 +58,16 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     """Free the parameters that have a value in the vehicle file, and leave the effects that are more than those.
 
     Parameters that the log tells apart only vaguely are free too: an effect must not be named for what some values of
-    them would explain. Their intervals are wide. A common scale of all thrust is no candidate where the free parameters
-    together make up the thrust: masses and damping are then known in proportion to it only.
+    them would explain. Their intervals are wide. A common scale of all thrust is no candidate where all added masses
+    are free, or the free parameters together make up the thrust: masses and damping are then known in proportion to it.
     """
     symbols = calibratable(nominal)
     known = identified(weak, nominal, (*symbols, *({_THRUST} - {*symbols})), settings, vague=True)
     nuisances = nuisance_candidates(nominal, [s for s in known.symbols if s in symbols])
     effects = beside(pool, symbols)
     only = [f"{t.name}_scale" for t in nominal.thrusters] if len(nominal.thrusters) == 1 else []
-    lost = [c for c in effects if c.symbols[0] in (_THRUST, *only) and _THRUST in known.reasons]
+    proportional = _THRUST in known.reasons or set(_MASSES) <= set(known.symbols)
+    lost = [c for c in effects if c.symbols[0] in (_THRUST, *only) and proportional]
     left = [c for c in effects if c not in lost]
     reasons = {s: why for s, why in known.reasons.items() if s in symbols}
     return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))

@@ -125,20 +125,22 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         length = steps * stride
         rows = np.arange(0, motion.time.size - length, max(1, round(settings.spacing / motion.time_step)))
         counted = _active(motion, vehicle, settings.idle).astype(float)[:, None] * _clean(motion)
-        window = rows[:, None] + np.arange(1, length + 1)
-        shape = (rows.size, steps // per_bin, per_bin * stride, 3)
-        value, share = (x[window].reshape(shape) for x in (motion.velocity, counted))
+        window = rows[:, None] + stride * np.arange(1, steps + 1)
+        shape = (rows.size, steps // per_bin, per_bin, 3)
+        # Thinned about the predicted rows: means over the rows between them would lag behind the prediction.
+        series = (motion.velocity, motion.velocity * counted, counted)
+        value, seen, share = (_thinned(x.T, stride).T[window].reshape(shape) for x in series)
         total = share.sum(axis=2)
         used = (total > 0).any(axis=(1, 2))
         if not used.any():
             continue
-        mean = np.where(total > 0, (value * share).sum(axis=2) / np.maximum(total, 1e-12), value.mean(axis=2))
+        mean = np.where(total > 0, seen.sum(axis=2) / np.maximum(total, 1e-12), value.mean(axis=2))
         kept.append(motion)
         starts.append(rows[used])
         strides.append(stride)
         initial.append(np.column_stack([motion.position, motion.heading, _calm(motion)])[rows[used]])
         measured.append(mean[used].transpose(1, 2, 0))
-        weight.append((total / (per_bin * stride))[used].transpose(1, 2, 0))
+        weight.append((total / per_bin)[used].transpose(1, 2, 0))
     count = sum(rows.size for rows in starts)
     if count < LEAST_BLOCKS * LEAST_STARTS:
         raise RequestError(
