@@ -35,7 +35,12 @@ def driven(vehicle: Vehicle, hold: float, seed: int, both: bool = False) -> Moti
         steps[::2, 1] = steps[::2, 0] = 0.8 * np.abs(steps[::2, 0]) + 5.0
     held = np.repeat(steps, each, axis=0)[:rows]
     still = Motion(
-        0.1 * np.arange(rows), np.zeros((rows, 2)), np.zeros(rows), np.zeros((rows, 3)), held, ("port", "stbd")
+        0.1 * np.arange(rows, dtype=float),
+        np.zeros((rows, 2)),
+        np.zeros(rows),
+        np.zeros((rows, 3)),
+        held,
+        ("port", "stbd"),
     )
     return simulate_motion(vehicle, still)
 
