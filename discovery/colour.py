@@ -78,7 +78,8 @@ def unexplained(search: Search) -> Unexplained:
     rates = weak.derivative([motion.velocity for motion in weak.motions])
     error = np.zeros(3)
     for axis in range(3):
-        columns = np.column_stack([linear.columns[:, axis, forces], features])
+        other = rates[:, [(), (2,), (1,)][axis]]  # through m23, which x_g makes
+        columns = np.column_stack([linear.columns[:, axis, forces], features, other])
         size = np.sqrt((columns**2).sum(axis=0))
         columns = columns[:, size > 0] / size[size > 0]
         vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
