@@ -14,7 +14,7 @@ from .colour import unexplained
 from .conclude import conclude, unmeasured
 from .ensemble import inclusion
 from .evidence import Evidence
-from .field import look_at_rollouts, settle
+from .field import ENOUGH_BLOCKS, TOO_SHORT, look_at_rollouts, settle
 from .findings import Findings
 from .instant import look_at_forces
 from .looked import Looked, steps
@@ -152,6 +152,10 @@ def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *no
     error = np.sqrt(final.fit.held_out)
     if not search.weak.forces:
         error = np.sqrt((forces.weak.balance(lawful.vehicle) ** 2).mean(axis=0))
+        blocks = int(search.weak.block.max()) + 1
+        if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
+            headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
+            findings = replace(findings, verdict="undecided", headline=headline)
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, (*notes, *looked.notes))
 
 

@@ -36,7 +36,7 @@ class SearchSettings:
     least : share of the force scale below which an effect never matters
     weight : share by which 10 s rollouts must change without an effect that lies between the two
     price : log-likelihood that a parameter of a named effect must earn
-    unnamed_price : log-likelihood that a term nobody has named must earn
+    unnamed_price : log-likelihood that a term nobody has named, or a parameter of a general effect, must earn
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
     crowd : effects in a model from which `again` searches again
@@ -88,6 +88,7 @@ class Search:
     ) -> None:
         self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
         self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
+        self._general = {c.key for c in self.pool if c.effect.general}
         self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
         self._mass = np.diag(mass_matrix(nominal))
         self.noise_blocks = _noise_blocks(weak, nominal)
@@ -155,7 +156,8 @@ class Search:
             free = int((~fit.held[at : at + size]).sum())
             at += size
             if option.present and option.key not in self.nuisances:
-                each = self.settings.unnamed_price if ":" in option.key else self.settings.price
+                broad = ":" in option.key or option.key in self._general
+                each = self.settings.unnamed_price if broad else self.settings.price
                 total += each * (free if size else 1)
         return total
 
