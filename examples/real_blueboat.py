@@ -36,9 +36,9 @@ START = {
         {"name": "stbd", "x": -0.45, "y": 0.285, "command": "pwm", "curve": CURVE},
     ],
     "sources": {
-        "mass": "weighed, about 15 kg; the arm of 0.285 m was measured on the boat",
-        "thrusters": "the paper's curve, PWM to shaft speed, squared, about the neutral of 1510 us that the logs show; "
-        "k_t makes 40 N full ahead, between the maker's 36 N at 12 V and 51 N at 16 V for this thruster; fresh water",
+        "mass": "about 15 kg and an arm of about 0.285 m, as the notes that came with the logs say; not weighed by us",
+        "thrusters": "the shape of the paper's curve, PWM to shaft speed, squared, about the neutral of 1510 us that "
+        "the logs show, in fresh water; k_t makes 40 N full ahead, a guess that is fitted (thrust_scale)",
         "other": "a first guess, fitted before discovery; sway cannot be learnt from these logs",
     },
 }
