@@ -13,7 +13,7 @@ from .advice import advise, open_questions
 from .colour import Unexplained, unexplained
 from .conclude import conclude
 from .evidence import Evidence, weigh
-from .field import search_on_rollouts, settle, weigh_on_rollouts
+from .field import ENOUGH_BLOCKS, TOO_SHORT, search_on_rollouts, settle, weigh_on_rollouts
 from .findings import Findings
 from .identifiability import identify
 from .library import shortlist, term_candidate, twins
@@ -204,6 +204,11 @@ def _find_on_rollouts(
         ),
         found.unseen,
     )
+    blocks = int(search.weak.block.max()) + 1
+    if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
+        findings = replace(
+            findings, verdict="undecided", headline=TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
+        )
     if found.free is not None:
         findings = with_calibration(findings, found.free, nominal, lawful, intervals)
     error = np.sqrt((forces.weak.balance(lawful.vehicle) ** 2).mean(axis=0))

@@ -24,6 +24,12 @@ from .search import Search, SearchSettings, State
 from .shooting import Shooting, ShootingSettings
 from .weak import WeakForm, WeakSettings
 
+ENOUGH_BLOCKS = 5
+"""Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""
+TOO_SHORT = (
+    "Undecided: rollouts with commands fill {blocks} independent blocks of this log, and to be sure of anything takes "
+    "{enough}; give a longer log, or several together."
+)
 _REFINEMENTS = 3
 _STATIC = ("hull", "coupling", "mass", "thruster")
 _POLISHES = 10

@@ -15,7 +15,7 @@ from ..physics.simulation import integrate
 from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle
 
-LEAST_STARTS, LEAST_BLOCKS = 4, 3
+LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
 LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""

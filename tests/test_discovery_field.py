@@ -104,6 +104,13 @@ def test_a_compass_deviation_is_not_called_a_current_or_a_sway_effect(nominal: V
     assert any("no force in sway, and no effect that needs it, is judged" in note for note in found.notes)
 
 
+def test_a_short_field_log_is_undecided(nominal: Vehicle) -> None:
+    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0).slice(0, 350), (0.08, 0.05, 0.04), 1.5, seed=3)
+    findings = find_missing([log], nominal).findings
+    assert findings.missing == ()
+    assert findings.verdict == "undecided"
+
+
 def test_too_few_straight_runs_leave_sway_unjudged(nominal: Vehicle) -> None:
     motion = driven(nominal, 4.0, 0).slice(0, 250)
     clear = nuisances([motion])
