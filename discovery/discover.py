@@ -131,7 +131,7 @@ def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *no
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     terms = any(":" in key for key in state.active)
     forces, there = looked.forces
-    rehearsal = None if state.active else looked.rehearsal
+    rehearsal = None if search.named(state.active) else looked.rehearsal
     findings = conclude(
         search,
         nominal,
