@@ -2,8 +2,8 @@
 
 Run it as `python examples/real_blueboat.py FOLDER [SPLITS]` on `log_NNN.csv` files with t, x, y, psi, u, v, r,
 pwm_port and pwm_stbd. Each split holds a third of the logs out; the linear model is fitted to the others first, so that
-it has every chance, and discovery names what it lacks. Errors are told for the rows with a command in the last 8 s, which
-is the hard part, and for all rows; the limits are asked of the former.
+it has every chance, and discovery names what it lacks. Errors are told for the rows with a command in the last 8 s,
+which is the hard part, and for all rows; the limits are asked of the former.
 """
 
 import sys
