@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..measurements.compass import compass_of
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -26,6 +27,11 @@ from .search import Search, SearchSettings, State
 from .shooting import ShootingSettings
 from .uncertainty import Interval, intervals
 from .weak import WeakForm, WeakSettings
+
+_DEVIATES = (
+    "the compass of this log deviates, and what is left after a correction is no white noise; effects are judged by "
+    "open-loop rollouts"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,10 +107,11 @@ def _find(
     weak = WeakForm(motions, settings.weak)
     search = Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search)
     left = unexplained(search)
-    if left.coloured.any():
-        say(left.sentence)
+    if left.coloured.any() or compass_of(motions).plain:
+        why = left.sentence if left.coloured.any() else _DEVIATES
+        say(why)
         looked = look_at_rollouts(motions, search, settings.shooting, settings.seed, say, settings.refit)
-        return _conclude(looked, nominal, settings, left.sentence)
+        return _conclude(looked, nominal, settings, why)
     free = freed(weak, nominal, search.pool, settings.search) if settings.refit else None
     if free is not None:
         say(free.sentence)

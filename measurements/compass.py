@@ -21,8 +21,8 @@ _STRAIGHT = 0.1
 _LEAST = np.radians(1.0)
 _SOUND = np.radians(2.0)
 _USUAL = np.radians(10.0)
-_EXPLAINS = 0.3
-_AGREE = 0.75
+_EXPLAINS, _PLAINLY = 0.3, 0.7
+_AGREE, _MOST_AGREE = 0.75, 0.78
 _BLOCK = 5.0
 _LEAST_BLOCKS = 4
 _ROBUST_ROUNDS = 6
@@ -53,6 +53,11 @@ class Compass:
     def deviates(self) -> bool:
         """True for a deviation of a degree that explains 30 % of what the rest leaves, as 3 of 4 stretches agree."""
         return self.size >= _LEAST and self.explained >= _EXPLAINS and self.agree >= _AGREE
+
+    @property
+    def plain(self) -> bool:
+        """True for a deviation that no drift or lift could pass for: it explains 70 %, as 4 of 5 stretches agree."""
+        return self.deviates and self.explained >= _PLAINLY and self.agree >= _MOST_AGREE
 
     @property
     def sound(self) -> bool:
