@@ -167,7 +167,7 @@ def fit(
         from .reports.fitted import fit as calibrate
 
         if out is not None:
-            _check_file(out)
+            _check_file(out, vehicle)
         inputs = _read(logs, vehicle, frame, channels)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=_progress)
         if out is not None:
@@ -181,8 +181,7 @@ def fit(
         _show(terminal.calibrated_table(told["parameters"]), terminal.left_list(told))
         _show_steps(told)
         _show(terminal.energy_text(told["passivity"]))
-        if out is not None:
-            _say(f"Calibrated vehicle: {out}")
+        _say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")
 
 
 @app.command(epilog=_catalogue())
@@ -208,7 +207,7 @@ def add(
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
         if out is not None:
-            _check_file(out)
+            _check_file(out, vehicle)
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
@@ -240,8 +239,7 @@ def add(
         _show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
         _show_steps(findings)
         _show(energy_text(findings["passivity"]))
-        if out is not None:
-            _say(f"Corrected vehicle: {out}")
+        _say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
 
 
 @app.command()
@@ -390,10 +388,12 @@ def _check_folder(out: Path) -> None:
     check_target(out)
 
 
-def _check_file(out: Path) -> None:
-    """Refuse a file that cannot be written before the work on it begins."""
+def _check_file(out: Path, source: Any = None) -> None:
+    """Refuse a file that cannot be written, or that is the one read, before the work on it begins."""
     from .physics.errors import RequestError
 
+    if source is not None and out.exists() and Path(source).exists() and out.samefile(source):
+        raise RequestError(f"--out {out} is the vehicle file that is read; give another name, so that it is not lost")
     if out.is_dir():
         raise RequestError(f"cannot write {out}: it is a folder; give the name of a file")
     if not out.parent.is_dir():

@@ -21,6 +21,8 @@ MATERIAL = 0.05
 """Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
 CLEAN_MATERIAL = 0.2
 """The same share for a log without sensor noise, as simulators write it."""
+_ENOUGH, _STRICTER = 200.0, 2.5
+"""Independent tests below which structure is left in any log, and how much higher the thresholds then are."""
 _TESTS_A_COLUMN = 3.0
 _RANK = 1e-7
 
@@ -34,11 +36,13 @@ class Unexplained:
     error : (3,) root mean square force [N, N, N m]
     noise : (3,) what white sensor noise makes [N, N, N m]
     share : (3,) error over the force scale
+    independent : effective number of independent tests
     """
 
     error: Array
     noise: Array
     share: Array
+    independent: float
 
     @property
     def sentence(self) -> str:
@@ -57,7 +61,8 @@ class Unexplained:
     def coloured(self) -> np.ndarray:
         """(3,) True for an axis whose error is coloured and material."""
         material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
-        return (self.error > COLOURED * self.noise) & (self.share > material)
+        strict = 1.0 if self.independent >= _ENOUGH else _STRICTER
+        return (self.error > strict * COLOURED * self.noise) & (self.share > strict * material)
 
 
 def unexplained(search: Search) -> Unexplained:
@@ -88,7 +93,7 @@ def unexplained(search: Search) -> Unexplained:
         left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
         error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
     mass = np.diag(mass_matrix(search.nominal))
-    return Unexplained(error * mass, search.noise_error, error * mass / search.share_scale)
+    return Unexplained(error * mass, search.noise_error, error * mass / search.share_scale, weak.independent)
 
 
 def _turned(weak: WeakForm) -> Array:

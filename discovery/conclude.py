@@ -15,7 +15,7 @@ from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from .identifiability import Identifiability
 from .options import Candidate, measurable
 from .passivity import Lawful
-from .rollouts import SIGNIFICANT, WHOLE_HORIZON, WORSE
+from .rollouts import HORIZON, SIGNIFICANT, WHOLE_HORIZON, WORSE
 from .search import ALIVE, Search
 from .uncertainty import Interval
 
@@ -229,7 +229,8 @@ def _criterion(search: Search) -> dict[str, object]:
         "materiality": settings.materiality,
         "certainty": (
             f"each parameter earns a held-out log-likelihood of {settings.price:g} "
-            f"({settings.unnamed_price:g} for a term without a name) in 9 of 10 block resamples"
+            f"({settings.unnamed_price:g} for a term without a name and for each gain of a thrust curve) in 9 of 10 "
+            "block resamples"
         ),
         "material": (
             f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "
@@ -237,13 +238,14 @@ def _criterion(search: Search) -> dict[str, object]:
             "without it"
         ),
         "rollouts": (
-            "5 s rollouts with it, and 10 s rollouts of all together, are not worse "
+            f"5 s rollouts with it, and {WHOLE_HORIZON if search.weak.forces else HORIZON:g} s rollouts of all "
+            "together, are not worse "
             f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"
         ),
         "unit": dict(zip(AXES, search.weak.unit, strict=True)),
         "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (
             f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "
-            f"scored on {search.weak.settings.blocks} held-out blocks"
+            f"scored on {int(search.weak.block.max()) + 1} held-out blocks"
         ),
     }

@@ -8,13 +8,14 @@ from .search import Search, State
 _COMMON, _ONE = "thrust_scale", "thruster_asymmetry"
 
 
-def same_model(active: tuple[str, ...], key: str, other: str) -> bool:
+def same_model(nominal: Vehicle, active: tuple[str, ...], key: str, other: str) -> bool:
     """True when `other` in place of `key` only says the same again, because a third of the kind is in the model.
 
-    With two thrusters, any two of {common scale, scale of the one, scale of the other} give every pair of scales.
+    With two thrusters, any two of {common scale, scale of the one, scale of the other} give every pair of scales; with
+    more of them they do not.
     """
     kind = [k for k in active if _is_scale(k)]
-    return len(kind) == 2 and key in kind and _is_scale(other)
+    return len(nominal.thrusters) == 2 and len(kind) == 2 and key in kind and _is_scale(other)
 
 
 def in_plain_words(search: Search, state: State) -> State:

@@ -122,7 +122,7 @@ def _selected(
         # A name is rivalled by names only: an unnamed term that does as well is no reason to withhold it.
         if other.key in now or (":" in other.key and ":" not in candidate.key):
             continue
-        if same_model(state.active, candidate.key, other.key):
+        if same_model(search.nominal, state.active, candidate.key, other.key):
             continue
         quick = min(
             search.quick(scores, {**rest, **gone, other.key: o}) for o in linear.options[other.key] if o.present
@@ -131,6 +131,9 @@ def _selected(
             start = search.replace(state, candidate.key, other.key, linear, scores)
             if start.score < state.score + TELL_APART:
                 rivals.append(other.key)
+    if ":" not in candidate.key and any(":" in key for key in now):
+        # Beside terms without a name, the model is nobody's physics: its members that move alike may share one cause.
+        rivals += [key for key in alike if key in now]
     confidence = _confidence(search, without.fit, state.fit, price, seed, search.matters(without, state))
     return Evidence(
         candidate.key,

@@ -155,7 +155,7 @@ def _slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
 
 
 def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
-    """The model with the kept effects alone, polished; with none, where its rollouts are no better than nominal."""
+    """The model with the kept effects alone, polished; with none, where rollouts get worse with all of them."""
     final = search.restrict(state, kept)
     form = search.weak
     symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
@@ -164,8 +164,9 @@ def settle(search: Search, state: State, kept: Sequence[str], shooting: Shooting
     limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
     polished = polish(form.motions, final.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
     final = min((final, search.evaluate(polished, kept)), key=lambda s: s.score)
-    if rollouts_object(form.squares(search.nominal), form.squares(final.vehicle)):
-        return search.restrict(state, ())
+    nothing = search.restrict(state, ())
+    if kept and rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle)):
+        return nothing
     return final
 
 

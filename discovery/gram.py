@@ -116,7 +116,8 @@ class GramScores:
     def _cleared(self, columns: np.ndarray, target: Array) -> tuple[Array, Array]:
         """Normal equations of each block, (blocks, p, p) and (blocks, p), cleared of what sensor noise adds to them.
 
-        Where noise is most of a combination of columns, only so much is taken off that they stay definite.
+        Where noise is most of some combination of the columns, a smaller share of all of it is taken off, so that no
+        combination loses more than half of its square; one hopeless column then leaves some noise in the others.
         """
         rows = self._weighted[:, columns]
         if self._blur is not None and columns.size:

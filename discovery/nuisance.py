@@ -47,7 +47,7 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
     if compass.sound:
         return Nuisances(tuple(motions), (False, False, False), ())
     blind = "no force in sway, and no effect that needs it, is judged"
-    if not compass.deviates:
+    if not compass.plain:
         return Nuisances(tuple(motions), (False, True, False), (f"{compass.sentence}; {blind}",))
     note = f"{compass.sentence}; heading and velocities are corrected, and {blind}"
     return Nuisances(tuple(corrected(m, compass) for m in motions), (False, True, False), (note,))

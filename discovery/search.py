@@ -30,7 +30,7 @@ class Search(Scoring):
             if len(crowd) < self.settings.crowd:
                 break
             others = (self._climb(self.without(best, key), _silent, key) for key in crowd)
-            other = self._prune(min(others, key=lambda s: s.score), _silent)
+            other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
             if other.score >= best.score - self.settings.margin:
                 break
             if progress is not None:

@@ -29,6 +29,9 @@ from .wording import (
 
 VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "yellow", "no evidence": "dim"}
 
+_WORSE = 1.05
+"""Share of the error before from which predictions are said to get worse."""
+
 
 def steps_table(findings: Mapping[str, Any]) -> Table:
     """The error falling: one row per added effect, acceleration and rollout error per axis on held-out data.
@@ -70,7 +73,11 @@ def error_left(findings: Mapping[str, Any]) -> str:
     if len(steps) < 2 or not before or not after:
         return ""
     shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
-    return f"Held-out {horizon} s rollout error after, as a share of before: {shares}."
+    worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
+    warning = f" Predictions of {' and '.join(worse)} get worse: the model before was the better one there." * bool(
+        worse
+    )
+    return f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{warning}"
 
 
 def candidates_table(findings: Mapping[str, Any], *, most: int = 12) -> RenderableType:

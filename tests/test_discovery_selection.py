@@ -100,9 +100,12 @@ def test_both_thrusters_scales_are_told_as_a_common_one_and_the_weaker_one():
 
 def test_two_of_three_scales_are_no_rivals_of_the_third():
     active = ("thrust_scale", "thruster_asymmetry[port]")
-    assert same_model(active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
-    assert not same_model(active, "thruster_asymmetry[port]", "munk_moment")
-    assert not same_model(("thrust_scale",), "thrust_scale", "thruster_asymmetry[stbd]")
+    assert same_model(HULL, active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+    assert not same_model(HULL, active, "thruster_asymmetry[port]", "munk_moment")
+    assert not same_model(HULL, ("thrust_scale",), "thrust_scale", "thruster_asymmetry[stbd]")
+    third = HULL.thrusters[0].model_copy(update={"name": "bow"})
+    three = HULL.model_copy(update={"thrusters": (*HULL.thrusters, third)})
+    assert not same_model(three, active, "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
 
 
 def test_a_dead_zone_has_an_interval_by_profile():
