@@ -7,7 +7,7 @@ from .figures import coefficients, ranked_effects
 from .markup import Html, element, figure, lines, render, table
 from .plotted import coefficient_rows
 from .run_folder import RunFolder
-from .wording import MINUS, cannot_tell, effect_words, interval, listing, percent, twins, typeset, unit_text
+from .wording import MINUS, added_to, cannot_tell, effect_words, interval, listing, percent, twins, typeset, unit_text
 
 
 def missing_effects(run: RunFolder) -> Html:
@@ -55,6 +55,7 @@ def _effect(item: Mapping[str, Any]) -> Html:
         element("p", unit_text(str(item.get("sentence") or ""))),
         *[element("div", equation, cls="equation")] * bool(equation),
         *values,
+        *[element("p", f"{added_to(item)} value.", cls="facts")] * bool(added_to(item)),
         element("p", f"Removes {removed} of the held-out error; confidence {sure}.", cls="facts"),
         *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
         cls="card effect",
@@ -92,7 +93,7 @@ def _unnamed(terms: Sequence[Mapping[str, Any]]) -> list[Html]:
             str(term.get("form")),
             typeset(term.get("value")),
             interval(term.get("ci95")),
-            percent(term.get("inclusion")),
+            percent(term.get("inclusion"), blank=""),
         )
         for term in terms
     ]

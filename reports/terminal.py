@@ -13,6 +13,7 @@ from .wording import (
     AXES,
     CALIBRATED,
     ROLLOUT_UNITS,
+    added_to,
     cannot_tell,
     effect_words,
     energy_lines,
@@ -74,9 +75,8 @@ def error_left(findings: Mapping[str, Any]) -> str:
         return ""
     shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
     worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
-    warning = f" Predictions of {' and '.join(worse)} get worse: the model before was the better one there." * bool(
-        worse
-    )
+    words_of = f" Predictions of {' and '.join(worse)} get worse: the model before was the better one there."
+    warning = words_of if worse else ""
     return f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{warning}"
 
 
@@ -103,7 +103,13 @@ def unnamed_table(findings: Mapping[str, Any]) -> Table:
     table.add_column("selected in", no_wrap=True, justify="right")
     for term in findings.get("unnamed") or []:
         value = f"{number(term.get('value'))} {unit_text(str(term.get('unit') or ''))}".rstrip()
-        cells = (str(term.get("axis")), str(term.get("form")), value, _interval(term), percent(term.get("inclusion")))
+        cells = (
+            str(term.get("axis")),
+            str(term.get("form")),
+            value,
+            _interval(term),
+            percent(term.get("inclusion"), blank=""),
+        )
         table.add_row(*map(Text, cells))
     return table
 
@@ -211,7 +217,9 @@ def _effects(title: str, candidates: Sequence[Mapping[str, Any]], *, caption: st
 
 
 def _effects_in(title: str, candidates: Sequence[Mapping[str, Any]], caption: str, verdicts: bool, gap: str) -> Table:
-    table = plain_table(title, caption)
+    told = [c for c in candidates if not cannot_tell(c) and c["verdict"] != "no evidence" and added_to(c)]
+    added = "values of damping, coupling, mass and trim are added to the vehicle file's" if told else ""
+    table = plain_table(title, "; ".join(filter(None, (added, caption))))
     table.add_column("effect", min_width=14)
     if verdicts:
         table.add_column("verdict", no_wrap=True)

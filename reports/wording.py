@@ -41,6 +41,21 @@ def effect_words(candidate: Mapping[str, Any]) -> str:
     return f"{words(name)} ({', '.join(meant)})" if meant else words(name)
 
 
+def added_to(candidate: Mapping[str, Any]) -> str:
+    """The symbols of a candidate whose values are added to the vehicle file's, in a phrase; else empty.
+
+    Examples
+    --------
+    >>> added_to({"effect": "surge_linear_damping", "terms": [{"symbol": "X_u"}]})
+    "X_u: added to the vehicle file's"
+    >>> added_to({"effect": "thrust_scale", "terms": [{"symbol": "thrust_scale"}]})
+    ''
+    """
+    effect = BY_NAME.get(str(candidate["effect"]))
+    symbols = ", ".join(str(term.get("symbol")) for term in candidate.get("terms") or [])
+    return f"{symbols}: added to the vehicle file's" if effect is not None and effect.added and symbols else ""
+
+
 def twins(candidate: Mapping[str, Any]) -> list[str]:
     """What would explain the log as well as the candidate, in words.
 
