@@ -1,30 +1,55 @@
-"""Adding effects by name: no search, the user has decided; fit them together and keep the order."""
+"""Adding effects by name: no search, the user has decided; fit them together and keep the order.
+
+They are fitted to what discovery would judge them by: the force balance, or on field logs open-loop rollouts of motions
+that are cleared of nuisances (`field.py`).
+"""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .colour import why_rollouts
 from .conclude import conclude
 from .discover import Discovery, DiscoverySettings
 from .evidence import weigh
+from .field import disagreements, modest, on_rollouts, slender
 from .library import term_candidate
+from .nuisance import nuisances, part_by_sight
 from .options import Candidate, candidates, measurable
 from .passivity import lawful_model
+from .rollouts import rollouts_object
 from .search import Search, State
+from .shooting import Shooting
 from .uncertainty import intervals
 from .weak import WeakForm
+
+_KEPT = "the nominal model's own parameters stay as its file has them: none is calibrated beside the effects"
+
+
+@dataclass(frozen=True, slots=True)
+class _Basis:
+    """What the effects are fitted to: motions in some form, the candidates that each name means, and words on them."""
+
+    motions: Sequence[Motion]
+    form: WeakForm | Shooting
+    groups: list[list[Candidate]]
+    notes: tuple[str, ...] = ()
 
 
 def add_effects(
     motions: Sequence[Motion], nominal: Vehicle, names: Sequence[str], settings: DiscoverySettings
 ) -> Discovery:
     """Add effects in the order given, all fitted together under their physical limits and the law of dissipation.
+
+    Where the force balance errs by more than white noise, they are fitted to open-loop rollouts, as in discovery. The
+    nominal model's own parameters stay as they are, whatever `settings.refit` says.
 
     Parameters
     ----------
@@ -33,7 +58,8 @@ def add_effects(
     Raises
     ------
     RequestError
-        for an unknown effect or thruster, an effect given twice, one whose channels a log lacks, or none at all.
+        for an unknown effect or thruster, an effect given twice, one whose channels a log lacks, one that a field log
+        cannot show because its compass is not trusted, or none at all.
     """
     if not names:
         raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
@@ -44,28 +70,74 @@ def add_effects(
     groups = [_candidates(name, nominal) for name in names]
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
-    pool = list(dict.fromkeys(candidate for group in groups for candidate in group))
-    weak = WeakForm(motions, settings.weak)
-    search = Search(weak, nominal, pool, replace(settings.search, refinements=6))
+    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
+        weak = WeakForm(motions, settings.weak)
+        why = why_rollouts(Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search))
+        basis = _field(motions, nominal, names, groups, settings, why) if why else _Basis(motions, weak, groups)
+        return _add(basis, nominal, settings)
+
+
+def _field(
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    names: Sequence[str],
+    groups: Sequence[list[Candidate]],
+    settings: DiscoverySettings,
+    why: str,
+) -> _Basis:
+    """Rollouts of motions cleared of nuisances, for a log whose error is coloured."""
+    clear = nuisances(motions)
+    seen = []
+    for name, group in zip(names, groups, strict=True):
+        visible, unseen = part_by_sight(slender(group, nominal), clear.blind)
+        if unseen:
+            raise RequestError(
+                f"add {name}: expected a log that shows forces in sway, but {'; '.join(clear.notes)}; leave {name} "
+                "out, or give logs with straight runs on several headings and a compass that is right"
+            )
+        seen.append(visible)
+    form = Shooting(clear.motions, nominal, settings.shooting, clear.blind)
+    return _Basis(clear.motions, form, seen, (why, *clear.notes))
+
+
+def _add(basis: _Basis, nominal: Vehicle, settings: DiscoverySettings) -> Discovery:
+    """Fit the effects in the order given, then together, then under the laws."""
+    motions, form, notes = basis.motions, basis.form, (*basis.notes, _KEPT)
+    pool = list(dict.fromkeys(candidate for group in basis.groups for candidate in group))
+    search = Search(form, nominal, pool, replace(settings.search, refinements=6))
     state = search.evaluate(nominal, ())
     steps: list[tuple[str | None, Vehicle]] = [(None, nominal)]
-    for group in groups:
+    for group in basis.groups:
         state = min((_with(search, state, candidate) for candidate in group), key=lambda s: s.score)
         steps.append((state.active[-1], state.vehicle))
     state = search.reshape(state)
+    if isinstance(form, Shooting):
+        form = form.refreshed(state.vehicle)
+        search = Search(form, nominal, pool, search.settings)
+        state = search.evaluate(state.vehicle, state.active)
+        state = search.reshape(on_rollouts(search, state, state.active, settings.shooting))
     evidence = weigh(search, state, settings.seed)
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]
     lawful = lawful_model(motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     corrected = lawful.vehicle
     steps[-1] = (steps[-1][0], corrected)
-    told = intervals(weak, scores, pool, chosen, state.vehicle, settings.seed)
+    error, noise, by = np.sqrt(state.fit.held_out), search.noise_error, ""
+    if isinstance(form, Shooting):
+        weak = WeakForm(motions, settings.weak)
+        error = np.sqrt((weak.balance(corrected) ** 2).mean(axis=0))
+        noise, by = Search(weak, nominal, (), settings.search).noise_error, ", fitted to open-loop rollouts"
+        evidence = modest(evidence, form)
+        notes = (*notes, *disagreements(form, nominal, corrected))
+        if rollouts_object(form.squares(nominal), form.squares(corrected)):
+            notes = (*notes, "open-loop rollouts get worse with these effects than they are without any")
+    told = intervals(form, scores, pool, chosen, state.vehicle, settings.seed)
     order = [label for label, _ in steps[1:]]
     added = [e for e in evidence if e.selected]
     sure = [e.key for e in added if e.sure]
     findings = conclude(search, nominal, lawful, corrected, added, told, sure, order)
-    findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}.")
-    return Discovery(nominal, corrected, tuple(steps), findings, np.sqrt(state.fit.held_out), search.noise_error)
+    findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.")
+    return Discovery(nominal, corrected, tuple(steps), findings, error, noise, notes)
 
 
 def _with(search: Search, state: State, candidate: Candidate) -> State:

@@ -30,7 +30,7 @@ from .folds import FOLDS, as_good, parted
 from .gram import GramScores
 from .identified import Identified, identified
 from .nuisance import Nuisances, nuisances, part_by_sight
-from .options import Candidate, Linearisation, candidates
+from .options import Candidate, Linearisation, candidates, measurable
 from .passivity import Lawful, judge, lawful_model
 from .polish import polish
 from .refit import BLIND, calibrated, limit_at
@@ -134,7 +134,7 @@ def calibrate(
                 "--free X_u"
             )
         weak = WeakForm(motions, settings.weak)
-        left = unexplained(Search(weak, nominal, candidates(nominal), settings.search))
+        left = unexplained(Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search))
         coloured = bool(left.coloured.any()) and weak.independent >= _ENOUGH
         clear = _cleared(motions) if coloured else Nuisances(tuple(motions), _SEEING, ())
         if clear.notes:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..measurements.compass import compass_of
 from ..physics.frames import AXES, FORCE_UNITS, Array
 from ..physics.matrices import mass_matrix
 from .library import features_along
@@ -63,6 +64,25 @@ class Unexplained:
         material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
         strict = 1.0 if self.independent >= _ENOUGH else _STRICTER
         return (self.error > strict * COLOURED * self.noise) & (self.share > strict * material)
+
+
+_DEVIATES = (
+    "the compass of this log deviates, and what is left after a correction is no white noise; effects are judged by "
+    "open-loop rollouts"
+)
+
+
+def why_rollouts(search: Search) -> str:
+    """Why rollouts and not the force balance must decide on a log, in a sentence; empty where they need not.
+
+    Parameters
+    ----------
+    search : on the weak form, about its nominal model
+    """
+    left = unexplained(search)
+    if left.coloured.any():
+        return left.sentence
+    return _DEVIATES if compass_of(search.weak.motions).plain else ""
 
 
 def unexplained(search: Search) -> Unexplained:

@@ -6,12 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..measurements.compass import compass_of
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
-from .colour import unexplained
+from .colour import why_rollouts
 from .conclude import conclude, unmeasured
 from .ensemble import inclusion
 from .evidence import Evidence
@@ -27,11 +26,6 @@ from .search import Search, SearchSettings, State
 from .shooting import ShootingSettings
 from .uncertainty import Interval, intervals
 from .weak import WeakForm, WeakSettings
-
-_DEVIATES = (
-    "the compass of this log deviates, and what is left after a correction is no white noise; effects are judged by "
-    "open-loop rollouts"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +100,8 @@ def _find(
 ) -> Discovery:
     weak = WeakForm(motions, settings.weak)
     search = Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search)
-    left = unexplained(search)
-    if left.coloured.any() or compass_of(motions).plain:
-        why = left.sentence if left.coloured.any() else _DEVIATES
+    why = why_rollouts(search)
+    if why:
         say(why)
         looked = look_at_rollouts(motions, search, settings.shooting, settings.seed, say, settings.refit)
         return _conclude(looked, nominal, settings, why)

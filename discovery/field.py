@@ -68,7 +68,7 @@ def look_at_rollouts(
     if refit:
         free = freed(WeakForm(clear.motions, WeakSettings()), nominal, pool, settings)
         pool = free.pool
-    seen, unseen = part_by_sight(_slender(pool, nominal), clear.blind)
+    seen, unseen = part_by_sight(slender(pool, nominal), clear.blind)
     unseen = [c for c in unseen if not c.nuisance]
     if free is not None:
         free = free.seen(seen)
@@ -90,9 +90,7 @@ def look_at_rollouts(
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
     say("weighing the evidence")
-    # Blocks that are few may all agree by chance: no more confidence than a sign test's, 1 - 2^(1 - blocks).
-    most = 1.0 - 0.5 ** int(form.block.max())
-    evidence = [replace(e, confidence=min(e.confidence, most)) for e in weigh(search, state, seed, known)]
+    evidence = modest(weigh(search, state, seed, known), form)
     nothing = np.zeros(3)
     evidence += [Evidence(c.key, False, 0.0, nothing, 0.0, 0.0, (), False, dormant=True) for c in unseen]
     forces = Search(WeakForm(clear.motions, WeakSettings()), nominal, seen, replace(settings, refinements=0))
@@ -106,7 +104,7 @@ def look_at_rollouts(
         rehearsal,
         (forces, forces.evaluate(state.vehicle, state.active)),
         tuple(unseen),
-        (*clear.notes, *_disagreements(form, nominal, state.vehicle)),
+        (*clear.notes, *disagreements(form, nominal, state.vehicle)),
         free,
     )
 
@@ -142,7 +140,13 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
             yield search.evaluate(begun, tuple(c.key for c in group))
 
 
-def _slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
+def modest(evidence: Sequence[Evidence], form: Shooting) -> list[Evidence]:
+    """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
+    most = 1.0 - 0.5 ** int(form.block.max())
+    return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
+
+
+def slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
     """Candidates with added mass in surge held to half the hull's mass: that of a sphere, and a hull is longer.
 
     Nothing else keeps a hull from growing heavy together with its thrusters (Lamb 1932, article 114: at most 1/2).
@@ -156,21 +160,27 @@ def _slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
 
 def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
     """The model with the kept effects alone, polished; with none, where rollouts get worse with all of them."""
-    final = search.restrict(state, kept)
+    final = on_rollouts(search, search.restrict(state, kept), kept, shooting)
+    form = search.weak
+    if not kept or not isinstance(form, Shooting):
+        return final
+    nothing = search.restrict(state, ())
+    worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle))
+    return nothing if worse else final
+
+
+def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+    """A model polished on its rollouts, where that betters its score; the same on the force balance."""
     form = search.weak
     symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
     if not symbols or not isinstance(form, Shooting):
-        return final
+        return state
     limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
-    polished = polish(form.motions, final.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
-    final = min((final, search.evaluate(polished, kept)), key=lambda s: s.score)
-    nothing = search.restrict(state, ())
-    if kept and rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle)):
-        return nothing
-    return final
+    polished = polish(form.motions, state.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
+    return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
 
 
-def _disagreements(form: Shooting, nominal: Vehicle, corrected: Vehicle) -> list[str]:
+def disagreements(form: Shooting, nominal: Vehicle, corrected: Vehicle) -> list[str]:
     """Sentences on logs in which rollouts of the corrected model are worse than the nominal model's on some axis."""
     before, after = form.squares(nominal), form.squares(corrected)
     sources = form.sources

@@ -16,7 +16,11 @@ from .weak import WeakForm
 
 _SMALL = 1e-12
 _PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
-"""A profile reaches half the value (or half of 0.05) to either side, in so many steps."""
+"""A profile first reaches half the value (or half of 0.05) to either side, in so many steps."""
+_WIDER = 5
+"""Times that the reach may double: even from the least one, that is more than half of full command."""
+_RARELY = 0.02
+"""Share of draws in which an end of the profile may be as good as the best value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,29 +98,48 @@ def profile_interval(
 ) -> Interval:
     """95 % interval of a parameter that moves the force in steps, so that no derivative tells its spread.
 
-    The squared force error is taken for values all about the estimate, the other parameters kept; in each draw of
-    blocks every value within rounding of the least error is as good as the best one, and the interval holds 95 % of
-    all of these.
+    The squared error is taken for values all about the estimate; in each draw of blocks every value within rounding of
+    the least error is as good as the best one, and the interval holds 95 % of all of these, out to the next values that
+    were tried. An end of the profile that is among the best is no limit yet: the profile then reaches twice as far, in
+    steps twice as long, up to the physical limits. The other parameters are kept, so the interval is conditional on
+    them.
 
     Parameters
     ----------
     vehicle : the fitted model
-    weight : (3,) weight of a squared force error on each axis
+    weight : (3,) weight of a squared error on each axis
     """
     value = vehicle.value(parameter.symbol)
+    least, most = min(parameter.lower, value), max(parameter.upper, value)
     reach = _PROFILE * max(value, _LEAST_PROFILE)
-    grid = np.linspace(max(parameter.lower, value - reach), min(parameter.upper, value + reach), 2 * _PROFILED + 1)
     blocks = int(weak.block.max()) + 1
-    errors = np.zeros((blocks, grid.size))
-    for k, x in enumerate(grid):
-        np.add.at(errors[:, k], weak.block, weak.balance(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight)
     rng = np.random.default_rng(seed)
     counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws)
-    total = counts @ errors
-    best = total <= total.min(axis=1, keepdims=True) * (1.0 + 1e-9)
+
+    def errors(values: Array) -> Array:
+        """Summed squared error of each block, (blocks, values)."""
+        found = np.zeros((blocks, values.size))
+        for k, x in enumerate(values.tolist()):
+            squares = weak.balance(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight
+            np.add.at(found[:, k], weak.block, squares)
+        return found
+
+    grid = np.linspace(max(least, value - reach), min(most, value + reach), 2 * _PROFILED + 1)
+    seen = errors(grid)
+    for widened in range(_WIDER + 1):
+        total = counts @ seen
+        best = total <= total.min(axis=1, keepdims=True) * (1.0 + 1e-9)
+        below, above = (float(best[:, end].mean()) > _RARELY for end in (0, -1))
+        below, above = below and grid[0] > least, above and grid[-1] < most
+        if not (below or above) or widened == _WIDER:
+            break
+        further = reach * (1.0 + np.arange(1, _PROFILED // 2 + 1) / (_PROFILED // 2))
+        reach *= 2.0
+        lower = np.unique(np.maximum(value - further, least)) if below else grid[:0]
+        upper = np.unique(np.minimum(value + further, most)) if above else grid[:0]
+        lower, upper = lower[lower < grid[0]], upper[upper > grid[-1]]
+        grid, seen = np.concatenate([lower, grid, upper]), np.hstack([errors(lower), seen, errors(upper)])
     first, last = best.argmax(axis=1), grid.size - 1 - best[:, ::-1].argmax(axis=1)
     low, high = np.quantile(grid[first], 0.025), np.quantile(grid[last], 0.975)
-    step = float(grid[1] - grid[0])
-    return Interval(
-        max(float(min(low, value)) - step, parameter.lower), min(float(max(high, value)) + step, parameter.upper)
-    )
+    within = (grid >= min(low, value)).argmax(), grid.size - 1 - (grid <= max(high, value))[::-1].argmax()
+    return Interval(float(grid[max(int(within[0]) - 1, 0)]), float(grid[min(int(within[1]) + 1, grid.size - 1)]))

@@ -3,7 +3,7 @@
 Run it as `python examples/real_blueboat.py FOLDER [SPLITS]` on `log_NNN.csv` files with t, x, y, psi, u, v, r,
 pwm_port and pwm_stbd. Each split holds a third of the logs out; the linear model is fitted to the others first, so that
 it has every chance, and discovery names what it lacks. Errors are told for the rows with a command in the last 8 s,
-which is the hard part, and for all rows; the limits are asked of the former.
+which is the hard part, and for all rows; the limits are asked of the former. It exits with 1 when one of them fails.
 """
 
 import sys
@@ -61,7 +61,8 @@ NEUTRAL, ALIVE = 1510.0, 12.0  # us
 HORIZONS = (10.0, 30.0)  # s
 
 
-def main(folder: Path, splits: int) -> None:
+def main(folder: Path, splits: int) -> bool:
+    """True when every limit holds."""
     logs = read(folder)
     start = vehicle_from_dict(START, "start")
     fitting = {log.name: prepare(log, start, WEAK).motions for log in logs}
@@ -86,7 +87,7 @@ def main(folder: Path, splits: int) -> None:
         print(f"  {horizon:3g} s, {label:9}, {rows:6} rows: {told(np.concatenate(squares))}")
     linear, found = model([m for motions in fitting.values() for m in motions], start)
     tell(found)
-    conclude(totals[("corrected", HORIZONS[0], "driven")], diverged, set(found.findings.missing))
+    return conclude(totals[("corrected", HORIZONS[0], "driven")], diverged, set(found.findings.missing))
 
 
 def read(folder: Path) -> list[Log]:
@@ -160,7 +161,8 @@ def interval(ci95: object) -> str:
     return f" [{ci95.lower:.3g}, {ci95.upper:.3g}]" if ci95 is not None else ""  # type: ignore[attr-defined]
 
 
-def conclude(squares: Sequence[np.ndarray], diverged: int, missing: set[str]) -> None:
+def conclude(squares: Sequence[np.ndarray], diverged: int, missing: set[str]) -> bool:
+    """Print which limits hold, and tell whether all do."""
     root = np.sqrt(np.concatenate(squares).mean(axis=0))
     verdicts: Mapping[str, bool] = {
         **{
@@ -172,6 +174,7 @@ def conclude(squares: Sequence[np.ndarray], diverged: int, missing: set[str]) ->
     }
     for text, holds in verdicts.items():
         print(f"{'holds' if holds else 'FAILS'}: {text}")
+    return all(verdicts.values())
 
 
 def claims(wrong: set[str]) -> str:
@@ -182,4 +185,4 @@ if __name__ == "__main__":
     if len(sys.argv) < 2:
         print(__doc__)
     else:
-        main(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 3)
+        sys.exit(0 if main(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 3) else 1)

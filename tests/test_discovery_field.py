@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery.add import add_effects
 from undertow.discovery.colour import unexplained
-from undertow.discovery.discover import find_missing
+from undertow.discovery.discover import DiscoverySettings, find_missing
 from undertow.discovery.nuisance import misalignment, nuisances
 from undertow.discovery.options import candidates
 from undertow.discovery.search import Search, SearchSettings
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.measurements.compass import compass_of, corrected
+from undertow.physics.errors import RequestError
 from undertow.physics.frames import body_to_earth
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
@@ -79,6 +81,22 @@ def test_hidden_effects_are_named_under_coloured_noise_and_held_fixes(nominal: V
     assert set(found.findings.missing) == NAMES
     weak = Search(WeakForm([log], WeakSettings()), nominal, candidates(nominal), SearchSettings())
     assert set(weak.run().active) - NAMES, "the force balance alone takes coloured noise for effects"
+
+
+def test_effects_are_added_by_rollouts_under_coloured_noise(nominal: Vehicle) -> None:
+    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0), (0.06, 0.04, 0.03), 1.0, seed=2, hold=4)
+    found = add_effects([log], nominal, sorted(NAMES), DiscoverySettings())
+    assert "open-loop rollouts" in found.notes[0]
+    assert any("none is calibrated" in note for note in found.notes)
+    assert found.findings.headline.endswith("yaw_speed_damping, fitted to open-loop rollouts.")
+    assert found.findings.criterion["unit"]["surge"] == "m/s"
+    assert [found.corrected.value(s) for s in HIDDEN] == pytest.approx(list(HIDDEN.values()), rel=0.08)
+
+
+def test_an_effect_that_needs_a_blind_axis_is_not_added(nominal: Vehicle) -> None:
+    log = coloured(driven(nominal.with_values(HIDDEN), 4.0, 0).slice(0, 500), (0.08, 0.05, 0.04), 1.5, seed=3)
+    with pytest.raises(RequestError, match="add sway_linear_damping: expected a log that shows forces in sway"):
+        add_effects([log], nominal, ["surge_quadratic_damping", "sway_linear_damping"], DiscoverySettings())
 
 
 def test_coloured_noise_alone_is_no_effect(nominal: Vehicle) -> None:

@@ -17,6 +17,7 @@ from undertow.discovery.uncertainty import profile_interval
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.effects import PARAMETERS
 from undertow.physics.motion import Motion
+from undertow.physics.simulation import simulate_motion
 from undertow.physics.typical_effects import typical_effect
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds import simulate_world
@@ -114,6 +115,21 @@ def test_a_dead_zone_has_an_interval_by_profile():
     interval = profile_interval(weak, HULL.with_values({"dead_zone": 0.16}), PARAMETERS["dead_zone"], np.ones(3), 0)
     assert interval.lower <= 0.17 <= interval.upper
     assert 0.0 < interval.upper - interval.lower < 0.15
+
+
+def test_the_interval_of_a_dead_zone_holds_every_value_between_two_commands():
+    full = 35.0  # N
+    shares = (-0.5, 0.0, 0.1, 0.5, 0.8)
+    rng = np.random.default_rng(0)
+    held = np.repeat(rng.choice(shares, size=(60, 2)) * full, 40, axis=0)
+    time = 0.05 * np.arange(held.shape[0])
+    nothing = np.zeros((time.size, 2)), np.zeros(time.size), np.zeros((time.size, 3))
+    motion = simulate_motion(HULL.with_values({"dead_zone": 0.4}), Motion(time, *nothing, held, ("port", "stbd")))
+    weak = WeakForm([motion], WeakSettings())
+    interval = profile_interval(weak, HULL.with_values({"dead_zone": 0.15}), PARAMETERS["dead_zone"], np.ones(3), 0)
+    assert interval.lower <= 0.1
+    assert interval.upper >= 0.5
+    assert interval.lower > 0.05
 
 
 def test_block_ensembles_select_the_term_that_acts():

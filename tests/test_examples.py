@@ -1,11 +1,17 @@
 """Every example runs, and what the README shows is what the examples say today."""
 
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import simulate_motion
+from undertow.physics.vehicle import vehicle_from_dict
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -13,10 +19,10 @@ PICTURE = ROOT / "docs" / "falling_error.svg"
 NUMBER = re.compile(r"-?\d+\.\d+")
 
 
-def run(script: Path, folder: Path, *arguments: str) -> str:
+def run(script: Path, folder: Path, *arguments: str, exits: int = 0) -> str:
     command = [sys.executable, "-W", "error", str(script), *arguments]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == exits, done.stdout + done.stderr
     return done.stdout
 
 
@@ -56,6 +62,50 @@ def test_the_picture_is_up_to_date(tmp_path: Path):
 )
 def test_the_example_runs(script: Path, tmp_path: Path):
     assert run(script, tmp_path).strip()
+
+
+def write_blueboat_log(path: Path, start: dict[str, object], seed: int) -> None:
+    """60 s of a simulated linear BlueBoat under random steps, in the columns and the wiring of the field logs."""
+    rng = np.random.default_rng(seed)
+    time = 0.1 * np.arange(600)
+    pwm = 1510.0 + np.repeat(rng.uniform(-250.0, 300.0, size=(15, 2)), 40, axis=0)
+    nothing = np.zeros((time.size, 2)), np.zeros(time.size), np.zeros((time.size, 3))
+    motion = simulate_motion(vehicle_from_dict(start, "boat"), Motion(time, *nothing, pwm, ("port", "stbd")))
+    velocity = motion.velocity + rng.standard_normal((time.size, 3)) * [0.01, 0.01, 0.004]
+    commands = np.column_stack([pwm[:, 0], 3020.0 - pwm[:, 1]])
+    table = np.column_stack([time, motion.position, motion.heading, velocity, commands])
+    np.savetxt(path, table, fmt="%.6f", delimiter=",", header="t,x,y,psi,u,v,r,pwm_port,pwm_stbd", comments="")
+
+
+def test_the_blueboat_example_tells_splits_findings_and_verdicts_and_exits_with_them(tmp_path: Path):
+    script = ROOT / "examples" / "real_blueboat.py"
+    start = runpy.run_path(str(script))["START"]
+    for seed in range(3):
+        write_blueboat_log(tmp_path / f"log_{seed:03}.csv", start, seed)
+    said = run(script, tmp_path, str(tmp_path), "1", exits=1).splitlines()
+    assert said[0].startswith("split 1, held out log_00")
+    assert "  found: nothing" in said
+    assert "all logs: Nothing material is missing: the model explains this log." in said
+    verdicts = [line for line in said if line.startswith(("holds: ", "FAILS: "))]
+    assert verdicts == said[-5:]
+    failed = [line for line in verdicts if line.startswith("FAILS")]
+    assert [line[:24] for line in failed] == ["FAILS: findings contain "], "nothing is hidden"
+
+
+def test_the_blueboat_example_passes_only_when_every_limit_holds(capsys: pytest.CaptureFixture[str]):
+    example = runpy.run_path(str(ROOT / "examples" / "real_blueboat.py"))
+    conclude, wanted = example["conclude"], example["WANTED"]
+    small, large = [np.full((4, 3), 0.01**2)], [np.full((4, 3), 0.15**2)]
+    assert conclude(small, 0, wanted)
+    assert "FAILS" not in capsys.readouterr().out
+    for squares, diverged, missing in (
+        (large, 0, wanted),
+        (small, 1, wanted),
+        (small, 0, set()),
+        (small, 0, wanted | {"steady_current"}),
+    ):
+        assert not conclude(squares, diverged, missing)
+        assert capsys.readouterr().out.count("FAILS") == 1
 
 
 @pytest.mark.parametrize("document", ["README.md", *(f"docs/{p.name}" for p in sorted((ROOT / "docs").glob("*.md")))])
