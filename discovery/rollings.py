@@ -65,6 +65,7 @@ class Rollings:
     measured : (bins, 3, starts) mean measured velocity of each bin
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
+    air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
     kept : thrust and loss by thrusters, which many models share
     """
 
@@ -78,6 +79,7 @@ class Rollings:
     measured: Array
     weight: Array
     noise: Array
+    air: Array | None = None
     kept: dict[tuple[Thruster, ...], tuple[Array, Array]] = field(default_factory=dict)
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
@@ -87,7 +89,7 @@ class Rollings:
         thrust, load = [], []
         for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
             act = actuation(vehicle, motion)
-            window = starts[None, :] + stride * np.arange(self.steps + 1)[:, None]
+            window = _window(starts, stride, self.steps)
             thrust.append(_thinned(act.thrust, stride)[:, window])
             load.append(_thinned(act.load, stride)[:, window])
         if len(self.kept) >= _KEPT:
@@ -101,7 +103,7 @@ class Rollings:
         remembers = vehicle.values["memory_sway"] or vehicle.values["memory_yaw"]
         memory = self.memory(vehicle) if remembers else None
         with np.errstate(over="ignore", invalid="ignore"):
-            return integrate(vehicle, self.step, self.initial, thrust, load, memory).states
+            return integrate(vehicle, self.step, self.initial, thrust, load, memory, self.air).states
 
     def memory(self, vehicle: Vehicle) -> Array:
         """Wake memory of sway speed and yaw rate at the starts, (starts, 2), from the motion before them."""
@@ -161,7 +163,24 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(measured, axis=2),
         np.concatenate(weight, axis=2),
         noise,
+        _air(kept, starts, strides, steps),
     )
+
+
+def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:
+    """Rows of a motion along its rollouts, (steps + 1, starts)."""
+    return starts[None, :] + stride * np.arange(steps + 1)[:, None]
+
+
+def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> Array | None:
+    """Velocity of the air along all rollouts, (2, steps + 1, starts); still in a log without an anemometer."""
+    if all(m.air is None for m in motions):
+        return None
+    found = []
+    for motion, rows, stride in zip(motions, starts, strides, strict=True):
+        air = np.zeros((motion.time.size, 2)) if motion.air is None else motion.air
+        found.append(_thinned(air.T, stride)[:, _window(rows, stride, steps)])
+    return np.concatenate(found, axis=2)
 
 
 def _active(motion: Motion, vehicle: Vehicle, idle: float) -> np.ndarray:
@@ -189,7 +208,7 @@ def _calm(motion: Motion) -> Array:
 
 
 def _thinned(series: Array, stride: int) -> Array:
-    """A series (thrusters, n) averaged over `stride` rows about each row, so that thinning keeps its area."""
+    """A series (channels, n) averaged over `stride` rows about each row, so that thinning keeps its area."""
     if stride == 1:
         return series
     padded = np.pad(series, ((0, 0), (stride, stride)), mode="edge")

@@ -11,6 +11,7 @@ from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds import simulate_world
 
 HIDDEN = {"X_uu": -20.0, "N_ur": -4.0, "reverse_scale": 0.6}
 
@@ -75,6 +76,32 @@ def test_linearised_rollouts_know_the_wake_memory(nominal: Vehicle) -> None:
     form = Shooting([driven(base)], nominal)
     start = form.balance(base)
     for change in ({"memory_yaw": 4.2}, {"memory_time": 1.55}, {"N_r": nominal.value("N_r") - 0.1}):
+        near = base.with_values(change)
+        exact, linear = form.balance(near) - start, form.about(base).balances(near)[0] - start
+        assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact), change
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+def test_rollouts_and_their_linearisation_feel_the_wind(nominal: Vehicle, stride: int) -> None:
+    true = nominal.with_values({"wind_x": 0.3, "wind_y": 0.6, "wind_n": -0.1})
+    motion = simulate_world(true, {}, duration=120.0, noise="clean", seed=3, wind=(4.0, -5.0)).motion(0.05)
+    form = Shooting([motion], true, ShootingSettings(step=0.05 * stride))
+    calm = Shooting([replace(motion, air=None)], true, form.settings)
+    start = form.balance(true)
+    left, ignored = (np.sqrt((f.balance(true) ** 2).mean(axis=0)) for f in (form, calm))
+    assert (left < 0.1 * ignored)[:2].all()
+    assert left.max() < 0.01
+    for change in ({"wind_x": 0.31}, {"wind_y": 0.62}, {"wind_n": -0.104}, {"Y_v": nominal.value("Y_v") - 0.5}):
+        near = true.with_values(change)
+        exact, linear = form.balance(near) - start, form.about(true).balances(near)[0] - start
+        assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact), change
+
+
+def test_linearised_rollouts_know_that_a_current_turns_with_the_heading(nominal: Vehicle) -> None:
+    base = nominal.with_values({"current_north": 0.3, "current_east": -0.4})
+    form = Shooting([driven(base, 120.0)], base)
+    start = form.balance(base)
+    for change in ({"N_r": nominal.value("N_r") - 0.1}, {"current_north": 0.31}):
         near = base.with_values(change)
         exact, linear = form.balance(near) - start, form.about(base).balances(near)[0] - start
         assert np.linalg.norm(linear - exact) < 0.06 * np.linalg.norm(exact), change
