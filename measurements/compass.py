@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..physics.frames import Array, earth_to_body
+from ..physics.forces import apparent_wind
+from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
 
 _FAST = 0.2
@@ -118,12 +119,18 @@ def compass_of(motions: Sequence[Motion]) -> Compass:
 
 
 def corrected(motion: Motion, compass: Compass) -> Motion:
-    """A motion with its heading corrected, and its velocity over ground turned into the body by the new heading."""
+    """A motion with its heading corrected, and its velocity over ground turned into the body by the new heading.
+
+    The apparent wind, which the anemometer measures in the body, stays; the air over ground follows from it.
+    """
     delta = compass.at(motion.heading)
     surge, sway = earth_to_body(delta, motion.velocity[:, 0], motion.velocity[:, 1])
-    return replace(
-        motion, heading=motion.heading + delta, velocity=np.column_stack([surge, sway, motion.velocity[:, 2]])
-    )
+    heading, air = motion.heading + delta, motion.air
+    if air is not None:
+        ahead, starboard = apparent_wind(motion.heading, tuple(motion.velocity.T[:2]), tuple(air.T))
+        air = np.column_stack(body_to_earth(heading, ahead + surge, starboard + sway))
+    velocity = np.column_stack([surge, sway, motion.velocity[:, 2]])
+    return replace(motion, heading=heading, velocity=velocity, air=air)
 
 
 def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:

@@ -11,7 +11,8 @@ from undertow.discovery.nuisance import misalignment, nuisances
 from undertow.discovery.options import candidates
 from undertow.discovery.search import Search, SearchSettings
 from undertow.discovery.weak import WeakForm, WeakSettings
-from undertow.measurements.compass import compass_of, corrected
+from undertow.measurements.compass import Compass, compass_of, corrected
+from undertow.physics.forces import apparent_wind
 from undertow.physics.frames import body_to_earth
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
@@ -100,6 +101,20 @@ def test_a_compass_deviation_is_measured_and_taken_away(nominal: Vehicle) -> Non
     assert np.degrees([compass.constant, compass.sine, compass.cosine]) == pytest.approx([1.0, 3.0, 7.0], abs=1.5)
     before, after = (np.abs(m.heading - runs[0].heading).max() for m in (logs[0], corrected(logs[0], compass)))
     assert after < 0.4 * before
+
+
+def test_a_corrected_compass_leaves_the_apparent_wind_as_measured(nominal: Vehicle) -> None:
+    true = driven(nominal, 10.0, 5).slice(0, 300)
+    air = np.tile((3.0, -4.0), (300, 1))
+    seen = apparent_wind(true.heading, tuple(true.velocity.T[:2]), tuple(air.T))
+    logged = deviated(true, 8.0, 0.0, 0.0)
+    made = (apparent + speed for apparent, speed in zip(seen, logged.velocity.T[:2], strict=True))
+    logged = replace(logged, air=np.column_stack(body_to_earth(logged.heading, *made)))
+    right = corrected(logged, Compass(np.radians(8.0), 0.0, 0.0, np.radians(8.0), 0.01, 1.0, 1.0))
+    assert right.air is not None
+    np.testing.assert_allclose(right.air, air, atol=1e-9)
+    again = apparent_wind(right.heading, tuple(right.velocity.T[:2]), tuple(right.air.T))
+    np.testing.assert_allclose(again, seen, atol=1e-9)
 
 
 def test_a_compass_deviation_is_not_called_a_current_or_a_sway_effect(nominal: Vehicle) -> None:
