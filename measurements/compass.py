@@ -16,7 +16,9 @@ from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
 
 _FAST = 0.2
-"""Share of the largest surge speed from which a row can show a deviation."""
+"""Share of the top surge speed from which a row can show a deviation."""
+_TOP = 0.99
+"""Share of all rows that are no faster than the top surge speed."""
 _STRAIGHT = 0.1
 """Yaw rate [rad/s] up to which a run counts as straight."""
 _LEAST = np.radians(1.0)
@@ -135,7 +137,9 @@ def corrected(motion: Motion, compass: Compass) -> Motion:
 
 def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
     """Sway, surge, heading and yaw rate (n, 4) of the rows that can show a deviation, and their stretch of 5 s (n,)."""
-    fastest = max((float(np.abs(m.velocity[:, 0]).max()) for m in motions), default=0.0)
+    speeds = [np.abs(m.velocity[:, 0]) for m in motions]
+    # A quantile, not the largest: one false fix would leave no row.
+    fastest = float(np.quantile(np.concatenate(speeds), _TOP)) if speeds else 0.0
     found, blocks, begun = [np.zeros((0, 4))], [np.zeros(0, dtype=int)], 0
     for motion in motions:
         surge, sway, rate = motion.velocity.T

@@ -103,6 +103,15 @@ def test_a_compass_deviation_is_measured_and_taken_away(nominal: Vehicle) -> Non
     assert after < 0.4 * before
 
 
+def test_false_fixes_do_not_hide_a_compass_deviation(nominal: Vehicle) -> None:
+    logs = [deviated(white(driven(nominal, 10.0, seed, both=True), 5), 1.0, 3.0, 7.0) for seed in (5, 6, 7, 8)]
+    velocity = logs[0].velocity.copy()
+    velocity[1000, 0] = 10.0
+    compass = compass_of([replace(logs[0], velocity=velocity), *logs[1:]])
+    assert compass.deviates
+    assert np.degrees([compass.constant, compass.sine, compass.cosine]) == pytest.approx([1.0, 3.0, 7.0], abs=1.5)
+
+
 def test_a_corrected_compass_leaves_the_apparent_wind_as_measured(nominal: Vehicle) -> None:
     true = driven(nominal, 10.0, 5).slice(0, 300)
     air = np.tile((3.0, -4.0), (300, 1))
