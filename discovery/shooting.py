@@ -204,13 +204,25 @@ class Shooting:
 
 
 def _blocks(data: Rollings, most: int) -> np.ndarray:
-    """Block of each start (starts,): every motion is cut into blocks by its share, at least one each."""
-    counts = np.array([rows.size for rows in data.starts])
-    total = int(counts.sum())
-    most = max(LEAST_BLOCKS, min(most, total // LEAST_STARTS))
-    found, begun = [], 0
-    for count in counts.tolist():
-        blocks = max(1, min(round(most * count / total), count // LEAST_STARTS))
-        found.append(begun + np.arange(count) * blocks // count)
-        begun += blocks
-    return np.concatenate(found)
+    """Block of each start (starts,): each log is cut into blocks across its gaps, of `LEAST_STARTS` or more.
+
+    A log is a row of stretches of one source in which time goes on. There are no more than `most` blocks, unless there
+    are more logs.
+    """
+    logs: list[int] = []
+    before: Motion | None = None
+    for motion, rows in zip(data.motions, data.starts, strict=True):
+        if before is not None and motion.source == before.source and motion.time[0] > before.time[-1]:
+            logs[-1] += rows.size
+        else:
+            logs.append(rows.size)
+        before = motion
+    counts, blocks = np.array(logs), np.ones(len(logs), dtype=int)
+    while blocks.sum() < max(LEAST_BLOCKS, most):
+        share = counts // (blocks + 1)
+        if share.max() < LEAST_STARTS:
+            break
+        blocks[share.argmax()] += 1
+    begun = np.cumsum(blocks) - blocks
+    pairs = zip(begun, counts, blocks, strict=True)
+    return np.concatenate([first + np.arange(count) * parts // count for first, count, parts in pairs])

@@ -143,6 +143,27 @@ def test_rows_long_after_the_last_command_are_not_scored(nominal: Vehicle) -> No
     assert form.independent < 30
 
 
+def test_gaps_do_not_make_blocks_independent(nominal: Vehicle) -> None:
+    log = driven(nominal, 240.0)
+    torn = [replace(log.slice(k, k + 60), source="a") for k in range(0, 2400, 60)]
+    sizes = np.bincount(Shooting(torn[:8], nominal).block)
+    assert sizes.tolist() == [40, 40], "eight rollouts of ten bins"
+    assert np.bincount(Shooting(torn, nominal).block).tolist() == [40] * 10
+    few = Shooting(torn, nominal, ShootingSettings(blocks=4)).block
+    assert few.max() == 3
+    assert (np.diff(few) >= 0).all()
+
+
+def test_no_block_holds_rollouts_of_two_logs(nominal: Vehicle) -> None:
+    log = driven(nominal, 240.0)
+    logs = [log.slice(0, 900), replace(log.slice(900, 1000), source="b"), log.slice(1000, 2400), log.slice(0, 700)]
+    form = Shooting(logs, nominal)
+    assert form.block.max() == 15
+    ends = np.cumsum([10 * starts.size for starts in form.data.starts])[:-1]
+    assert (form.block[ends] == form.block[ends - 1] + 1).all()
+    assert Shooting(logs, nominal, ShootingSettings(blocks=2)).block.max() == 3
+
+
 def test_too_short_a_log_is_refused(nominal: Vehicle) -> None:
     with pytest.raises(RequestError, match="rollouts of 5 s with commands fit into the log"):
         Shooting([driven(nominal, 15.0)], nominal)
