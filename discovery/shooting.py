@@ -128,15 +128,19 @@ class Shooting:
         return self._rows(errors * self._weight)
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
-        """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse."""
+        """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse.
+
+        The first model where five halvings do not help, as when its neighbours' rollouts diverge.
+        """
         moves = {s: v for s, v in moved.values.items() if v != vehicle.value(s)}
         before = self._cost(vehicle)
-        for _ in range(_HALVINGS):
-            if self._cost(moved) <= before:
-                break
+        for _ in range(_HALVINGS + 1):
+            cost = self._cost(moved)
+            if np.isfinite(cost) and not cost > before:
+                return moved
             moves = {s: 0.5 * (v + vehicle.value(s)) for s, v in moves.items()}
             moved = vehicle.with_values(moves)
-        return moved
+        return vehicle
 
     def _cost(self, vehicle: Vehicle) -> float:
         return float(((self.balance(vehicle) / self.scale) ** 2).sum())

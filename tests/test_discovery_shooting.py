@@ -143,6 +143,16 @@ def test_rows_long_after_the_last_command_are_not_scored(nominal: Vehicle) -> No
     assert form.independent < 30
 
 
+def test_a_step_that_makes_rollouts_worse_is_halved_or_not_made(nominal: Vehicle) -> None:
+    form = Shooting([driven(nominal, 60.0)], nominal)
+    assert form.nearer(nominal, nominal.with_values({"X_u": 1e4})) is nominal, "diverges at any of five halvings"
+    assert form.nearer(nominal, nominal.with_values({"X_u": np.nan})) is nominal
+    off = nominal.with_values({"X_u": nominal.value("X_u") - 8.0})
+    far = off.with_values({"X_u": nominal.value("X_u") + 24.0})
+    near = form.nearer(off, far)
+    assert off.value("X_u") < near.value("X_u") < far.value("X_u")
+
+
 def test_gaps_do_not_make_blocks_independent(nominal: Vehicle) -> None:
     log = driven(nominal, 240.0)
     torn = [replace(log.slice(k, k + 60), source="a") for k in range(0, 2400, 60)]
