@@ -21,6 +21,8 @@ LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 _IDLE_COMMAND = 0.03
 _SPIKE = 4.0
+_ROUNDING = 1e-4
+"""Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
 _KEPT = 16
 
 
@@ -116,14 +118,26 @@ class Rollings:
 
 
 def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings) -> Rollings:
-    """Lay starts over the motions, and bin what was measured."""
-    finest = max((m.time_step for m in motions), default=settings.step)
-    step = finest * max(1, round(settings.step / finest))
+    """Lay starts over the motions, and bin what was measured.
+
+    Raises
+    ------
+    RequestError
+        when the motions hold too few rollouts, or when the time step of one does not go into the integration step.
+    """
+    coarsest = max((m.time_step for m in motions), default=settings.step)
+    step = coarsest * max(1, round(settings.step / coarsest))
     per_bin = max(1, round(settings.bin / step))
     steps = per_bin * max(1, round(settings.horizon / (per_bin * step)))
     kept, starts, strides, initial, measured, weight = [], [], [], [], [], []
     for motion in motions:
         stride = max(1, round(step / motion.time_step))
+        if abs(stride * motion.time_step - step) > _ROUNDING * step:
+            raise RequestError(
+                f"shooting: expected time steps that go into the integration step of {step:g} s, got "
+                f"{motion.time_step:g} s in {motion.source or 'a motion without a source'}; prepare all logs with one "
+                f"time step, such as that of the coarsest, {coarsest:g} s"
+            )
         length = steps * stride
         rows = np.arange(0, motion.time.size - length, max(1, round(settings.spacing / motion.time_step)))
         counted = _active(motion, vehicle, settings.idle).astype(float)[:, None] * _clean(motion)

@@ -46,7 +46,7 @@ class Shooting:
     Raises
     ------
     RequestError
-        when the motions hold too few rollouts for a few blocks.
+        when the motions hold too few rollouts for a few blocks, or have time steps that do not fit together.
     """
 
     unit = ("m/s", "m/s", "rad/s")

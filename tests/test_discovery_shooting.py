@@ -179,6 +179,13 @@ def test_too_short_a_log_is_refused(nominal: Vehicle) -> None:
         Shooting([driven(nominal, 15.0)], nominal)
 
 
+def test_time_steps_that_do_not_fit_together_are_refused(nominal: Vehicle) -> None:
+    coarse, finer = driven(nominal, 60.0), replace(driven(nominal, 60.0, step=0.04), source="run 2")
+    with pytest.raises(RequestError, match=r"integration step of 0\.1 s, got 0\.04 s in run 2; prepare all logs"):
+        Shooting([coarse, finer], nominal)
+    assert Shooting([coarse, driven(nominal, 60.0, step=0.05)], nominal).data.stride == (1, 2)
+
+
 def test_the_polish_wants_parameters(nominal: Vehicle) -> None:
     with pytest.raises(RequestError, match="expected different symbols"):
         polish([driven(nominal, 60.0)], nominal, [])
