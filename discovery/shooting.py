@@ -68,7 +68,7 @@ class Shooting:
         self.motions, self.noise = data.motions, data.noise
         self.blind = blind
         self.memo: dict[tuple[object, ...], Array] = {}
-        bins, _, starts = data.measured.shape
+        bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
         width = data.per_bin * data.step
@@ -81,12 +81,12 @@ class Shooting:
         floor = np.maximum(data.noise, LEAST_NOISE) / np.sqrt(data.per_bin)
         middle = np.array([np.median(np.abs(error[:, a][seen[:, a]])) if seen[:, a].any() else 0.0 for a in range(3)])
         self.scale = np.maximum(1.4826 * middle, floor)
-        self._whitener = self._whitening(about, states)
+        quiet = bool((data.noise < LEAST_NOISE).all())
+        spread = None if quiet else data.binned(transitions(data, about, states))
+        self._whitener = self._whitening(spread) if spread is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
         self._weight[:, np.array(blind)] = 0.0
-        rng = np.random.default_rng(_NOISE_SEED)
-        noise = rng.standard_normal((starts * bins, 3)) * data.noise / np.sqrt(data.per_bin)
-        self._noise = noise * self._rows(self._weight)
+        self._noise = self.finished(self._drawn_noise(spread))
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
@@ -191,12 +191,20 @@ class Shooting:
         )
         return 1.0 / np.sqrt(1.0 + size / self.settings.robust**2)
 
-    def _whitening(self, about: Vehicle, states: Array) -> Array | None:
+    def _drawn_noise(self, spread: Array | None) -> Array:
+        """Sensor noise of the bins, and what that of the starts makes of the rollouts, (bins, 3, starts)."""
+        data = self._data
+        bins, _, starts = data.measured.shape
+        rng = np.random.default_rng(_NOISE_SEED)
+        noise = (rng.standard_normal((starts, bins, 3)) * data.noise / np.sqrt(data.per_bin)).transpose(1, 2, 0)
+        if spread is None:
+            return noise
+        begin = rng.standard_normal((starts, 3)) * data.noise * data.calmed[:, None]
+        return noise - np.einsum("bijs,sj->bis", spread, begin)
+
+    def _whitening(self, spread: Array) -> Array:
         """(starts, 3 bins, 3 bins): the inverse root of 1 + S N S^T, N the start's noise in units of the error."""
         noise = self._data.noise
-        if not self.settings.whiten or (noise < LEAST_NOISE).all():
-            return None
-        spread = self._data.binned(transitions(self._data, about, states))
         bins, _, _, starts = spread.shape
         s = spread.transpose(3, 0, 1, 2) * (noise / self.scale[:, None])
         s = s.reshape(starts, bins * 3, 3)

@@ -143,6 +143,16 @@ def test_rows_long_after_the_last_command_are_not_scored(nominal: Vehicle) -> No
     assert form.independent < 30
 
 
+@pytest.mark.parametrize("whiten", [True, False])
+def test_the_noisier_copy_holds_as_much_noise_as_the_balance_of_the_true_model(nominal: Vehicle, whiten: bool) -> None:
+    motion = driven(nominal, 400.0)
+    noise = np.random.default_rng(0).standard_normal(motion.velocity.shape) * [0.03, 0.03, 0.012]
+    form = Shooting([replace(motion, velocity=motion.velocity + noise)], nominal, ShootingSettings(whiten=whiten))
+    balance, noisier = form.balances(nominal)
+    added, held = (np.sqrt((x**2).mean(axis=0)) for x in (noisier - balance, balance))
+    np.testing.assert_allclose(added, held, rtol=0.12)
+
+
 def test_a_step_that_makes_rollouts_worse_is_halved_or_not_made(nominal: Vehicle) -> None:
     form = Shooting([driven(nominal, 60.0)], nominal)
     assert form.nearer(nominal, nominal.with_values({"X_u": 1e4})) is nominal, "diverges at any of five halvings"
