@@ -120,8 +120,9 @@ def test_the_polish_finds_hidden_values_under_coloured_noise(nominal: Vehicle) -
 
 def test_the_polish_keeps_physical_limits(nominal: Vehicle) -> None:
     driving = nominal.with_values({"X_u": 3.0})
-    found = polish([driven(driving, 120.0)], nominal, ["X_u"])
+    found = polish([driven(driving, 120.0)], nominal, ["X_u", "N_r"])
     assert found.values["X_u"] == 0.0
+    assert set(found.intervals) == {"N_r"}, "a parameter at its limit has no interval"
 
 
 def test_a_false_row_hardly_moves_the_polish(nominal: Vehicle) -> None:
