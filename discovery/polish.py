@@ -31,7 +31,8 @@ class Polish:
     values : total values by symbol
     symbols : order of the rows of `covariance`
     covariance : (p, p) from blocks of the log, which allows residuals that are not independent
-    intervals : 95 % intervals by symbol, cut at the limits; none for a parameter that is held at one
+    intervals : 95 % intervals by symbol, cut at the limits; none for a parameter that is held at one, and none at all
+        when there are no more blocks than free parameters
     error_before, error : (3,) root mean square rollout error [m/s, m/s, rad/s], weighted as at the end
     rounds : steps made
     """
@@ -159,7 +160,8 @@ class _Problem:
         """Covariance (p, p) from blocks, and half widths of 95 % intervals (p,), nan where none can be told.
 
         The sandwich H^-1 (sum over blocks of g g^T) H^-1 with g the gradient of a block (White 1982, Liang and Zeger
-        1986); parameters at a limit are held, and have no width (nan).
+        1986); parameters at a limit are held, and have no width (nan). At the optimum the g add up to zero: no more
+        blocks than free parameters leave the sandwich short of rank, its widths are too small, and none are given.
         """
         error, jacobian = self.columns(form, vehicle)
         size = np.sqrt(np.maximum((jacobian**2).sum(axis=0), 1e-300))
@@ -175,7 +177,8 @@ class _Problem:
             inverse = np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free], rcond=1e-12, hermitian=True)
             inner = inverse @ (gradient[:, free].T @ gradient[:, free]) @ inverse * blocks / (blocks - 1)
             covariance[np.ix_(free, free)] = inner / np.outer(size[free], size[free])
-        reach[free] = float(student.ppf(0.975, blocks - 1)) * np.sqrt(np.diag(covariance)[free])
+        if blocks > free.sum():
+            reach[free] = float(student.ppf(0.975, blocks - 1)) * np.sqrt(np.diag(covariance)[free])
         return covariance, reach
 
 

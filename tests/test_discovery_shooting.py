@@ -125,6 +125,14 @@ def test_the_polish_keeps_physical_limits(nominal: Vehicle) -> None:
     assert set(found.intervals) == {"N_r"}, "a parameter at its limit has no interval"
 
 
+def test_as_many_parameters_as_blocks_have_no_intervals(nominal: Vehicle) -> None:
+    motion, symbols = disturbed(driven(nominal, 60.0), (0.02, 0.02, 0.01), 1.0, seed=1), ["X_u", "Y_v", "N_r"]
+    blocks = (ShootingSettings(blocks=k) for k in (3, 4))
+    few, enough = (polish([motion], nominal, symbols, settings, rounds=2) for settings in blocks)
+    assert few.intervals == {}
+    assert set(enough.intervals) == set(symbols)
+
+
 def test_a_false_row_hardly_moves_the_polish(nominal: Vehicle) -> None:
     true = nominal.with_values(HIDDEN)
     motion = driven(true)
