@@ -31,7 +31,8 @@ class Polish:
     values : total values by symbol
     symbols : order of the rows of `covariance`
     covariance : (p, p) from blocks of the log, which allows residuals that are not independent
-    intervals : 95 % intervals by symbol, cut at the limits
+    intervals : 95 % intervals by symbol, cut at the limits; none for a parameter that is held at one, and none at all
+        when there are no more blocks than free parameters
     error_before, error : (3,) root mean square rollout error [m/s, m/s, rad/s], weighted as at the end
     rounds : steps made
     """
@@ -102,6 +103,7 @@ def polish(
     intervals = {
         s: Interval(float(max(values[s] - reach, low)), float(min(values[s] + reach, high)))
         for s, reach, low, high in zip(names, spread, problem.lower, problem.upper, strict=True)
+        if np.isfinite(reach)
     }
     before, after = (np.sqrt((form.balance(v) ** 2).mean(axis=0)) for v in (start, vehicle))
     return Polish(vehicle, values, names, covariance, intervals, before, after, made)
@@ -155,10 +157,11 @@ class _Problem:
         return None, cost, damping
 
     def spread(self, form: Shooting, vehicle: Vehicle) -> tuple[Array, Array]:
-        """Covariance (p, p) from blocks, and half widths of 95 % intervals (p,).
+        """Covariance (p, p) from blocks, and half widths of 95 % intervals (p,), nan where none can be told.
 
         The sandwich H^-1 (sum over blocks of g g^T) H^-1 with g the gradient of a block (White 1982, Liang and Zeger
-        1986); parameters at a limit are held.
+        1986); parameters at a limit are held, and have no width (nan). At the optimum the g add up to zero: no more
+        blocks than free parameters leave the sandwich short of rank, its widths are too small, and none are given.
         """
         error, jacobian = self.columns(form, vehicle)
         size = np.sqrt(np.maximum((jacobian**2).sum(axis=0), 1e-300))
@@ -169,12 +172,14 @@ class _Problem:
         np.add.at(gradient, block, jacobian * error[:, None])
         x = np.array([vehicle.value(s) for s in self.symbols])
         free = (x > self.lower) & (x < self.upper)
-        covariance = np.zeros((x.size, x.size))
+        covariance, reach = np.zeros((x.size, x.size)), np.full(x.size, np.nan)
         if free.any():
             inverse = np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free], rcond=1e-12, hermitian=True)
             inner = inverse @ (gradient[:, free].T @ gradient[:, free]) @ inverse * blocks / (blocks - 1)
             covariance[np.ix_(free, free)] = inner / np.outer(size[free], size[free])
-        return covariance, float(student.ppf(0.975, blocks - 1)) * np.sqrt(np.diag(covariance))
+        if blocks > free.sum():
+            reach[free] = float(student.ppf(0.975, blocks - 1)) * np.sqrt(np.diag(covariance)[free])
+        return covariance, reach
 
 
 def _limits(

@@ -21,6 +21,8 @@ LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 _IDLE_COMMAND = 0.03
 _SPIKE = 4.0
+_ROUNDING = 1e-4
+"""Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
 _KEPT = 16
 
 
@@ -65,6 +67,7 @@ class Rollings:
     measured : (bins, 3, starts) mean measured velocity of each bin
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
+    air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
     kept : thrust and loss by thrusters, which many models share
     """
 
@@ -78,6 +81,7 @@ class Rollings:
     measured: Array
     weight: Array
     noise: Array
+    air: Array | None = None
     kept: dict[tuple[Thruster, ...], tuple[Array, Array]] = field(default_factory=dict)
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
@@ -87,7 +91,7 @@ class Rollings:
         thrust, load = [], []
         for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
             act = actuation(vehicle, motion)
-            window = starts[None, :] + stride * np.arange(self.steps + 1)[:, None]
+            window = _window(starts, stride, self.steps)
             thrust.append(_thinned(act.thrust, stride)[:, window])
             load.append(_thinned(act.load, stride)[:, window])
         if len(self.kept) >= _KEPT:
@@ -101,7 +105,16 @@ class Rollings:
         remembers = vehicle.values["memory_sway"] or vehicle.values["memory_yaw"]
         memory = self.memory(vehicle) if remembers else None
         with np.errstate(over="ignore", invalid="ignore"):
-            return integrate(vehicle, self.step, self.initial, thrust, load, memory).states
+            return integrate(vehicle, self.step, self.initial, thrust, load, memory, self.air).states
+
+    @property
+    def calmed(self) -> Array:
+        """Share of the noise of one row that is left in each start, the median of a few rows, (starts,).
+
+        The variance of a median of n normal numbers is about pi / (2 n + pi - 2) of theirs.
+        """
+        left = [np.sqrt(np.pi / (2.0 * _calm_rows(m) + np.pi - 2.0)) for m in self.motions]
+        return np.repeat(left, [rows.size for rows in self.starts])
 
     def memory(self, vehicle: Vehicle) -> Array:
         """Wake memory of sway speed and yaw rate at the starts, (starts, 2), from the motion before them."""
@@ -114,14 +127,26 @@ class Rollings:
 
 
 def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings) -> Rollings:
-    """Lay starts over the motions, and bin what was measured."""
-    finest = max((m.time_step for m in motions), default=settings.step)
-    step = finest * max(1, round(settings.step / finest))
+    """Lay starts over the motions, and bin what was measured.
+
+    Raises
+    ------
+    RequestError
+        when the motions hold too few rollouts, or when the time step of one does not go into the integration step.
+    """
+    coarsest = max((m.time_step for m in motions), default=settings.step)
+    step = coarsest * max(1, round(settings.step / coarsest))
     per_bin = max(1, round(settings.bin / step))
     steps = per_bin * max(1, round(settings.horizon / (per_bin * step)))
     kept, starts, strides, initial, measured, weight = [], [], [], [], [], []
     for motion in motions:
         stride = max(1, round(step / motion.time_step))
+        if abs(stride * motion.time_step - step) > _ROUNDING * step:
+            raise RequestError(
+                f"shooting: expected time steps that go into the integration step of {step:g} s, got "
+                f"{motion.time_step:g} s in {motion.source or 'a motion without a source'}; prepare all logs with one "
+                f"time step, such as that of the coarsest, {coarsest:g} s"
+            )
         length = steps * stride
         rows = np.arange(0, motion.time.size - length, max(1, round(settings.spacing / motion.time_step)))
         counted = _active(motion, vehicle, settings.idle).astype(float)[:, None] * _clean(motion)
@@ -161,7 +186,24 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(measured, axis=2),
         np.concatenate(weight, axis=2),
         noise,
+        _air(kept, starts, strides, steps),
     )
+
+
+def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:
+    """Rows of a motion along its rollouts, (steps + 1, starts)."""
+    return starts[None, :] + stride * np.arange(steps + 1)[:, None]
+
+
+def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> Array | None:
+    """Velocity of the air along all rollouts, (2, steps + 1, starts); still in a log without an anemometer."""
+    if all(m.air is None for m in motions):
+        return None
+    found = []
+    for motion, rows, stride in zip(motions, starts, strides, strict=True):
+        air = np.zeros((motion.time.size, 2)) if motion.air is None else motion.air
+        found.append(_thinned(air.T, stride)[:, _window(rows, stride, steps)])
+    return np.concatenate(found, axis=2)
 
 
 def _active(motion: Motion, vehicle: Vehicle, idle: float) -> np.ndarray:
@@ -184,12 +226,15 @@ def _clean(motion: Motion) -> np.ndarray:
 
 def _calm(motion: Motion) -> Array:
     """Velocities without single false rows: the median over half a second, (n, 3)."""
-    width = 2 * round(0.25 / motion.time_step) + 1
-    return median_filter(motion.velocity, size=(width, 1), mode="nearest")
+    return median_filter(motion.velocity, size=(_calm_rows(motion), 1), mode="nearest")
+
+
+def _calm_rows(motion: Motion) -> int:
+    return 2 * round(0.25 / motion.time_step) + 1
 
 
 def _thinned(series: Array, stride: int) -> Array:
-    """A series (thrusters, n) averaged over `stride` rows about each row, so that thinning keeps its area."""
+    """A series (channels, n) averaged over `stride` rows about each row, so that thinning keeps its area."""
     if stride == 1:
         return series
     padded = np.pad(series, ((0, 0), (stride, stride)), mode="edge")

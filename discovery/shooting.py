@@ -46,7 +46,7 @@ class Shooting:
     Raises
     ------
     RequestError
-        when the motions hold too few rollouts for a few blocks.
+        when the motions hold too few rollouts for a few blocks, or have time steps that do not fit together.
     """
 
     unit = ("m/s", "m/s", "rad/s")
@@ -68,7 +68,7 @@ class Shooting:
         self.motions, self.noise = data.motions, data.noise
         self.blind = blind
         self.memo: dict[tuple[object, ...], Array] = {}
-        bins, _, starts = data.measured.shape
+        bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
         width = data.per_bin * data.step
@@ -81,12 +81,12 @@ class Shooting:
         floor = np.maximum(data.noise, LEAST_NOISE) / np.sqrt(data.per_bin)
         middle = np.array([np.median(np.abs(error[:, a][seen[:, a]])) if seen[:, a].any() else 0.0 for a in range(3)])
         self.scale = np.maximum(1.4826 * middle, floor)
-        self._whitener = self._whitening(about, states)
+        quiet = bool((data.noise < LEAST_NOISE).all())
+        spread = None if quiet else data.binned(transitions(data, about, states))
+        self._whitener = self._whitening(spread) if spread is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
         self._weight[:, np.array(blind)] = 0.0
-        rng = np.random.default_rng(_NOISE_SEED)
-        noise = rng.standard_normal((starts * bins, 3)) * data.noise / np.sqrt(data.per_bin)
-        self._noise = noise * self._rows(self._weight)
+        self._noise = self.finished(self._drawn_noise(spread))
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
@@ -128,15 +128,19 @@ class Shooting:
         return self._rows(errors * self._weight)
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
-        """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse."""
+        """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse.
+
+        The first model where five halvings do not help, as when its neighbours' rollouts diverge.
+        """
         moves = {s: v for s, v in moved.values.items() if v != vehicle.value(s)}
         before = self._cost(vehicle)
-        for _ in range(_HALVINGS):
-            if self._cost(moved) <= before:
-                break
+        for _ in range(_HALVINGS + 1):
+            cost = self._cost(moved)
+            if np.isfinite(cost) and not cost > before:
+                return moved
             moves = {s: 0.5 * (v + vehicle.value(s)) for s, v in moves.items()}
             moved = vehicle.with_values(moves)
-        return moved
+        return vehicle
 
     def _cost(self, vehicle: Vehicle) -> float:
         return float(((self.balance(vehicle) / self.scale) ** 2).sum())
@@ -187,12 +191,20 @@ class Shooting:
         )
         return 1.0 / np.sqrt(1.0 + size / self.settings.robust**2)
 
-    def _whitening(self, about: Vehicle, states: Array) -> Array | None:
+    def _drawn_noise(self, spread: Array | None) -> Array:
+        """Sensor noise of the bins, and what that of the starts makes of the rollouts, (bins, 3, starts)."""
+        data = self._data
+        bins, _, starts = data.measured.shape
+        rng = np.random.default_rng(_NOISE_SEED)
+        noise = (rng.standard_normal((starts, bins, 3)) * data.noise / np.sqrt(data.per_bin)).transpose(1, 2, 0)
+        if spread is None:
+            return noise
+        begin = rng.standard_normal((starts, 3)) * data.noise * data.calmed[:, None]
+        return noise - np.einsum("bijs,sj->bis", spread, begin)
+
+    def _whitening(self, spread: Array) -> Array:
         """(starts, 3 bins, 3 bins): the inverse root of 1 + S N S^T, N the start's noise in units of the error."""
         noise = self._data.noise
-        if not self.settings.whiten or (noise < LEAST_NOISE).all():
-            return None
-        spread = self._data.binned(transitions(self._data, about, states))
         bins, _, _, starts = spread.shape
         s = spread.transpose(3, 0, 1, 2) * (noise / self.scale[:, None])
         s = s.reshape(starts, bins * 3, 3)
@@ -204,13 +216,25 @@ class Shooting:
 
 
 def _blocks(data: Rollings, most: int) -> np.ndarray:
-    """Block of each start (starts,): every motion is cut into blocks by its share, at least one each."""
-    counts = np.array([rows.size for rows in data.starts])
-    total = int(counts.sum())
-    most = max(LEAST_BLOCKS, min(most, total // LEAST_STARTS))
-    found, begun = [], 0
-    for count in counts.tolist():
-        blocks = max(1, min(round(most * count / total), count // LEAST_STARTS))
-        found.append(begun + np.arange(count) * blocks // count)
-        begun += blocks
-    return np.concatenate(found)
+    """Block of each start (starts,): each log is cut into blocks across its gaps, of `LEAST_STARTS` or more.
+
+    A log is a row of stretches of one source in which time goes on. There are no more than `most` blocks, unless there
+    are more logs.
+    """
+    logs: list[int] = []
+    before: Motion | None = None
+    for motion, rows in zip(data.motions, data.starts, strict=True):
+        if before is not None and motion.source == before.source and motion.time[0] > before.time[-1]:
+            logs[-1] += rows.size
+        else:
+            logs.append(rows.size)
+        before = motion
+    counts, blocks = np.array(logs), np.ones(len(logs), dtype=int)
+    while blocks.sum() < max(LEAST_BLOCKS, most):
+        share = counts // (blocks + 1)
+        if share.max() < LEAST_STARTS:
+            break
+        blocks[share.argmax()] += 1
+    begun = np.cumsum(blocks) - blocks
+    pairs = zip(begun, counts, blocks, strict=True)
+    return np.concatenate([first + np.arange(count) * parts // count for first, count, parts in pairs])

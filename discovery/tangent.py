@@ -1,8 +1,9 @@
 """Rollouts of models near one: an added force spreads through a rollout as its linearised equation says.
 
 Along the rollouts of a base model, d(delta nu)/dt = A(t) delta nu + delta a(t), where delta a is what a change of the
-model adds to the acceleration at the base model's states and A = da/dnu. One operator for each rollout takes delta a
-to the change of the binned velocities, so that hundreds of candidate columns cost a matrix product each.
+model adds to the acceleration at the base model's states and A = da/dnu; in wind or current the heading is a state too.
+One operator for each rollout takes delta a to the change of the binned velocities, so that hundreds of candidate
+columns cost a matrix product each.
 """
 
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from .shooting import Shooting
 
 _STEP = 1e-4
-"""Change of a velocity by which its derivative is taken [m/s, m/s, rad/s]."""
+"""Change of a velocity or a heading by which a derivative is taken [m/s, m/s, rad/s, rad]."""
 
 
 class Tangent:
@@ -72,7 +73,7 @@ class Tangent:
 def accelerations(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
     """Acceleration over ground that a model gives along rollouts (starts, steps + 1, 6), as (steps + 1, 3, starts)."""
     along = _along(data, vehicle, states)
-    return along.acceleration(along.velocity)
+    return along.acceleration(along.heading, along.velocity)
 
 
 def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
@@ -87,7 +88,7 @@ def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class _Along:
-    """A model along given rollouts: heading, velocities and wake memory (steps + 1, starts), thrust and loss."""
+    """A model along given rollouts: heading, velocities and wake memory (steps + 1, starts), thrust, loss and air."""
 
     equation: ForceEquation
     heading: Array
@@ -95,12 +96,21 @@ class _Along:
     memory: tuple[Array, Array] | None
     thrust: Array
     load: Array | None
+    air: tuple[Array, Array] | None
 
-    def acceleration(self, velocity: Triple) -> Array:
-        """(steps + 1, 3, starts) at other velocities, everything else the same."""
-        relative = relative_velocity(self.equation.vehicle, self.heading, velocity)
-        force = self.equation.force(relative, self.heading, self.thrust, self.load, self.memory)
+    def acceleration(self, heading: Array, velocity: Triple) -> Array:
+        """(steps + 1, 3, starts) at other headings and velocities, everything else the same."""
+        relative = relative_velocity(self.equation.vehicle, heading, velocity)
+        force = self.equation.force(relative, heading, self.thrust, self.load, self.memory, self.air)
         return np.stack(self.equation.acceleration(force, relative, velocity), axis=1)
+
+    def derivative(self, state: int) -> Array:
+        """(steps + 1, starts, 3) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
+        ends = []
+        for step in (_STEP, -_STEP):
+            u, v, r, heading = (x + step * (k == state) for k, x in enumerate((*self.velocity, self.heading)))
+            ends.append(self.acceleration(heading, (u, v, r)))
+        return ((ends[0] - ends[1]) / (2.0 * _STEP)).transpose(0, 2, 1)
 
 
 def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
@@ -116,7 +126,8 @@ def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
             _remembered(sway, begin[:, 0], constant, data.step),
             _remembered(rate, begin[:, 1], constant, data.step),
         )
-    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None)
+    air = None if data.air is None else (data.air[0], data.air[1])
+    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None, air)
 
 
 def _remembered(series: Array, begin: Array, constant: float, step: float) -> Array:
@@ -134,28 +145,30 @@ def _remembered(series: Array, begin: Array, constant: float, step: float) -> Ar
 def _propagators(data: Rollings, vehicle: Vehicle, states: Array) -> tuple[Array, Array]:
     """Crank-Nicolson steps of the linearised rollout: x' = forward x + drive (a_k + a_k+1).
 
-    x holds the velocities, and the wake memory's two states where there is one: n = 3 or 5.
+    x holds the velocities, the wake memory's two states where there is one, and the heading where wind or current make
+    the forces depend on it: n = 3 to 6.
 
     Returns
     -------
     (steps, starts, n, n) and (steps, starts, n, 3)
     """
     along = _along(data, vehicle, states)
-    n = 5 if along.memory is not None else 3
-    jacobian = np.zeros((*along.heading.shape, n, n))
     with np.errstate(over="ignore", invalid="ignore"):
+        by_heading = along.derivative(3)
+        turns = bool(by_heading.any())
+        n = 3 + 2 * (along.memory is not None) + turns
+        jacobian = np.zeros((*along.heading.shape, n, n))
         for k in range(3):
-            ends = []
-            for sign in (1.0, -1.0):
-                moved = [speed + sign * _STEP * (k == axis) for axis, speed in enumerate(along.velocity)]
-                ends.append(along.acceleration((moved[0], moved[1], moved[2])))
-            jacobian[..., :3, k] = ((ends[0] - ends[1]) / (2.0 * _STEP)).transpose(0, 2, 1)
-    if n == 5:
+            jacobian[..., :3, k] = along.derivative(k)
+    if along.memory is not None:
         constant = vehicle.values["memory_time"]
         for j, gain in enumerate(along.equation.memory):
             jacobian[..., :3, 3 + j] = -gain * along.equation.inverse_mass[:, 1 + j]
             jacobian[..., 3 + j, 1 + j] = 1.0 / constant
             jacobian[..., 3 + j, 3 + j] = -1.0 / constant
+    if turns:
+        jacobian[..., :3, -1] = by_heading
+        jacobian[..., -1, 2] = 1.0
     half = 0.5 * data.step * jacobian
     left: Array = np.linalg.inv(np.eye(n) - half[1:]).astype(float)
     return left @ (np.eye(n) + half[:-1]), 0.5 * data.step * left[..., :3]

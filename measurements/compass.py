@@ -11,11 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..physics.frames import Array, earth_to_body
+from ..physics.forces import apparent_wind
+from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
 
 _FAST = 0.2
-"""Share of the largest surge speed from which a row can show a deviation."""
+"""Share of the top surge speed from which a row can show a deviation."""
+_TOP = 0.99
+"""Share of all rows that are no faster than the top surge speed."""
 _STRAIGHT = 0.1
 """Yaw rate [rad/s] up to which a run counts as straight."""
 _LEAST = np.radians(1.0)
@@ -123,17 +126,25 @@ def compass_of(motions: Sequence[Motion]) -> Compass:
 
 
 def corrected(motion: Motion, compass: Compass) -> Motion:
-    """A motion with its heading corrected, and its velocity over ground turned into the body by the new heading."""
+    """A motion with its heading corrected, and its velocity over ground turned into the body by the new heading.
+
+    The apparent wind, which the anemometer measures in the body, stays; the air over ground follows from it.
+    """
     delta = compass.at(motion.heading)
     surge, sway = earth_to_body(delta, motion.velocity[:, 0], motion.velocity[:, 1])
-    return replace(
-        motion, heading=motion.heading + delta, velocity=np.column_stack([surge, sway, motion.velocity[:, 2]])
-    )
+    heading, air = motion.heading + delta, motion.air
+    if air is not None:
+        ahead, starboard = apparent_wind(motion.heading, tuple(motion.velocity.T[:2]), tuple(air.T))
+        air = np.column_stack(body_to_earth(heading, ahead + surge, starboard + sway))
+    velocity = np.column_stack([surge, sway, motion.velocity[:, 2]])
+    return replace(motion, heading=heading, velocity=velocity, air=air)
 
 
 def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
     """Sway, surge, heading and yaw rate (n, 4) of the rows that can show a deviation, and their stretch of 5 s (n,)."""
-    fastest = max((float(np.abs(m.velocity[:, 0]).max()) for m in motions), default=0.0)
+    speeds = [np.abs(m.velocity[:, 0]) for m in motions]
+    # A quantile, not the largest: one false fix would leave no row.
+    fastest = float(np.quantile(np.concatenate(speeds), _TOP)) if speeds else 0.0
     found, blocks, begun = [np.zeros((0, 4))], [np.zeros(0, dtype=int)], 0
     for motion in motions:
         surge, sway, rate = motion.velocity.T

@@ -12,8 +12,9 @@ from undertow.discovery.nuisance import misalignment, nuisances
 from undertow.discovery.options import candidates
 from undertow.discovery.search import Search, SearchSettings
 from undertow.discovery.weak import WeakForm, WeakSettings
-from undertow.measurements.compass import compass_of, corrected
+from undertow.measurements.compass import Compass, compass_of, corrected
 from undertow.physics.errors import RequestError
+from undertow.physics.forces import apparent_wind
 from undertow.physics.frames import body_to_earth
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
@@ -120,6 +121,29 @@ def test_a_compass_deviation_is_measured_and_taken_away(nominal: Vehicle) -> Non
     assert after < 0.4 * before
 
 
+def test_false_fixes_do_not_hide_a_compass_deviation(nominal: Vehicle) -> None:
+    logs = [deviated(white(driven(nominal, 10.0, seed, both=True), 5), 1.0, 3.0, 7.0) for seed in (5, 6, 7, 8)]
+    velocity = logs[0].velocity.copy()
+    velocity[1000, 0] = 10.0
+    compass = compass_of([replace(logs[0], velocity=velocity), *logs[1:]])
+    assert compass.deviates
+    assert np.degrees([compass.constant, compass.sine, compass.cosine]) == pytest.approx([1.0, 3.0, 7.0], abs=1.5)
+
+
+def test_a_corrected_compass_leaves_the_apparent_wind_as_measured(nominal: Vehicle) -> None:
+    true = driven(nominal, 10.0, 5).slice(0, 300)
+    air = np.tile((3.0, -4.0), (300, 1))
+    seen = apparent_wind(true.heading, tuple(true.velocity.T[:2]), tuple(air.T))
+    logged = deviated(true, 8.0, 0.0, 0.0)
+    made = (apparent + speed for apparent, speed in zip(seen, logged.velocity.T[:2], strict=True))
+    logged = replace(logged, air=np.column_stack(body_to_earth(logged.heading, *made)))
+    right = corrected(logged, Compass(np.radians(8.0), 0.0, 0.0, np.radians(8.0), 0.01, 1.0, 1.0))
+    assert right.air is not None
+    np.testing.assert_allclose(right.air, air, atol=1e-9)
+    again = apparent_wind(right.heading, tuple(right.velocity.T[:2]), tuple(right.air.T))
+    np.testing.assert_allclose(again, seen, atol=1e-9)
+
+
 def test_a_compass_deviation_is_not_called_a_current_or_a_sway_effect(nominal: Vehicle) -> None:
     log = coloured(driven(nominal.with_values(HIDDEN), 10.0, 6, both=True), (0.06, 0.02, 0.03), 1.0, seed=5)
     found = find_missing([deviated(log, 1.0, 3.0, 7.0)], nominal)
@@ -150,3 +174,11 @@ def test_a_misalignment_is_not_called_a_delay(nominal: Vehicle) -> None:
     assert not {"input_delay", "thruster_lag"} & set(found.missing)
     said = next(c.sentence for c in found.candidates if c.effect == "input_delay")
     assert "out of step by about 0.20 s" in said
+
+
+def test_a_plain_deviation_under_white_noise_is_judged_on_rollouts_too(nominal: Vehicle) -> None:
+    log = deviated(white(driven(nominal.with_values(HIDDEN), 10.0, 6, both=True), 5), 1.0, 3.0, 7.0)
+    assert compass_of([log]).plain
+    found = find_missing([log], nominal)
+    assert "the compass of this log deviates" in found.notes[0]
+    assert set(found.findings.missing) == NAMES

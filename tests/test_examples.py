@@ -67,7 +67,7 @@ def test_the_example_runs(script: Path, tmp_path: Path):
 def write_blueboat_log(path: Path, start: dict[str, object], seed: int) -> None:
     """60 s of a simulated linear BlueBoat under random steps, in the columns and the wiring of the field logs."""
     rng = np.random.default_rng(seed)
-    time = 0.1 * np.arange(600)
+    time = 0.1 * np.arange(600, dtype=float)
     pwm = 1510.0 + np.repeat(rng.uniform(-250.0, 300.0, size=(15, 2)), 40, axis=0)
     nothing = np.zeros((time.size, 2)), np.zeros(time.size), np.zeros((time.size, 3))
     motion = simulate_motion(vehicle_from_dict(start, "boat"), Motion(time, *nothing, pwm, ("port", "stbd")))
