@@ -22,8 +22,8 @@ MATERIAL = 0.05
 """Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
 CLEAN_MATERIAL = 0.2
 """The same share for a log without sensor noise, as simulators write it."""
-_ENOUGH, _STRICTER = 200.0, 2.5
-"""Independent tests below which structure is left in any log, and how much higher the thresholds then are."""
+_ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
+"""Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
 _TESTS_A_COLUMN = 3.0
 _RANK = 1e-7
 
@@ -62,8 +62,8 @@ class Unexplained:
     def coloured(self) -> np.ndarray:
         """(3,) True for an axis whose error is coloured and material."""
         material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
-        strict = 1.0 if self.independent >= _ENOUGH else _STRICTER
-        return (self.error > strict * COLOURED * self.noise) & (self.share > strict * material)
+        louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
+        return (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
 
 
 _DEVIATES = (

@@ -53,7 +53,7 @@ def recovered() -> list[tuple[Vehicle, Calibration]]:
         rng = np.random.default_rng(seed)
         true = random_hull(HULL, rng)
         start = true.with_values({s: true.value(s) * (1.0 + rng.uniform(-1 / 3, 1 / 3)) for s in OWN})
-        found.append((true, calibrate([log_of(true, seed)], start)))
+        found.append((true, calibrate([log_of(true, seed, 200.0)], start)))
     return found
 
 
