@@ -19,6 +19,8 @@ SURE = 0.9
 """Confidence from which an effect is called missing."""
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
+SPECIAL_CASES = ("thrust_scale", "reverse_thrust_loss")
+"""Effects that are special cases of the general one, a free thrust curve."""
 _DRAWS = 2000
 _NEAR_LIMIT = 1e-3
 
@@ -131,6 +133,9 @@ def _selected(
             start = search.replace(state, candidate.key, other.key, linear, scores)
             if start.score < state.score + TELL_APART:
                 rivals.append(other.key)
+    if candidate.key in SPECIAL_CASES:
+        # A scale of thrust beside a free curve of it is another curve.
+        rivals += [c.key for c in search.pool if c.key in now and c.effect.general and c.key not in rivals]
     if ":" not in candidate.key and any(":" in key for key in now):
         # Beside terms without a name, the model is nobody's physics: its members that move alike may share one cause.
         rivals += [key for key in alike if key in now]

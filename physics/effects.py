@@ -254,7 +254,7 @@ EFFECTS: tuple[Effect, ...] = (
                 "1",
                 lower=0.0,
                 upper=0.5,
-                grid=(0.03, 0.06, 0.1, 0.15, 0.22, 0.3),
+                grid=(0.03, 0.06, 0.1, 0.15, 0.22, 0.3, 0.38, 0.46),
                 nonlinear=True,
                 stepped=True,
             ),
