@@ -136,8 +136,8 @@ def _selected(
     if candidate.key in SPECIAL_CASES:
         # A scale of thrust beside a free curve of it is another curve.
         rivals += [c.key for c in search.pool if c.key in now and c.effect.general and c.key not in rivals]
-    if ":" not in candidate.key and any(":" in key for key in now):
-        # Beside terms without a name, the model is nobody's physics: its members that move alike may share one cause.
+    if candidate.effect.family in ("coupling", "mass") and any(":" in key for key in now):
+        # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
         rivals += [key for key in alike if key in now]
     confidence = _confidence(search, without.fit, state.fit, price, seed, search.matters(without, state))
     return Evidence(

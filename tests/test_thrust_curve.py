@@ -78,8 +78,10 @@ def test_every_curve_rises_and_rests_at_zero_command(values: list[float], curve:
     assert (np.diff(found) >= -1e-12).all()
     assert force(one, [0.0]) == pytest.approx(force(plain, [0.0]), abs=1e-12)
     if turned and isinstance(one.curve, TableCurve):
-        over = one.curve.model_copy(update={"force": tuple(-f for f in one.curve.force)})
-        np.testing.assert_allclose(force(one.model_copy(update={"curve": over}), command), -found, atol=1e-12)
+        # Wired the other way round, the mirrored command gives the same force: ahead stays ahead.
+        mirrored = {"command": tuple(-c for c in one.curve.command[::-1]), "force": one.curve.force[::-1]}
+        over = one.model_copy(update={"curve": one.curve.model_copy(update=mirrored)})
+        np.testing.assert_allclose(force(over, -np.asarray(command)), found, atol=1e-12)
 
 
 def test_thrusters_of_any_size_bend_alike() -> None:
