@@ -23,7 +23,7 @@ from ..physics.laws import mass_margin
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .calibratable import calibratable, nuisance_candidates
-from .colour import unexplained
+from .colour import why_rollouts
 from .discover import DiscoverySettings
 from .findings import Calibrated
 from .folds import FOLDS, as_good, parted
@@ -47,9 +47,6 @@ _ROUNDS = 6
 _SPACING = 1.0
 """Distance between the starts of rollouts by which the steps are compared [s]."""
 _DIGITS = 9
-_ENOUGH = 200.0
-"""Independent tests from which a log tells whether its error is coloured: fewer than the columns that could explain it
-leave structure in any log."""
 _NAMED = ", calibrated"
 _SEEING = (False, False, False)
 
@@ -134,8 +131,8 @@ def calibrate(
                 "--free X_u"
             )
         weak = WeakForm(motions, settings.weak)
-        left = unexplained(Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search))
-        coloured = bool(left.coloured.any()) and weak.independent >= _ENOUGH
+        search = Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search)
+        coloured = bool(why_rollouts(search))
         clear = _cleared(motions) if coloured else Nuisances(tuple(motions), _SEEING, ())
         if clear.notes:
             motions, weak = clear.motions, WeakForm(clear.motions, settings.weak)

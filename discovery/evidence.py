@@ -19,8 +19,6 @@ SURE = 0.9
 """Confidence from which an effect is called missing."""
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
-SPECIAL_CASES = ("thrust_scale", "reverse_thrust_loss")
-"""Effects that are special cases of the general one, a free thrust curve."""
 _DRAWS = 2000
 _NEAR_LIMIT = 1e-3
 
@@ -133,9 +131,8 @@ def _selected(
             start = search.replace(state, candidate.key, other.key, linear, scores)
             if start.score < state.score + TELL_APART:
                 rivals.append(other.key)
-    if candidate.key in SPECIAL_CASES:
-        # A scale of thrust beside a free curve of it is another curve.
-        rivals += [c.key for c in search.pool if c.key in now and c.effect.general and c.key not in rivals]
+    # A scale of thrust beside a free curve of it is another curve.
+    rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
     if candidate.effect.family in ("coupling", "mass") and any(":" in key for key in now):
         # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
         rivals += [key for key in alike if key in now]

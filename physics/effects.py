@@ -67,7 +67,7 @@ class Effect:
     per_thruster : True when the effect concerns one thruster at a time
     default : a value for each parameter used where the user gives fewer values than parameters
     channels : channels of the log, beside those that every log has, without which it cannot be judged
-    general : True when simpler effects are special cases of it; they are preferred by price, not by correlation
+    includes : names of simpler effects that are special cases of it; they are preferred by price, not by correlation
     """
 
     name: str
@@ -80,7 +80,12 @@ class Effect:
     per_thruster: bool = False
     default: tuple[float, ...] = ()
     channels: tuple[str, ...] = ()
-    general: bool = False
+    includes: tuple[str, ...] = ()
+
+    @property
+    def general(self) -> bool:
+        """True when simpler effects are special cases of it."""
+        return bool(self.includes)
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -326,7 +331,7 @@ EFFECTS: tuple[Effect, ...] = (
         "dT_i/dc_i := gain dT_i/dc_i, with a gain for each third of the command astern and ahead",
         "Thrust grows with the command along another curve than the model's.",
         added=False,
-        general=True,
+        includes=("thrust_scale", "reverse_thrust_loss"),
     ),
     Effect(
         "steady_current",

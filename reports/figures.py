@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from .markup import Html
 from .plotted import CoefficientRow, rollouts
 from .svg import ROLES, STYLE, inline
-from .wording import MINUS, finite, number, percent, unit_text, words
+from .wording import MINUS, cannot_tell, finite, number, percent, unit_text, words
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
 LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
@@ -170,8 +170,8 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
 
 
 def ranked_effects(candidates: Sequence[Mapping[str, Any]], most: int = 12) -> Html:
-    """The best-ranked effects with the share of held-out error each removes, and the confidence in it."""
-    shown = list(candidates)[:most]
+    """The best-ranked effects that the log can judge, with the share of held-out error each removes, and how sure."""
+    shown = [item for item in candidates if not cannot_tell(item)][:most]
     left, width, height = 190, 460, 34 + 24 * len(shown)
     colours = {"missing": ROLES["after"], "possible": ROLES["between"]}
     drops = np.nan_to_num(np.array([finite(item.get("error_drop")) for item in shown]))

@@ -25,8 +25,6 @@ VEHICLES = ("blueboat", "otter", "blueboat_paper")
 DURATION, STEP = 300.0, 0.05
 WAVES = (0.05, 0.2)
 """Significant amplitude of the waves' orbital velocity, drawn between these [m/s]."""
-SPECIAL = {"thrust_scale", "reverse_thrust_loss"}
-"""Special cases of a free thrust curve: never hidden beside it, for no log could tell."""
 BY_FILE = 10
 """Every tenth log goes through a file and the reader, as a user's would; the others straight to the motion."""
 
@@ -85,8 +83,8 @@ def draw(part: Part, number: int, seed: int) -> Case:
         names = [str(name) for name in rng.choice([e.name for e in EFFECTS], part.hidden, replace=False)]
         if part.hidden == 1:
             names = [EFFECTS[number % len(EFFECTS)].name]
-        if any(effect_named(name).general for name in names) and SPECIAL.intersection(names):
-            continue
+        if any(other in effect_named(name).includes for name in names for other in names):
+            continue  # a general effect beside a special case of it: no log could tell
         try:
             sizes = [(name, typical_effect(name, nominal, rng)) for name in names]
             hidden = {label(name, list(values)): values for name, values in sizes}
