@@ -75,14 +75,18 @@ def unsettled(hopeless: Sequence[Parting], trials: int) -> dict[str, str]:
 def open_questions(
     evidence: Sequence[Evidence], kept: Sequence[str], known: Identifiability
 ) -> dict[str, tuple[str, ...]]:
-    """What a discovery leaves open: selected effects that are not sure, with look-alikes; and those it cannot see.
+    """What a discovery leaves open: selected effects that are not sure and what is faint, with look-alikes; and the unseen.
 
     An effect that the log does not show has no look-alikes there but in name.
     """
     blind = {*known.dormant, *known.absorbed, *known.noise_limited}
     chosen = [e for e in evidence if e.selected and e.key not in kept]
-    hidden = {e.key: () for e in evidence if not e.selected and e.key in blind}
-    return {e.key: () if e.key in blind else e.indistinguishable_from for e in chosen} | hidden
+    questions = {e.key: () if e.key in blind else e.indistinguishable_from for e in chosen}
+    for e in evidence:
+        if e.faint and not any(e.key in rivals for rivals in questions.values()):
+            questions[e.key] = e.indistinguishable_from
+    asked = {e.key for e in evidence if e.faint}
+    return questions | {e.key: () for e in evidence if not e.selected and e.key in blind and e.key not in asked}
 
 
 def _serves(parting: Parting, trial: int) -> bool:

@@ -23,6 +23,7 @@ _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory":
 _LEAST_FORCE = 1e-3
 _NONE: Mapping[str, float] = MappingProxyType({})
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
+_FAINT = "it would explain what moves {0} for certain, but that is too near the sensor noise to name anything from."
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
 
 
@@ -75,7 +76,7 @@ def conclude(
         if ":" in e.key and (e.key in kept or e.key in order)
         for term in _terms(pool[e.key], nominal, lawful.unconstrained, intervals)
     )
-    open_ends = [e for e in evidence if e.selected and e.key not in kept]
+    open_ends = [e for e in evidence if (e.selected and e.key not in kept) or e.faint]
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     verdict = "missing" if missing else "undecided" if open_ends or unnamed or still else "nothing missing"
     return Findings(
@@ -142,13 +143,16 @@ def _effect(
     if isinstance(model, Lawful):
         terms = tuple(replace(t, in_model=parameter_total(nominal, candidate, model.vehicle, t.symbol)) for t in terms)
     sentence = effect.meaning
+    rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
+    from_rivals = f"This log cannot tell it from {rivals}" if rivals else ""
     if verdict == "missing":
         axis = int(np.argmax(e.share))
         sentence += f" It alone accounts for {_percent(e.share[axis])} of the {AXES[axis]} {what} in this log."
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
+    elif e.faint:
+        sentence = f"{from_rivals or 'Perhaps'}: {_FAINT.format(e.faint)} ({sentence})"
     elif e.indistinguishable_from:
-        rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
-        sentence = f"This log cannot tell it from {rivals}: {sentence[0].lower()}{sentence[1:]}"
+        sentence = f"{from_rivals}: {sentence[0].lower()}{sentence[1:]}"
     elif e.out_of_step:
         sentence = (
             f"This log cannot tell: its channels are out of step by about {e.out_of_step:.2f} s, and what it asks for "
@@ -213,6 +217,9 @@ def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: S
         names = ", ".join(e.key.replace("_", " ") for e in open_ends)
         if all(e.rollouts_object for e in open_ends):
             return f"Undecided: the force balance asks for {names}, but predictions get worse with it."
+        if all(e.faint for e in open_ends):
+            where = " and ".join(dict.fromkeys(e.faint for e in open_ends))
+            return f"Undecided: something faint is missing in {where}, too near the sensor noise to name ({names})."
         return f"Undecided: something is missing, but this log cannot tell what for sure ({names})."
     return "Nothing material is missing: the model explains this log."
 

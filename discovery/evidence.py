@@ -37,13 +37,14 @@ class Evidence:
     confidence : share of block resamples in which it earns its price and is material, divided among it and its
         look-alikes
     indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
-        ones in whose place it does
+        ones in whose place it does, and those that explain what moves a quiet axis as well
     rollouts_object : True when open-loop rollouts get worse with it
     at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
     dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     out_of_step : misalignment of the log's channels [s], where it is as large as a lag or delay that was selected
+    faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """
 
     key: str
@@ -59,6 +60,7 @@ class Evidence:
     absorbed: bool = False
     noise_limited: bool = False
     out_of_step: float = 0.0
+    faint: str = ""
 
     @property
     def sure(self) -> bool:
@@ -136,7 +138,7 @@ def _selected(
     if candidate.effect.family in ("coupling", "mass") and any(":" in key for key in now):
         # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
         rivals += [key for key in alike if key in now]
-    confidence = _confidence(search, without.fit, state.fit, price, seed, search.matters(without, state))
+    confidence = share_of_resamples(search, without.fit, state.fit, price, seed, search.matters(without, state))
     return Evidence(
         candidate.key,
         True,
@@ -172,7 +174,7 @@ def _not_selected(
         gain,
         share,
         error_drop(whole, fit, search),
-        _confidence(search, whole, fit, price, seed, bool((share >= search.settings.materiality).any())),
+        share_of_resamples(search, whole, fit, price, seed, bool((share >= search.settings.materiality).any())),
         (),
         False,
     )
@@ -188,13 +190,16 @@ def error_drop(without: Fit, within: Fit, search: Search) -> float:
     return float(np.clip(drop.max(), 0.0, 1.0))
 
 
-def _confidence(search: Search, without: Fit, within: Fit, price: float, seed: int, matters: bool) -> float:
-    """Share of block resamples in which an effect earns its price; none when it does not matter."""
+def share_of_resamples(
+    search: Search, without: Fit, within: Fit, price: float, seed: int, matters: bool, axis: int | None = None
+) -> float:
+    """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not."""
     blocks = without.held_out_blocks.shape[0]
     rng = np.random.default_rng(seed)
     counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.weak.time.size
     before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
-    gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor)).sum(axis=1)
+    gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor))
+    gain = gain.sum(axis=1) if axis is None else gain[:, axis]
     return share_of_draws((gain > price) & matters)
 
 

@@ -9,6 +9,7 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .equivalent import in_plain_words
 from .evidence import weigh
+from .faint import with_faint
 from .identifiability import identify
 from .library import shortlist, term_candidate, twins
 from .looked import Looked, base
@@ -47,7 +48,7 @@ def look_at_forces(weak: WeakForm, search: Search, seed: int, say: Callable[[str
         rehearsal = rehearse(search, nominal, search.nuisances)
         plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
-    evidence = weigh(search, state, seed, known)
+    evidence = with_faint(search, state, known, weigh(search, state, seed, known), seed)
     kept = tuple(e.key for e in evidence if e.sure)
     if kept and worse_as_a_whole(motions, base(search, state), search.restrict(state, kept).vehicle):
         evidence = [replace(e, rollouts_object=e.selected) for e in evidence]

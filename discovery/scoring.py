@@ -22,7 +22,6 @@ from .weak import WeakForm
 
 ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
-_LOUD = 4.0
 _INERTIA = {p.symbol: p.inertia for p in PARAMETERS.values() if p.inertia is not None}
 
 
@@ -33,6 +32,7 @@ class SearchSettings:
     Attributes
     ----------
     materiality : floor of the force error on an axis, as a share of its force scale; an effect above it matters
+    loud : the floor on a quiet axis, in multiples of what sensor noise makes there
     least : share of the force scale below which an effect never matters
     weight : share by which 10 s rollouts must change without an effect that lies between the two
     price : log-likelihood that a parameter of a named effect must earn
@@ -44,6 +44,7 @@ class SearchSettings:
     """
 
     materiality: float = 0.02
+    loud: float = 4.0
     least: float = 0.007
     weight: float = 0.03
     price: float = 3.0
@@ -79,8 +80,8 @@ class Scoring:
     nuisances : keys of the parameters that are calibrated while effects are judged
     force_scale : (3,) size of the forces at work [N, N, N m]
     quiet : (3,) True for an axis on which hardly anything but sensor noise is at work
-    floor : (3,) square of the force error that does not matter: a share of the force scale, or on a quiet axis four
-        times what sensor noise makes, lest noise be explained
+    floor : (3,) square of the force error that does not matter: a share of the force scale, or on a quiet axis
+        several times what sensor noise makes, lest noise be explained
     """
 
     def __init__(
@@ -96,7 +97,7 @@ class Scoring:
         at_work = np.maximum(self.force_scale, np.sqrt(self.nominal_error))
         self.quiet = at_work < ALIVE * self.noise_error
         self.floor = np.where(
-            self.quiet, (_LOUD * self.noise_error) ** 2, (settings.materiality * self.force_scale) ** 2
+            self.quiet, (settings.loud * self.noise_error) ** 2, (settings.materiality * self.force_scale) ** 2
         )
         self.trail: list[str] = []
 
