@@ -75,9 +75,10 @@ def unsettled(hopeless: Sequence[Parting], trials: int) -> dict[str, str]:
 def open_questions(
     evidence: Sequence[Evidence], kept: Sequence[str], known: Identifiability
 ) -> dict[str, tuple[str, ...]]:
-    """What a discovery leaves open: selected effects that are not sure and what is faint, with look-alikes; and the unseen.
+    """What a discovery leaves open: selected effects that are not sure, with look-alikes; and those it cannot see.
 
-    An effect that the log does not show has no look-alikes there but in name.
+    Effects that would explain faint structure are asked about with their look-alikes, each group once. An effect that
+    the log does not show has no look-alikes there but in name.
     """
     blind = {*known.dormant, *known.absorbed, *known.noise_limited}
     chosen = [e for e in evidence if e.selected and e.key not in kept]
