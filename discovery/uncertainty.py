@@ -67,7 +67,7 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     return found
 
 
-def share_of_draws(passes: Array) -> float:
+def share_of_draws(passes: np.ndarray) -> float:
     """Share of bootstrap draws that pass, never quite 0 or 1: (passed + 1/2) / (draws + 1)."""
     return float((passes.sum() + 0.5) / (passes.size + 1.0))
 
