@@ -18,7 +18,7 @@ _OUT_OF_STEP = 0.5
 _CLEARLY = 2.0
 """Times the misalignment that a lag or a delay must exceed to be believed."""
 _TIMES = ("lag", "delay")
-_SWAY_MASS = ("Y_vdot", "x_g")
+_SWAY_MASS = ("X_udot", "Y_vdot", "x_g")
 
 
 @dataclass(frozen=True, slots=True)
