@@ -114,8 +114,10 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
     """Models to search from: the nominal one with what it has fitted, and that with every static effect fitted.
 
     A wrong nominal number bends rollouts so much that no single effect looks right beside it, and a search that begins
-    there ends soon. These are polished on the rollouts first, and lose what they do not need in the search. Added mass
-    in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a light one with weak ones.
+    there ends soon. These are polished on the rollouts first, and lose what they do not need in the search. Weaker
+    thrusters and another power of thrust belong to it: either alone looks wrong without the other. One thruster is the
+    measure of the rest. Added mass in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a
+    light one with weak ones.
     """
     first = next((c.key for c in search.pool if c.effect.per_thruster), "")
     static = [
