@@ -12,7 +12,7 @@ import numpy as np
 from ..physics.frames import AXES
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .evidence import Evidence, weigh
+from .evidence import TELL_APART, Evidence, weigh
 from .identifiability import identify
 from .looked import Looked
 from .nuisance import nuisances, part_by_sight
@@ -86,6 +86,7 @@ def look_at_rollouts(
         state = again
         if same:
             break
+    state = lean(search, state)
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
@@ -113,16 +114,18 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
     """Models to search from: the nominal one with what it has fitted, and that with every static effect fitted.
 
     A wrong nominal number bends rollouts so much that no single effect looks right beside it, and a search that begins
-    there ends soon. These are polished on the rollouts first, and lose what they do not need in the search. Added mass
-    in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a light one with weak ones.
+    there ends soon. These are polished on the rollouts first, and lose what they do not need in the search. Weaker
+    thrusters and another power of thrust belong to it: either alone looks wrong without the other. One thruster is the
+    measure of the rest. Added mass in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a
+    light one with weak ones.
     """
+    first = next((c.key for c in search.pool if c.effect.per_thruster), "")
     static = [
         c
         for c in search.pool
         if c.effect.family in _STATIC
-        and not (c.effect.per_thruster or c.effect.general or c.nuisance)
-        and not any(p.nonlinear for p in c.parameters)
-        and c.key != "surge_added_mass"
+        and not (c.effect.shapes or c.effect.general or c.nuisance)
+        and c.key not in ("surge_added_mass", first)
     ]
     fitted = [
         c
@@ -138,6 +141,19 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
         if symbols:
             begun = polish(form.motions, search.nominal, symbols, shooting, blind=blind, rounds=_POLISHES).vehicle
             yield search.evaluate(begun, tuple(c.key for c in group))
+
+
+def lean(search: Search, state: State) -> State:
+    """The model without effects that earn less than it takes to tell two effects apart, the least of them first.
+
+    A log cannot tell such an effect from nothing, and beside it others look less sure than they are.
+    """
+    while search.named(state.active):
+        without = min((search.without(state, key) for key in search.named(state.active)), key=lambda s: s.score)
+        if without.score >= state.score + TELL_APART:
+            break
+        state = without
+    return state
 
 
 def modest(evidence: Sequence[Evidence], form: Shooting) -> list[Evidence]:

@@ -18,7 +18,7 @@ _OUT_OF_STEP = 0.5
 _CLEARLY = 2.0
 """Times the misalignment that a lag or a delay must exceed to be believed."""
 _TIMES = ("lag", "delay")
-_SWAY_MASS = ("Y_vdot", "x_g")
+_NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +86,8 @@ def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[lis
     """Candidates that a log with blind axes can judge, and those that it cannot.
 
     An effect goes when it acts on a blind axis, or in proportion to the velocity along it; wake memory keeps its yaw.
+    Added mass in surge goes too: but for Munk's moment and the Coriolis force, which need the sway velocity, it is a
+    scale of thrust and drag.
     """
     if not any(blind):
         return list(pool), []
@@ -102,7 +104,7 @@ def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[lis
 
 
 def _blinded(parameter: Parameter) -> bool:
-    """True for a parameter that acts in sway or multiplies the sway velocity."""
-    if parameter.symbol in (*_SWAY_MASS, "memory_sway"):
+    """True for a parameter that acts in sway, multiplies the sway velocity, or is told apart by such a force only."""
+    if parameter.symbol in (*_NEEDS_SWAY, "memory_sway"):
         return True
     return parameter.axis == 1 or "v" in parameter.form

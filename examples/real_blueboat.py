@@ -43,7 +43,7 @@ START = {
         "other": "a first guess, fitted before discovery; sway cannot be learnt from these logs",
     },
 }
-FITTED = ("X_u", "N_r", "inertia_z", "thrust_scale")
+FITTED = ("X_u", "N_r", "thrust_scale")
 WANTED = {"reverse_thrust_loss", "surge_quadratic_damping", "yaw_speed_damping"}
 UNWANTED = {
     "steady_current",

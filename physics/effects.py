@@ -318,6 +318,14 @@ EFFECTS: tuple[Effect, ...] = (
         added=False,
     ),
     Effect(
+        "thrust_exponent",
+        "thruster",
+        (Parameter("thrust_exponent", "thrusters", "1", null=1.0, lower=0.3, upper=3.0, step=0.02, nonlinear=True),),
+        "T_i := F_i |T_i / F_i|^thrust_exponent with the sign of T_i, F_i its force at full command on the same side",
+        "Thrust grows with another power of the command than the model's curve; at full command it is the same.",
+        added=False,
+    ),
+    Effect(
         "thrust_curve",
         "thruster",
         (
@@ -331,7 +339,7 @@ EFFECTS: tuple[Effect, ...] = (
         "dT_i/dc_i := gain dT_i/dc_i, with a gain for each third of the command astern and ahead",
         "Thrust grows with the command along another curve than the model's.",
         added=False,
-        includes=("thrust_scale", "reverse_thrust_loss"),
+        includes=("thrust_scale", "reverse_thrust_loss", "thrust_exponent"),
     ),
     Effect(
         "steady_current",

@@ -102,6 +102,8 @@ class Thruster(BaseModel):
     parameters of the catalogue's thruster effects, at their null values when absent. `response` says in which order
     they act.
 
+    The exponent bends `curve` between no force and that of full command, on both sides alike (see `powered`).
+
     A gain is the slope of the true command-to-force curve over that of `curve`, in one third of the command: 1 leaves
     the curve alone, 0 is a flat stretch, `gain_ahead_67` reigns from 33 to 67 % of full command ahead. No gain is
     negative, so a curve that rises stays one.
@@ -117,6 +119,7 @@ class Thruster(BaseModel):
     scale: float = Field(default=1.0, ge=0)
     thrust_scale: float = Field(default=1.0, ge=0)
     reverse_scale: float = Field(default=1.0, ge=0)
+    thrust_exponent: float = Field(default=1.0, gt=0)
     dead_zone: float = Field(default=0.0, ge=0, lt=1)
     lag: float = Field(default=0.0, ge=0)
     delay: float = Field(default=0.0, ge=0)
@@ -142,8 +145,8 @@ class Thruster(BaseModel):
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
 
-        In this order: delay, lag, `curve`, gains, scales, reverse scale, dead zone. Scales multiply the bent curve; the
-        dead zone cuts it; the advance loss depends on the command alone and is cut by the dead zone too.
+        In this order: delay, lag, `curve`, exponent, gains, scales, reverse scale, dead zone. Scales multiply the bent
+        curve; the dead zone cuts it; the advance loss depends on the command alone and is cut by the dead zone too.
 
         Parameters
         ----------
@@ -153,7 +156,7 @@ class Thruster(BaseModel):
         delayed = shift(command, self.delay, time_step)
         lagged = first_order_lag(delayed, self.lag, time_step)
         fraction = self.curve.normalised(lagged, self.command)
-        force = self.bent(self.curve.thrust(lagged, self.command)) * (self.scale * self.thrust_scale)
+        force = self.bent(self.powered(lagged)) * (self.scale * self.thrust_scale)
         if self.reverse_scale != 1.0:
             force = np.where(fraction < 0, force * self.reverse_scale, force)
         load = self.advance_loss * np.abs(fraction)
@@ -161,6 +164,21 @@ class Thruster(BaseModel):
             alive = np.abs(fraction) > self.dead_zone
             force, load = force * alive, load * alive
         return force, load
+
+    def powered(self, command: Array) -> Array:
+        """The curve's forces [N] with the exponent applied: F |T / F|^thrust_exponent, and the sign of T.
+
+        F is the force at full command on the same side, which stays; so does no force. An exponent of 0.5 makes a
+        straight line of a square law.
+        """
+        force = self.curve.thrust(command, self.command)
+        if self.thrust_exponent == 1.0:
+            return force
+        ends = self.curve.thrust(command_of(self, np.array([-1.0, 1.0])), self.command)
+        full = np.where(force < 0.0, -ends.min(), ends.max())
+        full = np.where(full > 0.0, full, np.abs(force))  # a side without any force at its end keeps its forces
+        share = np.divide(np.abs(force), full, out=np.zeros_like(full), where=full > 0.0)
+        return np.sign(force) * full * share**self.thrust_exponent
 
     def bent(self, force: Array) -> Array:
         """The curve's forces [N] with the gains applied: each third of the command as much steeper as its gain says.
@@ -171,7 +189,7 @@ class Thruster(BaseModel):
         gains = [getattr(self, name) for name in GAINS]
         if all(gain == 1.0 for gain in gains):
             return force
-        ends = np.asarray(self.curve.thrust(command_of(self, np.linspace(-1.0, 1.0, 7)), self.command))
+        ends = self.powered(command_of(self, np.linspace(-1.0, 1.0, 7)))
         if ends[-1] < ends[0]:  # a thruster that was mounted or wired the other way round
             return -self._bent(-force, -ends, gains)
         return self._bent(force, ends, gains)

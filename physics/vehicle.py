@@ -20,7 +20,8 @@ from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
-SHARED_THRUSTER_KEYS = ("thrust_scale", "reverse_scale", "dead_zone", "lag", "delay", "advance_loss", *GAINS)
+_FAULTS = ("thrust_scale", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", "advance_loss")
+SHARED_THRUSTER_KEYS = (*_FAULTS, *GAINS)
 """Thruster parameters that an effect moves on every thruster at once."""
 
 
