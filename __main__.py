@@ -106,7 +106,9 @@ def inspect(
 def compare(
     logs: Logs,
     vehicle: VehicleOption,
-    model: Annotated[list[Path] | None, typer.Option("--model", help="Vehicle file or run folder to compare.")] = None,
+    model: Annotated[
+        list[Path] | None, typer.Option("--model", help="Vehicle file, run folder or network to compare.")
+    ] = None,
     judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
     frame: FrameOption = None,
     channels: MapOption = None,
