@@ -79,9 +79,7 @@ class Objective:
             loss = loss + settings.lambda_rollout * self._astray(network, index, scale, draw)
         return loss
 
-    def _unlawful(
-        self, network: Network, index: Tensor, inputs: Tensor, said: Tensor, draw: torch.Generator
-    ) -> Tensor:
+    def _unlawful(self, network: Network, index: Tensor, inputs: Tensor, said: Tensor, draw: torch.Generator) -> Tensor:
         """Mean squared surplus of power: along the windows, and at states without thrust."""
         power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], said)
         along = surplus(power, self.driven[index]) / self.coasting.scale

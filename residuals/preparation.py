@@ -15,13 +15,13 @@ from ..physics.energy import coasting_power, coasting_states
 from ..physics.errors import RequestError
 from ..physics.frames import Array
 from ..physics.laws import envelope_of
-from ..physics.matrices import mass_matrix, thruster_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .augment import Augmenter, sister_targets
 from .coasting import Coasting
 from .inputs import input_names, network_inputs
 from .losses import Objective
+from .network_model import scaling_of
 from .networks.base import Network, Scaling
 from .networks.registry import build, default_options
 from .settings import TrainingSettings
@@ -80,11 +80,9 @@ def prepare_training(
     sisters = sister_targets(split.train, vehicle, settings, **chosen, warm_up=warm_up)
     _check_rollouts(settings, windows)
     motions = split.train.motions
-    scaling = Scaling(
-        Standardisation.of(input_names(vehicle, heading), windows.inputs.reshape(-1, windows.inputs.shape[-1])),
-        _target_scale(windows, motions),
-        mass_matrix(vehicle),
-        thruster_matrix(vehicle),
+    seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
+    scaling = scaling_of(
+        vehicle, Standardisation.of(input_names(vehicle, heading), seen), _target_scale(windows, motions)
     )
     network = build(name, scaling, options).to(device)
     like = next(network.parameters())
@@ -97,9 +95,7 @@ def prepare_training(
 
     def coasting(states: Array) -> Coasting:
         scale = max(float(np.sqrt((power**2).mean())), 1e-9)
-        return Coasting(
-            vehicle, states, scale, **chosen, time_step=windows.time_step, remembers=remembers, like=like
-        )
+        return Coasting(vehicle, states, scale, **chosen, time_step=windows.time_step, remembers=remembers, like=like)
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
     judge = Judge(split.validation, vehicle, coasting(judged), scaling.output, **chosen)

@@ -23,7 +23,9 @@ class Forcing:
 
 
 class Shooter:
-    """Rollouts by classical Runge-Kutta; the network speaks once a step, and what it says is held for the step.
+    """Rollouts as `NetworkModel.rollout` makes them, on tensors.
+
+    Physics by classical Runge-Kutta; the network speaks once a step, and is held at 1.5 a_k - 0.5 a_(k-1) for the step.
 
     Parameters
     ----------
@@ -50,13 +52,17 @@ class Shooter:
         state: State = states[:, start].unbind(-1)
         heading = inputs.shape[-1] > 3 + forcing.thrust.shape[-1]
         thrust, load, air = (x.permute(1, 2, 0).unbind(0) for x in (forcing.thrust, forcing.load, forcing.air))
-        found = []
+        found: list[Tensor] = []
+        before: Tensor | None = None
         for k in range(start, inputs.shape[1] - 1):
             relative = relative_velocity(self.vehicle, state[0], state[1:4])
             seen = [*relative, *thrust[k].unbind(0), *((state[0].cos(), state[0].sin()) if heading else ())]
             said, memory = network(torch.stack(seen, dim=-1)[:, None], memory)
+            now = said[:, 0]
+            held = now if before is None else 1.5 * now - 0.5 * before
+            before = now
             ends = tuple((x[k], x[k + 1]) for x in (thrust, load, air))
-            state = self._step(state, said[:, 0].unbind(-1), *ends)
+            state = self._step(state, held.unbind(-1), *ends)
             found.append(torch.stack(state[1:4], dim=-1))
         return torch.stack(found, dim=1)
 

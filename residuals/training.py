@@ -246,7 +246,9 @@ class _Run:
             self.kept = cloned(self.network.state_dict())
 
     def _not_finite(self, number: int, loss: float | None) -> str:
-        what = f"the loss is {loss}" if loss is not None and not isfinite(loss) else "the validation error is not finite"
+        what = (
+            f"the loss is {loss}" if loss is not None and not isfinite(loss) else "the validation error is not finite"
+        )
         text = (
             f"training: {what} in epoch {number}; try a smaller learning rate than {self.settings.learning_rate:g}, a "
             f"smaller clip than {self.settings.clip:g}, or shorter rollouts"
