@@ -42,14 +42,14 @@ class TrainRun:
         """What was trained, on what, and what to think of it."""
         found, train = self.trained, self.inputs.parts.split.train
         model, logs = found.model, len(self.inputs.paths)
-        where = "in the place of" if model.pure else "beside"
+        where = f"{'in the place of' if model.pure else 'beside'} the physics of {model.vehicle.name}"
         told = [
-            f"Trained a {model.network.name} of {model.parameters} weights {where} the physics of {model.vehicle.name} "
+            f"Trained the network {model.network.name} ({model.parameters} weights) {where} "
             f"on {train.seconds:.0f} s of {logs} log{'s' * (logs > 1)} in {model.seconds_to_fit:.0f} s.",
-            f"Kept epoch {found.best_epoch} of {len(found.epochs) - 1}: {found.stopped}.",
+            f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}.",
         ]
         if found.best_epoch == 0:
-            told.append("No epoch was better than the network before its first step, which says nothing.")
+            told.append("No epoch was better than the vehicle alone, so the network is as it began.")
         if found.lawful:
             told.append("It creates no energy without thrust at any state that was tried.")
         else:

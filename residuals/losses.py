@@ -29,6 +29,7 @@ class Objective:
     ----------
     windows : of the training part
     filter_matrix : see `Windows.filter_matrix`; its type and device are those of the weights
+    unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
     coasting : states without thrust from the training envelope
     vehicle : rolled out with the network, where `settings.rollout_rows` asks for it
     augmenter : varies each batch, or None
@@ -38,6 +39,7 @@ class Objective:
         self,
         windows: Windows,
         filter_matrix: Tensor,
+        unit: Tensor,
         coasting: Coasting,
         vehicle: Vehicle,
         settings: TrainingSettings,
@@ -49,7 +51,7 @@ class Objective:
             return torch.as_tensor(values, dtype=filter_matrix.dtype, device=filter_matrix.device)
 
         self.settings, self.coasting, self.augmenter = settings, coasting, augmenter
-        self.filter = filter_matrix
+        self.filter, self.unit = filter_matrix, unit
         self.inputs, self.driven, self.base = map(tensor, (windows.inputs, windows.driven, windows.base))
         self.target = tensor(windows.target[:, windows.compared])
         self.shooter = Shooter(vehicle, pure=pure, time_step=windows.time_step)
@@ -65,18 +67,18 @@ class Objective:
 
     def __call__(self, network: Network, index: Tensor, draw: torch.Generator) -> Tensor:
         """Loss of the windows `index`; `draw` decides states, starts and variants."""
-        settings, scale = self.settings, network.get_buffer("output_scale")
+        settings, unit = self.settings, self.unit
         inputs, target = self.inputs[index], self.target[index]
         if self.augmenter is not None:
             inputs, target = self.augmenter(inputs, target, index, draw)
         said, _ = network(inputs)
-        loss = settings.lambda_data * ((self.filter @ said - target) / scale).square().mean()
+        loss = settings.lambda_data * ((self.filter @ said - target) / unit).square().mean()
         if settings.lambda_smooth:
-            loss = loss + settings.lambda_smooth * (said.diff(dim=1) / scale).square().mean()
+            loss = loss + settings.lambda_smooth * (said.diff(dim=1) / unit).square().mean()
         if settings.lambda_phys:
             loss = loss + settings.lambda_phys * self._unlawful(network, index, inputs, said, draw)
         if settings.rollout_rows and settings.lambda_rollout:
-            loss = loss + settings.lambda_rollout * self._astray(network, index, scale, draw)
+            loss = loss + settings.lambda_rollout * self._astray(network, index, draw)
         return loss
 
     def _unlawful(self, network: Network, index: Tensor, inputs: Tensor, said: Tensor, draw: torch.Generator) -> Tensor:
@@ -86,8 +88,8 @@ class Objective:
         drawn = torch.randint(self.coasting.count, (STATES,), generator=draw).to(index)
         return along.square().mean() + self.coasting.excess(network, drawn).square().mean()
 
-    def _astray(self, network: Network, index: Tensor, scale: Tensor, draw: torch.Generator) -> Tensor:
-        """Mean squared error of the velocity along rollouts from one random row, in what `scale` adds up to on them."""
+    def _astray(self, network: Network, index: Tensor, draw: torch.Generator) -> Tensor:
+        """Mean squared velocity error along rollouts from one random row, in what the unit adds up to on them."""
         steps, warm = self.settings.rollout_rows, self.warm_rows
         most = self.inputs.shape[1] - steps - 1
         start = int(torch.randint(warm, most + 1, (), generator=draw))
@@ -95,5 +97,5 @@ class Objective:
         states = self.states[index, rows]
         forcing = Forcing(self.thrust[index, rows], self.load[index, rows], self.air[index, rows])
         rolled = self.shooter.velocities(network, self.inputs[index, rows], states, forcing, warm)
-        error = (rolled - states[:, warm + 1 :, 1:4]) / (scale * steps * self.time_step)
+        error = (rolled - states[:, warm + 1 :, 1:4]) / (self.unit * steps * self.time_step)
         return error.square().mean()

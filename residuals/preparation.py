@@ -44,6 +44,7 @@ class Prepared:
     ----------
     network : on its device, with fresh weights
     objective, judge : loss of a batch, and verdict on an epoch
+    pure : whether the network stands in the place of the physics
     time_step : of the rows [s]
     recipe : all that the result depends on, as plain data
     """
@@ -51,6 +52,7 @@ class Prepared:
     network: Network
     objective: Objective
     judge: Judge
+    pure: bool
     time_step: float
     recipe: dict[str, Any]
 
@@ -81,9 +83,8 @@ def prepare_training(
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
-    scaling = scaling_of(
-        vehicle, Standardisation.of(input_names(vehicle, heading), seen), _target_scale(windows, motions)
-    )
+    unit = _unit(motions)
+    scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, heading), seen), _target_scale(windows, unit))
     network = build(name, scaling, options).to(device)
     like = next(network.parameters())
 
@@ -98,7 +99,7 @@ def prepare_training(
         return Coasting(vehicle, states, scale, **chosen, time_step=windows.time_step, remembers=remembers, like=like)
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
-    judge = Judge(split.validation, vehicle, coasting(judged), scaling.output, **chosen)
+    judge = Judge(split.validation, vehicle, coasting(judged), unit, **chosen)
     compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
     wanted = settings.augmentation
     augmenter = Augmenter(wanted, scaling.drives, compared) if wanted.active else None
@@ -106,6 +107,7 @@ def prepare_training(
     objective = Objective(
         windows,
         tensor(windows.filter_matrix(taps)),
+        tensor(unit),
         coasting(coasting_states(envelope, POOL, seed=1)),
         vehicle,
         settings,
@@ -121,7 +123,7 @@ def prepare_training(
         "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
         "vehicle": hashlib.sha256(vehicle.model_dump_json().encode()).hexdigest()[:16],
     }
-    return Prepared(network, objective, judge, windows.time_step, recipe)
+    return Prepared(network, objective, judge, pure, windows.time_step, recipe)
 
 
 def _remembers(name: str, options: Mapping[str, int | float] | None) -> bool:
@@ -133,11 +135,19 @@ def _remembers(name: str, options: Mapping[str, int | float] | None) -> bool:
         return bool(build(name, scaling, options)(torch.zeros(1, 1, 4))[1])
 
 
-def _target_scale(windows: Windows, motions: tuple[Motion, ...]) -> Array:
-    """Root mean square of what is to be explained (3,); at least a thousandth of the measured acceleration."""
-    target = windows.target[:, windows.compared].reshape(-1, 3)
+def _unit(motions: tuple[Motion, ...]) -> Array:
+    """Root mean square of the measured acceleration (3,), in which errors are counted on each axis.
+
+    In units of what is to be explained, an axis on which there is nothing but noise would weigh as much as any other.
+    """
     measured = np.concatenate([accelerations(motion) for motion in motions])
-    return np.maximum(np.sqrt((target**2).mean(axis=0)), 1e-3 * np.sqrt((measured**2).mean(axis=0)) + 1e-9)
+    return np.sqrt((measured**2).mean(axis=0)) + 1e-9
+
+
+def _target_scale(windows: Windows, unit: Array) -> Array:
+    """Root mean square of what is to be explained (3,), the size of the output; at least a thousandth of the unit."""
+    target = windows.target[:, windows.compared].reshape(-1, 3)
+    return np.maximum(np.sqrt((target**2).mean(axis=0)), 1e-3 * unit)
 
 
 def _thinned(motions: tuple[Motion, ...], vehicle: Vehicle) -> Array:

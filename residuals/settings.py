@@ -53,7 +53,7 @@ class TrainingSettings:
     schedule : "fixed", or "cosine" from the learning rate down to a hundredth of it over `epochs`
     weight_decay : decoupled (Loshchilov and Hutter 2019)
     clip : largest norm of a gradient
-    lambda_data : weight of |acceleration error|^2, each axis in units of what is to be explained
+    lambda_data : weight of |acceleration error|^2, each axis in units of its measured acceleration
     lambda_phys : weight of |power beyond the laws|^2 in units of the boat's typical power, see `physics.energy`
     lambda_smooth : weight of |change of the correction from row to row|^2, in the units of the error
     lambda_rollout : weight of |velocity error of short rollouts|^2; used where `rollout_rows` is above 0
@@ -77,7 +77,7 @@ class TrainingSettings:
     weight_decay: float = 1e-4
     clip: float = 1.0
     lambda_data: float = 1.0
-    lambda_phys: float = 1.0
+    lambda_phys: float = 10.0
     lambda_smooth: float = 0.01
     lambda_rollout: float = 1.0
     rollout_rows: int = 0

@@ -30,9 +30,9 @@ class Epoch:
 
     Attributes
     ----------
-    number : 0 is the network before the first step
+    number : 0 is a hybrid before the first step, which is the vehicle alone
     loss : mean over the batches; None for number 0
-    rmse : error of the acceleration on the validation part, each axis in units of what is to be explained
+    rmse : error of the acceleration on the validation part, each axis in units of its measured acceleration in training
     violating : share of the states without thrust at which the laws are broken, see `validation.Judge`
     """
 
@@ -122,7 +122,8 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         prepared.network.load_state_dict(run.kept)
-    best = run.history[best_epoch(run.history)]
+    kept = best_epoch(run.history)
+    best = next(epoch for epoch in run.history if epoch.number == kept)
     model = NetworkModel(
         vehicle, prepared.network.cpu(), prepared.time_step, pure=pure, seconds_to_fit=perf_counter() - run.begun
     )
@@ -144,7 +145,7 @@ def stale(history: list[Epoch]) -> int:
         for epoch in pool:
             if epoch.rmse < (1.0 - _BETTER) * least:
                 least, last = epoch.rmse, max(last, epoch.number)
-    return history[-1].number - last
+    return history[-1].number - last if history else 0
 
 
 def one_pass(
@@ -192,7 +193,8 @@ class _Run:
         elif resume:
             raise RequestError("training: resume needs the folder of the interrupted training")
         if found is None:
-            self._judge(None)
+            if not self.prepared.pure:  # a hybrid that has learnt nothing is the vehicle; a pure network is nothing
+                self._judge(None)
             return
         self.network.load_state_dict(found.weights)
         device = next(self.network.parameters()).device
@@ -203,18 +205,22 @@ class _Run:
         self.history = [Epoch(**row) for row in found.history]
         self.begun -= found.seconds
 
+    @property
+    def _next(self) -> int:
+        return self.history[-1].number + 1 if self.history else 1
+
     def finished(self) -> str:
         """Why training ends here; empty while it goes on."""
         if stale(self.history) >= self.settings.patience:
             return f"no better validation error for {self.settings.patience} epochs"
-        if len(self.history) > self.settings.epochs:
+        if self._next > self.settings.epochs:
             return f"all {self.settings.epochs} epochs are done"
         return ""
 
     def epoch(self) -> None:
         """One more epoch, judged and written."""
         for group in self.optimiser.param_groups:
-            group["lr"] = _rate(self.settings, len(self.history))
+            group["lr"] = _rate(self.settings, self._next)
         loss = one_pass(self.network, self.prepared.objective, self.optimiser, self.settings, self.draw)
         self._judge(loss)
         if self.folder is not None:
@@ -237,7 +243,7 @@ class _Run:
             (self.folder / CHECKPOINT).unlink(missing_ok=True)
 
     def _judge(self, loss: float | None) -> None:
-        number, judge = len(self.history), self.prepared.judge
+        number, judge = 0 if loss is None else self._next, self.prepared.judge
         rmse = judge.error(self.network) if loss is None or isfinite(loss) else float("nan")
         if not isfinite(rmse):
             raise RequestError(self._not_finite(number, loss))
@@ -267,12 +273,18 @@ def _rate(settings: TrainingSettings, number: int) -> float:
 
 @contextmanager
 def _reproducible(seed: int) -> Iterator[None]:
-    """Seeded weights and deterministic kernels inside; torch as it was outside."""
-    fixed = torch.backends.cudnn.deterministic
+    """Seeded weights, deterministic kernels and one thread inside; torch as it was outside.
+
+    Networks of this size gain nothing from a second thread, lose much where cores are shared, and with one thread the
+    weights do not depend on the number of cores.
+    """
+    fixed, threads = torch.backends.cudnn.deterministic, torch.get_num_threads()
     with torch.random.fork_rng():
         torch.manual_seed(seed)
         torch.backends.cudnn.deterministic = True
+        torch.set_num_threads(1)
         try:
             yield
         finally:
             torch.backends.cudnn.deterministic = fixed
+            torch.set_num_threads(threads)

@@ -23,13 +23,13 @@ class Judge:
     ----------
     data : validation motions
     coasting : states at which the laws are asked for
-    scale : (3,) unit of the error on each axis [m/s^2, m/s^2, rad/s^2]
+    unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
     """
 
     def __init__(
-        self, data: DataSet, vehicle: Vehicle, coasting: Coasting, scale: Array, *, pure: bool, heading: bool
+        self, data: DataSet, vehicle: Vehicle, coasting: Coasting, unit: Array, *, pure: bool, heading: bool
     ) -> None:
-        self.data, self.coasting, self.scale = data, coasting, scale
+        self.data, self.coasting, self.unit = data, coasting, unit
         self.targets = [target_acceleration(vehicle, motion, data, pure) for motion in data.motions]
         seen = [network_inputs(vehicle, motion, heading) for motion in data.motions]
         longest = max(see.shape[0] for see in seen)
@@ -38,7 +38,7 @@ class Judge:
         self.inputs = torch.as_tensor(padded).to(coasting.inputs)
 
     def error(self, network: Network) -> float:
-        """Root mean square error of the acceleration, each axis in units of `scale`; the axes count alike."""
+        """Root mean square error of the acceleration, each axis in its unit; the axes count alike."""
         with torch.no_grad():
             said = network(self.inputs)[0].double().cpu().numpy()
         if not np.isfinite(said).all():
@@ -47,7 +47,7 @@ class Judge:
             same_filter(s[: target.shape[0]], motion, self.data) - target
             for s, target, motion in zip(said, self.targets, self.data.motions, strict=True)
         ]
-        return float(np.sqrt(((np.concatenate(rows) / self.scale) ** 2).mean()))
+        return float(np.sqrt(((np.concatenate(rows) / self.unit) ** 2).mean()))
 
     def violating(self, network: Network) -> float:
         """Share of the states without thrust at which the network creates energy."""
