@@ -6,6 +6,7 @@ first-order wake memory and a constant trim.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -120,7 +121,9 @@ class ForceEquation:
         if load is not None:
             thrust = thrust - load * u
         m = self._mass
-        total = [sum(share * push for share, push in zip(row, thrust, strict=True)) for row in self._effective]
+        total: list[Any] = [
+            sum(share * push for share, push in zip(row, thrust, strict=True)) for row in self._effective
+        ]
         c13, c23 = -(m[1][1] * v + m[1][2] * r), m[0][0] * u
         total[0] = total[0] - c13 * r
         total[1] = total[1] - c23 * r

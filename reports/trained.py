@@ -10,7 +10,7 @@ from ..physics.errors import RequestError
 from ..residuals.model_files import save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
-from ..residuals.settings import TrainingSettings
+from ..residuals.settings import CHECKPOINT, TrainingSettings
 from .assess import scored
 from .inputs import Inputs
 from .wording import percent
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from ..residuals.training import Epoch, Trained
 
 TRAIN_SCHEMA = "undertow.train/1"
-_CHECKPOINT = "checkpoint.safetensors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,10 +148,10 @@ def check_folder(out: str | os.PathLike[str], resume: bool) -> Path:
         raise RequestError(f"cannot write the network to {target}: it is a file; give a folder that may be made")
     if not target.absolute().parent.is_dir():
         raise RequestError(f"cannot write the network to {target}: {target.absolute().parent} does not exist; make it")
-    interrupted = (target / _CHECKPOINT).exists()
+    interrupted = (target / CHECKPOINT).exists()
     if interrupted and not resume:
         raise RequestError(
-            f"{target} holds an interrupted training; go on with it (--resume), or remove {_CHECKPOINT} to train anew"
+            f"{target} holds an interrupted training; go on with it (--resume), or remove {CHECKPOINT} to train anew"
         )
     if resume and not interrupted and is_network_folder(target):
         raise RequestError(f"nothing to resume: the training in {target} is done; leave --resume out to train anew")

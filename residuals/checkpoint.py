@@ -13,8 +13,8 @@ from torch import Tensor
 
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes
+from .settings import CHECKPOINT
 
-CHECKPOINT = "checkpoint.safetensors"
 SCHEMA = "undertow.checkpoint/1"
 
 

@@ -30,6 +30,7 @@ class Coasting:
     heading : whether it sees the heading; then headings are drawn
     time_step : [s]
     remembers : whether the network has a memory; then each state is held for `SETTLE`
+    like : a tensor of the type and on the device of the weights
     """
 
     def __init__(

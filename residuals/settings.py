@@ -6,6 +6,9 @@ from typing import Any, Literal
 
 from ..physics.errors import RequestError
 
+CHECKPOINT = "checkpoint.safetensors"
+"""File in a network's folder that a training under way goes on from."""
+
 Schedule = Literal["fixed", "cosine"]
 Device = Literal["auto", "cpu", "cuda"]
 
@@ -79,7 +82,7 @@ class TrainingSettings:
     lambda_data: float = 1.0
     lambda_phys: float = 10.0
     lambda_smooth: float = 0.01
-    lambda_rollout: float = 1.0
+    lambda_rollout: float = 10.0
     rollout_rows: int = 0
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0

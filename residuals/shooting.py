@@ -1,6 +1,7 @@
 """Short open-loop rollouts that gradients flow through: the force equation and the network, step by step."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -8,6 +9,8 @@ from torch import Tensor
 from ..physics.forces import ForceEquation, relative_velocity
 from ..physics.vehicle import Vehicle
 from .networks.base import Memory, Network
+
+_relative: Any = relative_velocity  # annotated for arrays; what acts on them acts on tensors, too
 
 State = tuple[Tensor, ...]
 """Heading, u, v, r and the wake memory's sway speed and yaw rate, each (batch,)."""
@@ -36,7 +39,7 @@ class Shooter:
 
     def __init__(self, vehicle: Vehicle, *, pure: bool, time_step: float) -> None:
         self.vehicle, self.pure, self.time_step = vehicle, pure, time_step
-        self.equation = ForceEquation(vehicle)
+        self.equation: Any = ForceEquation(vehicle)
 
     def velocities(self, network: Network, inputs: Tensor, states: Tensor, forcing: Forcing, start: int) -> Tensor:
         """Velocities over ground (batch, steps, 3) after each step from row `start` to the last row.
@@ -55,7 +58,7 @@ class Shooter:
         found: list[Tensor] = []
         before: Tensor | None = None
         for k in range(start, inputs.shape[1] - 1):
-            relative = relative_velocity(self.vehicle, state[0], state[1:4])
+            relative = _relative(self.vehicle, state[0], state[1:4])
             seen = [*relative, *thrust[k].unbind(0), *((state[0].cos(), state[0].sin()) if heading else ())]
             said, memory = network(torch.stack(seen, dim=-1)[:, None], memory)
             now = said[:, 0]
@@ -83,9 +86,9 @@ class Shooter:
         if self.pure:
             return r, *said, torch.zeros_like(u), torch.zeros_like(u)
         velocity = (u, v, r)
-        relative = relative_velocity(self.vehicle, heading, velocity)
+        relative = _relative(self.vehicle, heading, velocity)
         equation = self.equation
-        force = equation.force(relative, heading, thrust, load, (slow_v, slow_r), tuple(air.unbind(0)))  # type: ignore[arg-type]
+        force = equation.force(relative, heading, thrust, load, (slow_v, slow_r), tuple(air.unbind(0)))
         slopes = equation.acceleration(force, relative, velocity)
         if equation.has_memory:
             constant = self.vehicle.values["memory_time"]

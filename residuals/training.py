@@ -13,12 +13,12 @@ import torch
 from ..measurements.split import Split
 from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
-from .checkpoint import CHECKPOINT, Checkpoint, cloned, read_checkpoint, write_checkpoint
+from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
 from .losses import Objective
 from .network_model import NetworkModel
 from .networks.base import Network
 from .preparation import Prepared, prepare_training
-from .settings import TrainingSettings
+from .settings import CHECKPOINT, TrainingSettings
 
 _BETTER = 1e-3
 """An epoch counts as better when it lowers the best error by more than this share of it."""

@@ -14,6 +14,9 @@ from .networks.base import Network
 from .residual import same_filter
 from .windows import target_acceleration
 
+_BLOCK = 256
+"""Rows that go through a network at once, so that attention along a long motion costs no more than a block squared."""
+
 
 @final
 class Judge:
@@ -39,8 +42,12 @@ class Judge:
 
     def error(self, network: Network) -> float:
         """Root mean square error of the acceleration, each axis in its unit; the axes count alike."""
+        parts, memory = [], None
         with torch.no_grad():
-            said = network(self.inputs)[0].double().cpu().numpy()
+            for block in self.inputs.split(_BLOCK, dim=1):
+                part, memory = network(block, memory)
+                parts.append(part)
+        said = torch.cat(parts, dim=1).double().cpu().numpy()
         if not np.isfinite(said).all():
             return float("nan")
         rows = [

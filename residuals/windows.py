@@ -140,10 +140,20 @@ def windows_of(
     ]
     states = [np.column_stack([m.heading, m.velocity, *memory_states(vehicle, m)]) for m in motions]
     targets = [target_acceleration(vehicle, motion, data, pure) for motion in motions]
-    loads, pushes = [act.load.T for act in acts], [act.thrust.T for act in acts]
     stride = max(1, min(rows // 2, kept))
-    every = (seen, targets, pushed, hull, states, pushes, loads, still)
-    return Windows(*(cut(values, rows, stride) for values in every), first, reach, step)
+    return Windows(
+        inputs=cut(seen, rows, stride),
+        target=cut(targets, rows, stride),
+        driven=cut(pushed, rows, stride),
+        base=cut(hull, rows, stride),
+        states=cut(states, rows, stride),
+        thrust=cut([act.thrust.T for act in acts], rows, stride),
+        load=cut([act.load.T for act in acts], rows, stride),
+        air=cut(still, rows, stride),
+        first=first,
+        reach=reach,
+        time_step=step,
+    )
 
 
 def _starts(length: int, rows: int, stride: int) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +29,6 @@ from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds import simulate_world
 from undertow.residuals import preparation
-from undertow.residuals.checkpoint import CHECKPOINT
 from undertow.residuals.coasting import Coasting
 from undertow.residuals.inputs import input_names
 from undertow.residuals.models import VehicleModel
@@ -36,7 +36,7 @@ from undertow.residuals.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import build
 from undertow.residuals.scores import acceleration_score, rollout_scores
-from undertow.residuals.settings import Augmentation, TrainingSettings
+from undertow.residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from undertow.residuals.shooting import Forcing, Shooter
 from undertow.residuals.training import Epoch, Trained, best_epoch, stale, train
 from undertow.residuals.windows import filter_taps, windows_of
@@ -448,26 +448,26 @@ def test_gradients_through_a_rollout_are_finite_differences(dragged: Split) -> N
 def test_the_force_equation_takes_tensors_and_arrays_alike() -> None:
     rng = np.random.default_rng(0)
     velocity, heading = tuple(rng.normal(size=(3, 7))), rng.normal(size=7)
-    thrust, load, air = rng.normal(size=(2, 7)), rng.random((2, 7)), tuple(rng.normal(size=(2, 7)))
+    thrust, load, air = rng.normal(size=(2, 7)), rng.random((2, 7)), rng.normal(size=(2, 7))
     equation = ForceEquation(LIVELY)
 
-    def both(given, kind):
+    def both(kind: Any) -> np.ndarray:
         fast, psi = tuple(map(kind, velocity)), kind(heading)
         relative = relative_velocity(LIVELY, psi, fast)
-        force = equation.force(relative, psi, kind(thrust), kind(load), fast[1:], tuple(map(kind, air)))
+        force = equation.force(relative, psi, kind(thrust), kind(load), fast[1:], (kind(air[0]), kind(air[1])))
         return np.stack([np.asarray(x) for x in (*force, *equation.acceleration(force, relative, fast))])
 
-    np.testing.assert_allclose(both(None, torch.as_tensor), both(None, np.asarray), rtol=1e-13)
+    np.testing.assert_allclose(both(torch.as_tensor), both(np.asarray), rtol=1e-13)
 
 
 def test_training_through_rollouts_helps_rollouts() -> None:
-    parts = parts_of({"sway_lift": 20.0, "munk_moment": 10.0}, noise="rough")
-    before = TrainingSettings(epochs=15, learning_rate=1e-2, lambda_data=0.1)
+    parts = parts_of({"thruster_lag": 0.4})
+    before = TrainingSettings(epochs=25, batch=4, learning_rate=5e-3)
     one, many = (
-        rollout_scores(train(parts, HULL, "mlp", settings=s).model, parts.test, (2.0,))["2"].velocity
-        for s in (before, replace(before, rollout_rows=15))
+        rollout_scores(train(parts, HULL, "mlp", {"units": 32}, pure=True, settings=s).model, parts.test, (2.0,))
+        for s in (before, replace(before, rollout_rows=10))
     )
-    assert many.mean() < 0.98 * one.mean()
+    assert (many["2"].velocity < 0.95 * one["2"].velocity).all()
 
 
 # Augmentation
