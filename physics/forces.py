@@ -74,6 +74,7 @@ class ForceEquation:
 
     __slots__ = (
         "_effective",
+        "_inverse",
         "_mass",
         "_terms",
         "_trim",
@@ -90,6 +91,7 @@ class ForceEquation:
         mass = mass_matrix(vehicle)
         self._mass: list[list[float]] = mass.tolist()
         self.inverse_mass = np.linalg.inv(mass)
+        self._inverse: list[list[float]] = self.inverse_mass.tolist()
         self._terms = active_terms(vehicle)
         self._effective: list[list[float]] = thruster_matrix(vehicle).tolist()
         self._trim = p["yaw_trim"]
@@ -150,7 +152,7 @@ class ForceEquation:
 
     def acceleration(self, force: Triple, relative: Triple, velocity: Triple) -> Triple:
         """nu_dot over ground from a force: M^-1 force plus the turning of the current, d/dt (R^T current)."""
-        i: list[list[float]] = self.inverse_mass.tolist()
+        i = self._inverse
         turn_u, turn_v = velocity[1] - relative[1], -(velocity[0] - relative[0])
         du = i[0][0] * force[0] + turn_u * velocity[2]
         dv = i[1][1] * force[1] + i[1][2] * force[2] + turn_v * velocity[2]
