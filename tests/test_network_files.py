@@ -217,7 +217,7 @@ SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "absurd option": (lambda c: c["options"].update(units=10**9), r"expected a whole number in \(0, 4096\] for units"),
     "more units": (
         lambda c: c["options"].update(units=4096, layers=1),
-        r"expected body.bias_hh_l0 as float32 \[16384\], as",
+        r"expected body.weight_ih_l0 as float32 \[16384, 5\], as",
     ),
     "a machine's memory and more": (
         lambda c: c.update(network="tcn", options={"units": 4096, "kernel": 64, "layers": 16}),
