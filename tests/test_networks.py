@@ -1,5 +1,8 @@
 """What holds for every network: causality, memory, a quiet start, its options, and energy where it is promised."""
 
+from pathlib import Path
+from typing import ClassVar, final
+
 import numpy as np
 import pytest
 import torch
@@ -11,7 +14,7 @@ from undertow.physics.matrices import mass_matrix, thruster_matrix
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.inputs import input_names
 from undertow.residuals.network_model import scaling_of
-from undertow.residuals.networks.base import Network, Scaling
+from undertow.residuals.networks.base import Memory, Network, Scaling, quiet_head
 from undertow.residuals.networks.registry import NETWORKS, build, default_options
 
 HULL = load_vehicle("otter")
@@ -174,6 +177,18 @@ def test_the_shortest_reach_works(name: str):
     assert again.numpy() == pytest.approx(whole[:, 4:].numpy(), abs=1e-12)
 
 
+def test_the_documents_example_is_a_network():
+    page = (Path(__file__).parents[1] / "docs" / "extending.md").read_text("utf-8")
+    names = {"final": final, "ClassVar": ClassVar, "nn": nn, "quiet_head": quiet_head, "Network": Network}
+    names |= {"Scaling": Scaling, "Tensor": Tensor, "Memory": Memory}
+    exec(page[page.index("@final\nclass GRU") :].split("```")[0], names)
+    network, seen = randomised(names["GRU"](scaling()).double()), inputs()
+    with torch.no_grad():
+        whole, _ = network(seen)
+        late, _ = network(seen[:, 40:], network(seen[:, :40])[1])
+    assert late.numpy() == pytest.approx(whole[:, 40:].numpy(), abs=1e-12)
+
+
 # The network that cannot create energy
 
 
@@ -194,6 +209,21 @@ def test_its_correction_takes_energy_out_at_every_state(seed: int):
     assert np.abs(force).max() > 1.0, "a network that says nothing proves nothing"
     assert (power > 1e-12 * size).sum() == 0
     assert (power < -1e-6 * size).mean() > 0.9
+
+
+def test_where_it_has_no_damping_no_energy_is_made_either():
+    network = randomised(build("dissipative", scaling(), {"units": 32}).double(), spread=1.0)
+    assert isinstance(network.factor, nn.Linear)
+    velocity = np.random.default_rng(1).normal(size=(10_000, 3))
+    seen = torch.zeros(10_000, 1, 5, dtype=torch.float64)
+    seen[:, 0, :3] = torch.as_tensor(velocity)
+    with torch.no_grad():
+        network.factor.weight.zero_()
+        network.factor.bias.zero_()
+        force = network(seen)[0][:, 0].numpy() @ mass_matrix(HULL)
+    size = (np.abs(velocity) * np.abs(force)).sum(axis=1)
+    assert size.min() > 1e-3
+    assert (np.abs((velocity * force).sum(axis=1)) < 1e-12 * size).all()
 
 
 def test_its_drive_is_bounded_and_reaches_the_bound():
