@@ -51,7 +51,8 @@ def integrate(
     memory : (batch, 2) initial wake memory of sway speed and yaw rate; default: the initial velocities
     air : (2, steps + 1, batch) velocity of the air over ground, north and east [m/s], linear between steps; default:
         still
-    added : acceleration beside the vehicle's; default: none
+    added : acceleration beside the vehicle's; default: none. What is beyond `SPEED_LIMIT` in a step is cut there, or a
+        rollout that diverges would be off the map before it is held
     """
     equation = None if vehicle is None else ForceEquation(vehicle)
     steps, batch = thrust.shape[1] - 1, initial.shape[0]
@@ -87,7 +88,7 @@ def integrate(
     history[0] = state[:6]
     diverged = np.zeros(batch, dtype=bool)
     for k in range(steps):
-        held = None if added is None else added(k, state[:6])
+        held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
         push0, push1 = thrust[:, k], thrust[:, k + 1]
         middle = 0.5 * (push0 + push1)
         loss0, loss1 = (load[:, k], load[:, k + 1]) if loaded else (None, None)

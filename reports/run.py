@@ -194,7 +194,7 @@ def load_model(path: PathLike) -> Model:
         return load_network(source)
     if source.is_dir():
         if not (source / "model.yaml").is_file():
-            raise RequestError(f"{source} holds no model.yaml; give a run folder, a network's folder or a vehicle file")
+            raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
         return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic", _fitted(source))
     return VehicleModel(load_vehicle(path), source.stem, "physics")
 

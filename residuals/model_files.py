@@ -260,8 +260,9 @@ def _network(settings: _Settings, scaling: "Scaling", weights: "dict[str, Tensor
         lacking = ", ".join(sorted(wanted.keys() - weights.keys())) or "none"
         beyond = ", ".join(sorted(weights.keys() - wanted.keys())) or "none"
         refuse(f"these are not the tensors of a network {settings.network}; missing: {lacking}; unknown: {beyond}")
-    for name, tensor in weights.items():
-        here, there = (f"{str(t.dtype).removeprefix('torch.')} {list(t.shape)}" for t in (wanted[name], tensor))
+    for name, expected in wanted.items():
+        tensor = weights[name]
+        here, there = (f"{str(t.dtype).removeprefix('torch.')} {list(t.shape)}" for t in (expected, tensor))
         if here != there:
             refuse(f"expected {name} as {here}, as the options in {SETTINGS} have it, got {there}")
         if not torch.isfinite(tensor).all():
