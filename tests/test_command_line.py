@@ -639,7 +639,7 @@ BAD_REQUESTS: dict[str, tuple[str, str]] = {
     "model twice": ("compare LOG -v blueboat --model RUN --model RUN", r"model .*run is given twice; give it once"),
     "model without a file": (
         "compare LOG -v blueboat --model folder",
-        r"folder holds no model\.yaml; give a run folder or a vehicle file",
+        r"folder holds no model\.yaml; give a run folder, a network or a vehicle file",
     ),
     "out in a missing folder": (
         "discover LOG -v blueboat --out none/run",

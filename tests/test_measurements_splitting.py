@@ -13,6 +13,7 @@ from undertow.measurements.log import Log
 from undertow.measurements.prepare import prepare
 from undertow.measurements.split import paper_preparation, split
 from undertow.measurements.standardisation import Standardisation
+from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 
@@ -182,3 +183,14 @@ def test_a_data_set_made_by_hand_is_taken_as_unfiltered():
     one = motion(np.random.default_rng(0).normal(size=(600, 3)))
     found = split(DataSet((one,), (), PAPER))
     assert found.train.motions[0].velocity.std() < 0.6 * one.velocity.std()
+
+
+def test_standardisation_of_columns_is_by_mean_and_deviation_and_checks_them():
+    found = Standardisation.of(["a", "b"], np.array([[1.0, 5.0], [3.0, 5.0]]))
+    assert (found.names, found.mean.tolist(), found.scale.tolist()) == (("a", "b"), [2.0, 5.0], [1.0, 1.0])
+    with pytest.raises(RequestError, match=r"expected rows of 3 features, got shape \(2, 2\)"):
+        Standardisation.of(["a", "b", "c"], np.zeros((2, 2)))
+    with pytest.raises(RequestError, match=r"expected rows of 2 features, got shape \(0, 2\)"):
+        Standardisation.of(["a", "b"], np.zeros((0, 2)))
+    with pytest.raises(RequestError, match=r"expected finite numbers, got others in b"):
+        Standardisation.of(["a", "b"], np.array([[1.0, np.nan], [2.0, 1.0]]))

@@ -1,0 +1,1 @@
+"""The networks: one class a file, all causal, all from physical inputs to a correction of the acceleration."""

@@ -1,0 +1,118 @@
+"""What every network is: a causal map from inputs in SI units to a correction of the acceleration in SI units.
+
+Standardisation happens inside, with constants that are buffers, so that they travel with the weights. A network carries
+its memory (the state of a recurrence, the rows that a convolution still needs) as a tuple of tensors: a call with the
+memory of the call before goes on exactly where that one ended, whether it takes a minute of rows or a single one.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import torch
+from torch import Tensor, nn
+
+from ...measurements.standardisation import Standardisation
+from ...physics.frames import Array
+
+Memory = tuple[Tensor, ...]
+"""What a network remembers between calls, first dimension the batch; empty for one without memory.
+
+Its shapes depend on the network and the batch, not on how many rows have gone by, so that batches can be joined."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scaling:
+    """The physical constants that a network needs.
+
+    Attributes
+    ----------
+    inputs : names, mean and scale of the inputs, in their units; the first three are u, v [m/s] and r [rad/s]
+    output : (3,) scale of the correction [m/s^2, m/s^2, rad/s^2]
+    mass : (3, 3) mass matrix [kg, kg m, kg m^2], by which a force becomes an acceleration
+    reach : (3, drives) force that each drive input gives per unit of it [N/N, N/N, N m/N]: the thruster matrix
+    """
+
+    inputs: Standardisation
+    output: Array
+    mass: Array
+    reach: Array
+
+    @property
+    def drives(self) -> int:
+        """Number of inputs that are thrusts or commands; they follow u, v, r."""
+        return self.reach.shape[1]
+
+
+class Network(nn.Module, ABC):
+    """A causal network.
+
+    Attributes
+    ----------
+    name : how the command line and the files call it
+    scaling : physical constants
+    options : what it was built with, by name
+    """
+
+    name: ClassVar[str]
+
+    def __init__(self, scaling: Scaling, options: dict[str, int | float]) -> None:
+        super().__init__()
+        self.scaling = scaling
+        self.options = options
+        for label, values in (
+            ("input_mean", scaling.inputs.mean),
+            ("input_scale", scaling.inputs.scale),
+            ("output_scale", scaling.output),
+        ):
+            self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32))
+
+    @property
+    def width(self) -> int:
+        """Number of inputs."""
+        return len(self.scaling.inputs.names)
+
+    def forward(self, inputs: Tensor, memory: Memory | None = None) -> tuple[Tensor, Memory]:
+        """Correction of the acceleration along rows of inputs.
+
+        Parameters
+        ----------
+        inputs : (batch, rows, inputs) in SI units
+        memory : of the rows before; None where there are none, as if the first row had lasted (or, in a recurrence,
+            from a state of zero)
+
+        Returns
+        -------
+        (correction, memory)
+            (batch, rows, 3) [m/s^2, m/s^2, rad/s^2], and what to remember after the last row
+        """
+        mean, scale, size = (self.get_buffer(n) for n in ("input_mean", "input_scale", "output_scale"))
+        standardised, remembered = self.correct((inputs - mean) / scale, inputs, memory)
+        return standardised * size, remembered
+
+    @abstractmethod
+    def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
+        """Correction in units of `scaling.output`, (batch, rows, 3), and the memory after the last row.
+
+        Parameters
+        ----------
+        standardised, inputs : (batch, rows, inputs), without and with their units
+        memory : as `forward` has it
+        """
+
+
+def quiet_head(inputs: int) -> nn.Linear:
+    """Linear layer to the three axes that starts at zero, so that training starts from the physics alone."""
+    head = nn.Linear(inputs, 3)
+    nn.init.zeros_(head.weight)
+    nn.init.zeros_(head.bias)
+    return head
+
+
+def hidden_layers(inputs: int, units: int, layers: int) -> nn.Sequential:
+    """Fully connected ReLU layers."""
+    parts: list[nn.Module] = []
+    for _ in range(layers):
+        parts += [nn.Linear(inputs, units), nn.ReLU()]
+        inputs = units
+    return nn.Sequential(*parts)

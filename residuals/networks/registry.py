@@ -1,0 +1,70 @@
+"""All networks by name: what `train --residual` offers and a model file may hold."""
+
+import inspect
+from collections.abc import Mapping
+from difflib import get_close_matches
+
+from ...physics.errors import RequestError
+from .base import Network, Scaling
+from .dissipative import Dissipative
+from .lstm import LSTM
+from .mlp import MLP
+from .tcn import TCN
+from .transformer import Transformer
+
+NETWORKS: dict[str, type[Network]] = {cls.name: cls for cls in (MLP, LSTM, TCN, Transformer, Dissipative)}
+
+_MOST = {"units": 4096, "layers": 16, "heads": 64, "window": 4096, "kernel": 64, "gain": 10.0}
+"""Largest value of each option; a file that asks for more is damaged or hostile."""
+
+
+def default_options(name: str) -> dict[str, int | float]:
+    """Options of a network and what they are when nothing is said.
+
+    Raises
+    ------
+    RequestError
+        for an unknown network, naming the nearest.
+    """
+    parameters = inspect.signature(_class(name)).parameters.values()
+    return {p.name: p.default for p in parameters if p.kind is inspect.Parameter.KEYWORD_ONLY}
+
+
+def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None = None) -> Network:
+    """Make a network by name, with fresh weights from torch's generator.
+
+    Raises
+    ------
+    RequestError
+        for an unknown network or option, naming the nearest, or a value that it cannot take.
+    """
+    known = default_options(name)
+    chosen = dict(options or {})
+    for option, value in chosen.items():
+        if option not in known:
+            near = get_close_matches(str(option), known, n=1, cutoff=0.0)
+            raise RequestError(
+                f"network {name}: unknown option {option!r}: did you mean {near[0]!r}? There are: {_listed(known)}"
+            )
+        whole = isinstance(known[option], int)
+        fits = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
+        if not fits or not 0 < value <= _MOST[option]:
+            kind = "a whole number" if whole else "a number"
+            raise RequestError(f"network {name}: expected {kind} in (0, {_MOST[option]:g}] for {option}, got {value!r}")
+    full = known | chosen
+    if "heads" in full and int(full["units"]) % int(full["heads"]):
+        raise RequestError(
+            f"network {name}: expected units that the heads divide, got {full['units']} units, {full['heads']} heads"
+        )
+    return _class(name)(scaling, **full)  # type: ignore[arg-type]
+
+
+def _class(name: str) -> type[Network]:
+    if name not in NETWORKS:
+        near = get_close_matches(str(name), NETWORKS, n=1, cutoff=0.0)
+        raise RequestError(f"unknown network {name!r}: did you mean {near[0]!r}? There are: {_listed(NETWORKS)}")
+    return NETWORKS[name]
+
+
+def _listed(names: Mapping[str, object]) -> str:
+    return ", ".join(names)

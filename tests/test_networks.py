@@ -1,0 +1,246 @@
+"""What holds for every network: causality, memory, a quiet start, its options, and energy where it is promised."""
+
+from pathlib import Path
+from typing import ClassVar, final
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor, nn
+
+from undertow.measurements.standardisation import Standardisation
+from undertow.physics.errors import RequestError
+from undertow.physics.matrices import mass_matrix, thruster_matrix
+from undertow.physics.vehicle import load_vehicle
+from undertow.residuals.inputs import input_names
+from undertow.residuals.network_model import scaling_of
+from undertow.residuals.networks.base import Memory, Network, Scaling, quiet_head
+from undertow.residuals.networks.registry import NETWORKS, build, default_options
+
+HULL = load_vehicle("otter")
+ROWS = 90
+EVERY_NETWORK = pytest.mark.parametrize("name", NETWORKS)
+WITH_MEMORY = pytest.mark.parametrize("name", [n for n in NETWORKS if n not in ("mlp", "dissipative")])
+
+
+def scaling(heading: bool = False) -> Scaling:
+    names = input_names(HULL, heading)
+    mean = np.array([0.5, 0.05, -0.02, 20.0, 25.0, *([0.1, -0.2] * heading)])
+    scale = np.array([0.6, 0.2, 0.3, 30.0, 28.0, *([0.7, 0.7] * heading)])
+    return scaling_of(HULL, Standardisation(names, mean, scale), np.array([0.05, 0.02, 0.08]))
+
+
+def randomised(network: Network, seed: int = 0, spread: float = 0.3) -> Network:
+    """The network with random numbers in every weight, the quiet head included."""
+    generator = torch.Generator().manual_seed(seed)
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.copy_(spread * torch.randn(parameter.shape, generator=generator))
+    return network.eval()
+
+
+def inputs(heading: bool = False, batch: int = 2, rows: int = ROWS, seed: int = 1) -> Tensor:
+    constants = scaling(heading).inputs
+    drawn = np.random.default_rng(seed).normal(size=(batch, rows, len(constants.names)))
+    return torch.as_tensor(constants.undo(drawn))
+
+
+def made(name: str, heading: bool = False) -> Network:
+    return randomised(build(name, scaling(heading)).double())
+
+
+@EVERY_NETWORK
+def test_the_future_changes_nothing_before_it(name: str):
+    network, seen = made(name), inputs()
+    changed = seen.clone()
+    changed[:, 40:] += 10.0
+    with torch.no_grad():
+        (before, _), (after, _) = network(seen), network(changed)
+    assert torch.equal(before[:, :40], after[:, :40])
+    assert (before[:, 40:] != after[:, 40:]).any(dim=-1).all()
+
+
+@pytest.mark.parametrize("pieces", [[1] * ROWS, [7] * 12 + [6], [61, 29]], ids=["rows", "sevens", "two"])
+@EVERY_NETWORK
+def test_piece_by_piece_is_the_whole(name: str, pieces: list[int]):
+    network, seen = made(name), inputs()
+    with torch.no_grad():
+        whole, remembered = network(seen)
+        said, memory, shapes = [], None, set()
+        for piece in seen.split(pieces, dim=1):
+            part, memory = network(piece, memory)
+            said.append(part)
+            shapes.add(tuple(m.shape for m in memory))
+    assert torch.cat(said, dim=1).numpy() == pytest.approx(whole.numpy(), abs=1e-12)
+    assert len(shapes) == 1, "memories of different age must fit into one batch"
+    assert memory is not None
+    for one, other in zip(memory, remembered, strict=True):
+        assert one.numpy() == pytest.approx(other.numpy(), abs=1e-12)
+
+
+@WITH_MEMORY
+def test_the_past_counts(name: str):
+    network, seen = made(name), inputs()
+    with torch.no_grad():
+        (whole, _), (late, _) = network(seen), network(seen[:, 50:])
+    assert (whole[:, 50:52] - late[:, :2]).abs().min() > 1e-6
+
+
+@pytest.mark.parametrize("name", ["tcn", "transformer"])
+def test_before_the_first_row_is_the_first_row(name: str):
+    network, seen = made(name), inputs()
+    longer = torch.cat((seen[:, :1].expand(-1, 70, -1), seen), dim=1)
+    with torch.no_grad():
+        (whole, _), (late, _) = network(longer), network(seen)
+    assert late.numpy() == pytest.approx(whole[:, 70:].numpy(), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", [n for n in NETWORKS if n != "dissipative"])
+def test_training_starts_from_the_physics_alone(name: str):
+    with torch.no_grad():
+        assert not build(name, scaling())(inputs().float())[0].any()
+
+
+def test_the_dissipative_one_starts_small_and_nothing_moves_a_boat_at_rest():
+    network = build("dissipative", scaling()).double()
+    scale, output = torch.as_tensor(scaling().inputs.scale), torch.as_tensor(scaling().output)
+    moving = torch.zeros(3, 1, 5, dtype=torch.float64)
+    moving[:, 0, :3] = torch.diag(scale[:3])
+    with torch.no_grad():
+        said, _ = network(moving)
+        rest, _ = network(torch.zeros(1, 1, 5, dtype=torch.float64))
+    assert 0.0 < (said.abs() / output).max() < 0.05
+    assert not rest.any()
+
+
+@EVERY_NETWORK
+def test_the_heading_is_seen_where_it_is_asked_for(name: str):
+    network, seen = made(name, heading=True), inputs(heading=True)
+    turned = seen.clone()
+    turned[..., 5:] *= -1.0
+    with torch.no_grad():
+        assert (network(seen)[0] != network(turned)[0]).any(dim=-1).all()
+
+
+@EVERY_NETWORK
+def test_batches_do_not_mix(name: str):
+    network, seen = made(name), inputs(batch=3)
+    with torch.no_grad():
+        together, _ = network(seen)
+        alone, _ = network(seen[1:2])
+    assert together[1].numpy() == pytest.approx(alone[0].numpy(), abs=1e-12)
+
+
+@EVERY_NETWORK
+def test_equal_seeds_give_equal_weights(name: str):
+    drawn = []
+    for _ in range(2):
+        torch.manual_seed(5)
+        drawn.append(build(name, scaling()).state_dict())
+    assert all(torch.equal(drawn[0][key], drawn[1][key]) for key in drawn[0])
+
+
+@EVERY_NETWORK
+def test_the_options_it_was_built_with_are_kept(name: str):
+    network = build(name, scaling(), {"units": 16})
+    assert network.options == default_options(name) | {"units": 16}
+    assert sum(p.numel() for p in network.parameters()) < sum(p.numel() for p in build(name, scaling()).parameters())
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "match"),
+    [
+        ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: mlp, lstm, tcn"),
+        ("lstm", {"unit": 8}, r"network lstm: unknown option 'unit': did you mean 'units'\? There are: units, layers"),
+        ("mlp", {"units": 0}, r"expected a whole number in \(0, 4096\] for units, got 0"),
+        ("mlp", {"units": 5000}, r"expected a whole number in \(0, 4096\] for units, got 5000"),
+        ("tcn", {"kernel": 2.5}, r"network tcn: expected a whole number in \(0, 64\] for kernel, got 2.5"),
+        ("tcn", {"layers": True}, r"expected a whole number in \(0, 16\] for layers, got True"),
+        ("dissipative", {"gain": float("nan")}, r"expected a number in \(0, 10\] for gain, got nan"),
+        ("transformer", {"heads": 5}, r"expected units that the heads divide, got 32 units, 5 heads"),
+    ],
+)
+def test_options_are_checked(name: str, options: dict, match: str):
+    with pytest.raises(RequestError, match=match):
+        build(name, scaling(), options)
+
+
+@pytest.mark.parametrize("name", ["tcn", "transformer"])
+def test_the_shortest_reach_works(name: str):
+    shortest = {"tcn": {"kernel": 1}, "transformer": {"window": 1}}[name]
+    network = randomised(build(name, scaling(), shortest).double())
+    seen = inputs(rows=5)
+    with torch.no_grad():
+        whole, memory = network(seen)
+        again, _ = network(seen[:, 4:], network(seen[:, :4])[1])
+    assert all(m.shape[1] == 0 for m in memory)
+    assert again.numpy() == pytest.approx(whole[:, 4:].numpy(), abs=1e-12)
+
+
+def test_the_documents_example_is_a_network():
+    page = (Path(__file__).parents[1] / "docs" / "extending.md").read_text("utf-8")
+    names = {"final": final, "ClassVar": ClassVar, "nn": nn, "quiet_head": quiet_head, "Network": Network}
+    names |= {"Scaling": Scaling, "Tensor": Tensor, "Memory": Memory}
+    exec(page[page.index("@final\nclass GRU") :].split("```")[0], names)
+    network, seen = randomised(names["GRU"](scaling()).double()), inputs()
+    with torch.no_grad():
+        whole, _ = network(seen)
+        late, _ = network(seen[:, 40:], network(seen[:, :40])[1])
+    assert late.numpy() == pytest.approx(whole[:, 40:].numpy(), abs=1e-12)
+
+
+# The network that cannot create energy
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_its_correction_takes_energy_out_at_every_state(seed: int):
+    network = randomised(
+        build("dissipative", scaling(), {"units": 32}).double(), seed, spread=(0.1, 0.5, 1.0, 3.0)[seed]
+    )
+    rng = np.random.default_rng(seed)
+    velocity = 10.0 ** rng.uniform(-3.0, 1.5, (250_000, 1)) * rng.normal(size=(250_000, 3))
+    seen = torch.zeros(250_000, 1, 5, dtype=torch.float64)
+    seen[:, 0, :3] = torch.as_tensor(velocity)
+    with torch.no_grad():
+        said = network(seen)[0][:, 0].numpy()
+    force = said @ mass_matrix(HULL)
+    power = (velocity * force).sum(axis=1)
+    size = (np.abs(velocity) * np.abs(force)).sum(axis=1)
+    assert np.abs(force).max() > 1.0, "a network that says nothing proves nothing"
+    assert (power > 1e-12 * size).sum() == 0
+    assert (power < -1e-6 * size).mean() > 0.9
+
+
+def test_where_it_has_no_damping_no_energy_is_made_either():
+    network = randomised(build("dissipative", scaling(), {"units": 32}).double(), spread=1.0)
+    assert isinstance(network.factor, nn.Linear)
+    velocity = np.random.default_rng(1).normal(size=(10_000, 3))
+    seen = torch.zeros(10_000, 1, 5, dtype=torch.float64)
+    seen[:, 0, :3] = torch.as_tensor(velocity)
+    with torch.no_grad():
+        network.factor.weight.zero_()
+        network.factor.bias.zero_()
+        force = network(seen)[0][:, 0].numpy() @ mass_matrix(HULL)
+    size = (np.abs(velocity) * np.abs(force)).sum(axis=1)
+    assert size.min() > 1e-3
+    assert (np.abs((velocity * force).sum(axis=1)) < 1e-12 * size).all()
+
+
+def test_its_drive_is_bounded_and_reaches_the_bound():
+    gain = 0.3
+    network = build("dissipative", scaling(), {"gain": gain, "units": 8}).double()
+    assert isinstance(network.drive, nn.Linear)
+    most = np.maximum(np.abs(thruster_matrix(HULL)).max(axis=1), (1.0, 1.0, 0.0))
+    thrust = np.random.default_rng(3).uniform(-60.0, 60.0, (1000, 2))
+    seen = torch.zeros(1000, 1, 5, dtype=torch.float64)
+    seen[:, 0, 3:] = torch.as_tensor(thrust)
+    for bias in (-50.0, 0.4, 50.0):
+        with torch.no_grad():
+            network.drive.bias.fill_(bias)
+            force = network(seen)[0][:, 0].numpy() @ mass_matrix(HULL)
+        expected = np.tanh(bias) * gain * most * thrust.sum(axis=1, keepdims=True)
+        assert force == pytest.approx(expected, rel=1e-6)
+    randomised(network, spread=5.0)
+    with torch.no_grad():
+        force = network(seen)[0][:, 0].numpy() @ mass_matrix(HULL)
+    assert (np.abs(force) <= 1.000001 * gain * most * np.abs(thrust).sum(axis=1, keepdims=True)).all()
