@@ -5,8 +5,8 @@
 Each world is a random sister of a shipped vehicle that drives the rich programme for five minutes under field noise. At
 half-time its surge drag grows by a third up to more than double. The nominal model is the hull before that, exactly, or
 with every other damping and added mass wrong by up to a tenth; `adapt` follows the quadratic drag alone, or the scale
-of thrust beside it. Seconds are those of excitation from the change until the value is within a tenth of the new one and
-stays there for 5 s of excitation. A value is covered when the truth is within two of its deviations.
+of thrust beside it. Seconds are those of excitation from the change until the value is within a tenth of the new one
+and stays there for 5 s of excitation. A value is covered when the truth is within two of its deviations.
 """
 
 import argparse

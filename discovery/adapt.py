@@ -1,9 +1,10 @@
 """Online adaptation: named parameters followed along a log as it is replayed, by least squares that forgets.
 
 The rows are those of the weak form: a test function that ends now says what force the model misses, and its columns
-what force each parameter would add. Between two rows old information is forgotten, but only in the directions in which
-the new row informs (Cao and Schwartz 2000; for several axes at once, Lai and Bernstein 2024, arXiv:2404.10844), so that
-a boat at rest keeps what it knows.
+what force each parameter would add. A row that excites a parameter makes what was known of it fade, towards what was
+known at the start and no further (Kulhavy and Zarrop 1993; by parameter, Parkum, Poulsen and Holst 1992), and faster
+while errors are larger than the noise explains (Fortescue, Kershenbaum and Ydstie 1981). A boat at rest keeps what it
+knows.
 """
 
 from collections.abc import Sequence
@@ -23,9 +24,6 @@ from .rehearsal import plausible_amounts, rehearse
 from .search import Search, SearchSettings
 from .weak import WeakForm, WeakSettings
 
-_FAINT = 1e-3
-"""Share of the strongest direction of a row below which its other directions forget nothing."""
-
 
 @dataclass(frozen=True, slots=True)
 class AdaptSettings:
@@ -34,18 +32,20 @@ class AdaptSettings:
     Attributes
     ----------
     forgetting : time constant with which information fades while the boat excites it [s]; infinite for none
-    excitation : a row counts when a plausible change of the parameters would make a force of so many times its noise;
-        0 for every row
+    excitation : a row excites a parameter when a plausible change of it would make a force of so many times the row's
+        noise, and counts when it excites any; 0 for every row
     materiality : force that no model of this kind explains, as a share of the force scale of an axis; noise of a row is
         what sensors and this make together
     prior : deviation of each parameter at the start, in plausible amounts
-    surprise : time constant with which errors larger than the noise widen the deviations [s]
+    surprise : time constant over which squared errors are averaged and held against what noise and deviations explain
+        [s]; the ratio, if above 1, widens the deviations and hastens the forgetting
+    hurry : most times that it hastens it; 1 for always the same forgetting
     weak : test functions
 
     Raises
     ------
     RequestError
-        when a time, a share or a deviation is not positive.
+        when a number is out of range.
     """
 
     forgetting: float = 15.0
@@ -59,9 +59,10 @@ class AdaptSettings:
     def __post_init__(self) -> None:
         for name in ("forgetting", "materiality", "prior", "surprise"):
             if not getattr(self, name) > 0.0:
-                raise RequestError(f"adapt: expected a positive {name}, got {getattr(self, name):g}")
-        if not self.excitation >= 0.0:
-            raise RequestError(f"adapt: expected an excitation of at least 0, got {self.excitation:g}")
+                raise RequestError(f"adapt: expected {name} above 0, got {getattr(self, name):g}")
+        for name, least in (("excitation", 0.0), ("hurry", 1.0)):
+            if not getattr(self, name) >= least:
+                raise RequestError(f"adapt: expected {name} of at least {least:g}, got {getattr(self, name):g}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +148,9 @@ def _linear(motions: Sequence[Motion], vehicle: Vehicle, names: Sequence[str]) -
         meant = [c for c in every if c.effect is effect and ("[" not in name or c.key == name)]
         if not meant:
             keys = ", ".join(c.key for c in every if c.effect is effect)
-            raise RequestError(f"adapt {name}: {vehicle.name} has no such thruster; expected {keys or 'another effect'}")
+            raise RequestError(
+                f"adapt {name}: {vehicle.name} has no such thruster; expected {keys or 'another effect'}"
+            )
         found += meant
     if not found or len({c.key for c in found}) < len(found):
         raise RequestError(f"adapt: expected effects by name, each once, got {', '.join(names) or 'none'}")
@@ -164,14 +167,16 @@ def _replayed(
     prior = settings.prior * np.array([amount for c in search.pool for amount in amounts[c.key]])
     noise = np.sqrt(search.noise_error**2 + search.floor)
     follower = Follower(parameters, vehicle, prior, settings)
-    loud = np.sqrt(((columns * prior) ** 2).sum(axis=2)) >= settings.excitation * noise
+    told = np.abs(columns * prior) >= settings.excitation * noise[:, None]
+    rows = told.any(axis=2)
     balance = linear.columns[:, :, -1]
     error = np.empty_like(balance)
     values, deviation = np.empty((2, balance.shape[0], prior.size))
     for k in range(balance.shape[0]):
         error[k] = balance[k] - columns[k] @ follower.change
-        if loud[k].any():
-            follower.take(columns[k, loud[k]] / noise[loud[k], None], balance[k, loud[k]] / noise[loud[k]])
+        if rows[k].any():
+            scale = noise[rows[k]]
+            follower.take(columns[k, rows[k]] / scale[:, None], balance[k, rows[k]] / scale, told[k].any(axis=0))
         values[k], deviation[k] = follower.value, follower.deviation
     half = settings.weak.half_width
     return Adapted(
@@ -180,7 +185,7 @@ def _replayed(
         weak.time + half,
         values,
         deviation,
-        loud.any(axis=1),
+        rows.any(axis=1),
         half,
         settings.weak.stride,
         np.sqrt((balance**2).mean(axis=0)),
@@ -189,13 +194,13 @@ def _replayed(
 
 
 class Follower:
-    """Recursive least squares with directional forgetting, under limits, in the information form.
+    """Recursive least squares that forgets what is excited, under limits, in the information form.
 
     Parameters
     ----------
     parameters : what is followed, with limits
     vehicle : where the parameters start
-    prior : (p,) standard deviations at the start
+    prior : (p,) standard deviations at the start, which are also the largest
     settings : how fast it forgets
 
     Attributes
@@ -211,10 +216,10 @@ class Follower:
         self._start = np.array([vehicle.value(p.symbol) for p in parameters])
         self._lower = np.minimum(np.array([p.lower for p in parameters]) - self._start, 0.0)
         self._upper = np.maximum(np.array([p.upper for p in parameters]) - self._start, 0.0)
-        self._kept = float(np.exp(-settings.weak.stride / settings.forgetting))
-        self._most = settings.hurry
+        self._rate = settings.weak.stride / settings.forgetting
         self._calmed = float(np.exp(-settings.weak.stride / settings.surprise))
         self._share = settings.weak.stride / settings.weak.half_width
+        self._most = settings.hurry
         self._prior = prior
         self.change = np.zeros(prior.size)
         self.information = np.diag(1.0 / prior**2)
@@ -230,35 +235,30 @@ class Follower:
         """Standard deviations of the values, (p,)."""
         return np.sqrt(np.diag(np.linalg.inv(self.information)) * self.surprise)
 
-    def take(self, columns: Array, balance: Array) -> None:
+    def take(self, columns: Array, balance: Array, excited: np.ndarray) -> None:
         """Take a row of each axis that informs.
 
         Parameters
         ----------
         columns : (axes, p) force that a unit of each parameter adds, over the noise
         balance : (axes,) force that the model at the start misses, over the noise
+        excited : (p,) True for a parameter that the rows excite, so that what was known of it fades
         """
         error = balance - columns @ self.change
-        seen = columns @ np.linalg.solve(self.information, columns.T)
-        expected = 1.0 + np.diag(seen)
+        expected = 1.0 + np.diag(columns @ np.linalg.solve(self.information, columns.T))
         weight = (columns * self._prior) ** 2
         ratio = (weight * (error**2 / expected)[:, None]).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-300)
-        informed = weight.sum(axis=0) > 0.0
-        calm = self._calmed * self.surprise + (1.0 - self._calmed) * ratio
-        self.surprise = np.where(informed, np.maximum(calm, 1.0), self.surprise)
-        told = self.information @ columns.T
-        hurry = float(np.clip(self.surprise[informed].max(initial=1.0), 1.0, self._most))
-        faded = told @ np.linalg.pinv(columns @ told, rcond=_FAINT, hermitian=True) @ told.T
-        kept = self.information - (1.0 - self._kept**hurry) * faded
+        calm = np.maximum(self._calmed * self.surprise + (1.0 - self._calmed) * ratio, 1.0)
+        self.surprise = np.where(excited, calm, self.surprise)
+        hurry = np.clip(self.surprise, 1.0, self._most)
+        kept = np.where(excited, np.exp(-0.5 * self._rate * hurry), 1.0)
+        faded = self.information * np.outer(kept, kept) + np.diag((1.0 - kept**2) / self._prior**2)
         # Tests overlap: together they tell as much as one in every half width.
-        after = kept + self._share * columns.T @ columns
-        after = 0.5 * (after + after.T)
-        change = self.change + np.linalg.solve(after, self._share * columns.T @ error)
-        self.information = after
-        self.change = self._within(change)
+        self.information = faded + self._share * columns.T @ columns
+        self.change = self._within(self.change + np.linalg.solve(self.information, self._share * columns.T @ error))
 
     def _within(self, change: Array) -> Array:
-        """The nearest change within the limits, in the metric of the information (Goodwin and Sin 1984, section 3.6)."""
+        """The nearest change within the limits, in the metric of the information (Goodwin and Sin 1984, chapter 3)."""
         if ((change >= self._lower) & (change <= self._upper)).all():
             return change
         scale = np.sqrt(np.diag(self.information))
