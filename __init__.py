@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import Any
 
 _PUBLIC = {
+    "AdaptSettings": "discovery.adapt",
     "DataSet": "measurements.dataset",
     "DiscoverySettings": "discovery.discover",
     "EFFECTS": "physics.effects",
@@ -29,8 +30,10 @@ _PUBLIC = {
     "VehicleError": "physics.errors",
     "WEAK": "measurements.dataset",
     "add": "reports.run",
+    "adapt": "discovery.adapt",
     "compare": "reports.run",
     "discover": "reports.run",
+    "distil": "reports.distilled",
     "fit": "reports.fitted",
     "inspect_log": "measurements.inspection",
     "load_vehicle": "physics.vehicle",

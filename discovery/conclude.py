@@ -74,7 +74,7 @@ def conclude(
         replace(term, inclusion=included.get(e.key, 0.0) if included else None)
         for e in evidence
         if ":" in e.key and (e.key in kept or e.key in order)
-        for term in _terms(pool[e.key], nominal, lawful.unconstrained, intervals)
+        for term in found_terms(pool[e.key], nominal, lawful.unconstrained, intervals)
     )
     open_ends = [e for e in evidence if (e.selected and e.key not in kept) or e.faint]
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
@@ -139,7 +139,7 @@ def _effect(
     )
     terms: tuple[FoundTerm, ...] = ()
     if e.selected:
-        terms = _terms(candidate, nominal, model.unconstrained if isinstance(model, Lawful) else model, intervals)
+        terms = found_terms(candidate, nominal, model.unconstrained if isinstance(model, Lawful) else model, intervals)
     if isinstance(model, Lawful):
         terms = tuple(replace(t, in_model=parameter_total(nominal, candidate, model.vehicle, t.symbol)) for t in terms)
     sentence = effect.meaning
@@ -190,9 +190,10 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %" if share >= 0.01 else f"{100.0 * share:.1f} %"
 
 
-def _terms(
+def found_terms(
     candidate: Candidate, nominal: Vehicle, vehicle: Vehicle, intervals: Mapping[str, Interval]
 ) -> tuple[FoundTerm, ...]:
+    """The numbers of an effect in a vehicle: added amounts where the catalogue counts those, else absolute values."""
     terms = []
     for parameter in candidate.parameters:
         symbol = parameter.symbol

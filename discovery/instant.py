@@ -50,8 +50,10 @@ def look_at_forces(weak: WeakForm, search: Search, seed: int, say: Callable[[str
     known = identify(search, state.vehicle, state.active, plausible)
     evidence = with_faint(search, state, known, weigh(search, state, seed, known), seed)
     kept = tuple(e.key for e in evidence if e.sure)
-    if kept and worse_as_a_whole(motions, base(search, state), search.restrict(state, kept).vehicle):
-        evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
+    if kept and not weak.claimed:
+        corrected = search.restrict(state, kept).vehicle
+        if worse_as_a_whole(motions, base(search, state), corrected):
+            evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
     return Looked(motions, search, state, tuple(evidence), known, plausible, rehearsal, (search, state))
 
 

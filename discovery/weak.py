@@ -13,7 +13,7 @@ import numpy as np
 
 from ..measurements.alignment import noise_level
 from ..physics.errors import RequestError
-from ..physics.forces import modelled_force, relative_velocity
+from ..physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from ..physics.frames import FORCE_UNITS, Array
 from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
@@ -49,6 +49,13 @@ class WeakSettings:
 class WeakForm:
     """Test functions laid over one or more motions.
 
+    Parameters
+    ----------
+    motions, settings : what is tested, and how
+    claims : (n, 3) accelerations over ground for each motion [m/s^2, m/s^2, rad/s^2] that stand in place of the
+        measured ones, as a model claims them. They are functions of the same noisy velocities as the columns, so that
+        no sensor noise stands between the two, and open-loop rollouts have no say.
+
     Attributes
     ----------
     motions : the gap-free stretches; no test function reaches across two of them
@@ -60,6 +67,7 @@ class WeakForm:
     linear : columns of damping, mass and thrust do not depend on the model
     step_share : share of a parameter's step by which its column is taken
     forces : the balance is one of forces, so that a lighter hull needs less of it
+    claimed : the measured side is what a model claims
 
     Raises
     ------
@@ -72,10 +80,14 @@ class WeakForm:
     forces = True
     unit = FORCE_UNITS
 
-    def __init__(self, motions: Sequence[Motion], settings: WeakSettings) -> None:
+    def __init__(
+        self, motions: Sequence[Motion], settings: WeakSettings, claims: Sequence[Array] | None = None
+    ) -> None:
         self.settings = settings
         self.motions = tuple(motions)
-        self.noise = _sensor_noise(self.motions)
+        self._claims = None if claims is None else tuple(claims)
+        self.claimed = claims is not None
+        self.noise = np.zeros(3) if self.claimed else _sensor_noise(self.motions)
         rng = np.random.default_rng(_NOISE_SEED)
         copies = settings.copies if (self.noise > _QUIET).any() else 0
         self._noisier = [
@@ -116,8 +128,8 @@ class WeakForm:
         return moved
 
     def squares(self, vehicle: Vehicle) -> Array:
-        """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge."""
-        return rollout_squares(self.motions, vehicle)
+        """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge; none for claims."""
+        return np.zeros((0, 3)) if self.claimed else rollout_squares(self.motions, vehicle)
 
     def average(self, series: Sequence[Array]) -> Array:
         """int phi f dt for (n, c) series, one for each motion: (tests, c)."""
@@ -149,6 +161,9 @@ class WeakForm:
 
     def _balance(self, vehicle: Vehicle, motions: Sequence[Motion]) -> Array:
         mass = mass_matrix(vehicle)
+        if self._claims is not None:
+            pairs = zip(motions, self._claims, strict=True)
+            return self.average([(claim - modelled_acceleration(vehicle, m)) @ mass for m, claim in pairs])
         momentum, force = [], []
         for motion in motions:
             relative = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))

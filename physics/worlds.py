@@ -85,6 +85,9 @@ class World:
     seed : decides the programme's order, the start heading and (apart) the noise
     wind : steady velocity of the air, towards north and east [m/s], which an anemometer on board sees. None:
         where the vehicle feels wind, 4 to 8 m/s from anywhere, drawn from the seed; else neither wind nor anemometer
+    becomes, changes_at : the true vehicle from an instant on [s], as a hull that is fouled or a propeller that is hit;
+        it has the same thrusters and takes the motion over as it is, its wake memory at rest in that motion. None for
+        a vehicle that stays as it is
     """
 
     vehicle: Vehicle
@@ -92,6 +95,8 @@ class World:
     duration: float = 300.0
     seed: int = 0
     wind: tuple[float, float] | None = None
+    becomes: Vehicle | None = None
+    changes_at: float = 0.0
 
     def run(self, sensors: Sensors) -> SimulatedLog:
         """Simulate the world and log it.
@@ -99,8 +104,8 @@ class World:
         Raises
         ------
         RequestError
-            for an unknown programme, a duration outside 1 to 86400 s, waves of no finite amplitude, or a world whose
-            motion diverges.
+            for an unknown programme, a duration outside 1 to 86400 s, waves of no finite amplitude, a change that does
+            not fall within the world or brings other thrusters, or a world whose motion diverges.
         """
         shortest, longest = DURATIONS
         if not shortest <= self.duration <= longest:
@@ -109,6 +114,7 @@ class World:
             )
         if not 0.0 <= sensors.waves < np.inf:
             raise RequestError(f"simulate: expected waves of 0 m/s or more, got {sensors.waves:g} m/s")
+        self._check_change()
         held = programme(self.vehicle, self.programme, self.duration, self.seed)
         stamps = COMMAND_STEP * np.arange(held.shape[0], dtype=float)
         truth = self._truth(stamps, held)
@@ -156,10 +162,38 @@ class World:
             f"simulated: {self.vehicle.name}, {self.programme}, seed {self.seed}",
             air=self._air(n),
         )
-        truth = simulate_motion(self.vehicle, start)
+        truth = self._driven(start)
         if np.abs(truth.velocity).max() >= SPEED_LIMIT:
             raise RequestError(f"simulate: the motion of {self.vehicle.name} diverges; make the hidden effect smaller")
         return truth
+
+    def _check_change(self) -> None:
+        if self.becomes is None:
+            return
+        if not 0.0 < self.changes_at < self.duration:
+            raise RequestError(
+                f"simulate: expected a change within the {self.duration:g} s of the world, got {self.changes_at:g} s"
+            )
+        names = [[t.channel for t in v.thrusters] for v in (self.vehicle, self.becomes)]
+        if names[0] != names[1]:
+            raise RequestError(
+                f"simulate: expected a vehicle with the thrusters {' '.join(names[0])} after the change, got "
+                f"{' '.join(names[1])}"
+            )
+
+    def _driven(self, start: Motion) -> Motion:
+        """The motion from the first state of `start`, by one vehicle or by two in turn."""
+        first = simulate_motion(self.vehicle, start)
+        row = max(1, round(self.changes_at / FINE_STEP))
+        if self.becomes is None or row >= start.time.size - 1:
+            return first
+        rest = simulate_motion(self.becomes, first.slice(row, first.time.size))
+        return replace(
+            first,
+            position=np.concatenate([first.position[:row], rest.position]),
+            heading=np.concatenate([first.heading[:row], rest.heading]),
+            velocity=np.concatenate([first.velocity[:row], rest.velocity]),
+        )
 
 
 def simulate_world(

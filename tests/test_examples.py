@@ -15,7 +15,7 @@ from undertow.physics.vehicle import vehicle_from_dict
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-PICTURE = ROOT / "docs" / "falling_error.svg"
+PICTURES = ("falling_error", "fouling")
 NUMBER = re.compile(r"-?\d+\.\d+")
 
 
@@ -52,13 +52,15 @@ def test_the_readme_shows_the_quickstart_and_its_output(tmp_path: Path):
     assert_says_the_same(blocks("README.md", "text")[0], said, "copy the output of examples/quickstart.py to README.md")
 
 
-def test_the_picture_is_up_to_date(tmp_path: Path):
-    run(ROOT / "examples" / "falling_error.py", tmp_path, "picture.svg")
-    assert_says_the_same(labels(PICTURE), labels(tmp_path / "picture.svg"), "run python examples/falling_error.py")
+@pytest.mark.parametrize("name", PICTURES)
+def test_the_picture_is_up_to_date(name: str, tmp_path: Path):
+    run(ROOT / "examples" / f"{name}.py", tmp_path, "picture.svg")
+    shown = labels(ROOT / "docs" / f"{name}.svg")
+    assert_says_the_same(shown, labels(tmp_path / "picture.svg"), f"run python examples/{name}.py docs/{name}.svg")
 
 
 @pytest.mark.parametrize(
-    "script", [p for p in EXAMPLES if p.stem not in ("quickstart", "falling_error")], ids=lambda path: path.stem
+    "script", [p for p in EXAMPLES if p.stem not in ("quickstart", *PICTURES)], ids=lambda path: path.stem
 )
 def test_the_example_runs(script: Path, tmp_path: Path):
     assert run(script, tmp_path).strip()
