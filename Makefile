@@ -37,9 +37,9 @@ $(READY): pyproject.toml constraints.txt
 	@rm -f $@
 	@test -n "$(PYTHON)" || { echo "undertow needs Python 3.11 or newer: no python3.11 or python3 found (try PYTHON=/path/to/python3)" >&2; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and "undertow needs Python 3.11 or newer, found " + sys.version.split()[0] + " (try PYTHON=/path/to/python3.11)")'
-	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes about a minute"
+	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes some minutes"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,logs]' -c constraints.txt
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,logs,neural]' -c constraints.txt
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@touch $@
 

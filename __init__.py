@@ -23,6 +23,8 @@ _PUBLIC = {
     "Recipe": "measurements.dataset",
     "RequestError": "physics.errors",
     "Run": "reports.run",
+    "TrainRun": "reports.trained",
+    "TrainingSettings": "residuals.settings",
     "Vehicle": "physics.vehicle",
     "VehicleError": "physics.errors",
     "WEAK": "measurements.dataset",
@@ -37,6 +39,7 @@ _PUBLIC = {
     "read_log": "measurements.log",
     "simulate_world": "physics.worlds",
     "split": "measurements.split",
+    "train": "reports.trained",
     "write_run": "reports.folder",
 }
 

@@ -106,7 +106,9 @@ def inspect(
 def compare(
     logs: Logs,
     vehicle: VehicleOption,
-    model: Annotated[list[Path] | None, typer.Option("--model", help="Vehicle file or run folder to compare.")] = None,
+    model: Annotated[
+        list[Path] | None, typer.Option("--model", help="Vehicle file, run folder or network to compare.")
+    ] = None,
     judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -240,6 +242,66 @@ def add(
         _show_steps(findings)
         _show(energy_text(findings["passivity"]))
         _say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
+
+
+@app.command()
+def train(
+    logs: Logs,
+    vehicle: VehicleOption,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the network to write.")],
+    residual: Annotated[
+        str, typer.Option("--residual", help="Network: mlp, lstm, tcn, transformer or dissipative.")
+    ] = "lstm",
+    pure: Annotated[
+        bool, typer.Option("--pure", help="Learn all of the motion, without the vehicle's physics.")
+    ] = False,
+    heading: Annotated[bool, typer.Option("--heading", help="Let the network see the heading.")] = False,
+    option: Annotated[
+        list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="Of the network, such as units=64.")
+    ] = None,
+    epochs: Annotated[int | None, typer.Option("--epochs", help="Most epochs to train.")] = None,
+    seed: SeedOption = 0,
+    device: Annotated[str, typer.Option("--device", help="auto, cpu or cuda.")] = "auto",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted training in the folder.")] = False,
+    lambda_phys: Annotated[float | None, typer.Option("--lambda-phys", help="Weight of the laws of energy.")] = None,
+    rollout_rows: Annotated[
+        int | None, typer.Option("--rollout-rows", help="Train through rollouts of so many rows, too.")
+    ] = None,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Train a network that corrects the vehicle model, or stands in its place."""
+    with _failing_clearly():
+        from .reports import trained
+        from .reports.training_progress import training_progress
+
+        trained.check_folder(out, resume)
+        given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
+        settings = trained.settings_with(seed=seed, device=device, **given)
+        chosen = trained.parsed_options(option or [])
+        inputs = _read(logs, vehicle, frame, channels)
+        with training_progress(settings.epochs, _progress) as told:
+            done = trained.train(
+                inputs,
+                residual,
+                chosen,
+                pure=pure,
+                heading=heading,
+                settings=settings,
+                out=out,
+                resume=resume,
+                progress=told,
+            )
+        if as_json:
+            _print_json(done.to_dict())
+            return
+        from .reports.terminal import comparison_table
+
+        _say("")
+        _prose(" ".join(done.sentences))
+        _show(comparison_table(done.to_dict()))
+        _say(f"Network: {out} (model.yaml, weights.safetensors)")
 
 
 @app.command()

@@ -45,10 +45,26 @@ class Standardisation:
         names = {feature_names(motion) for motion in training}
         if len(names) > 1:
             raise RequestError(f"standardisation: the motions differ in their features: {sorted(names)}.")
-        values = stacked(training)
+        return cls.of(names.pop(), stacked(training))
+
+    @classmethod
+    def of(cls, names: Sequence[str], values: Array) -> "Standardisation":
+        """Mean and standard deviation of the columns of `values` (n, features), which are called `names`.
+
+        Raises
+        ------
+        RequestError
+            when there is no row, a name too few or too many, or a value that is not finite.
+        """
+        values = np.asarray(values, dtype=float)
+        if values.ndim != 2 or values.shape[1] != len(names) or not values.shape[0]:
+            raise RequestError(f"standardisation: expected rows of {len(names)} features, got shape {values.shape}.")
+        if not np.isfinite(values).all():
+            broken = [name for name, column in zip(names, values.T, strict=True) if not np.isfinite(column).all()]
+            raise RequestError(f"standardisation: expected finite numbers, got others in {', '.join(broken)}.")
         spread = values.std(axis=0)
         constant = spread <= 1e-12 * np.maximum(1.0, np.abs(values).max(axis=0))
-        return cls(names.pop(), values.mean(axis=0), np.where(constant, 1.0, spread))
+        return cls(tuple(names), values.mean(axis=0), np.where(constant, 1.0, spread))
 
     def apply(self, values: Array) -> Array:
         """Features (n, f) to zero mean and unit scale."""

@@ -67,7 +67,8 @@ def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
 class ForceEquation:
     """The force equation of one vehicle, ready to be evaluated many times.
 
-    Everything that does not change from call to call (matrices, active terms) is worked out once.
+    Everything that does not change from call to call (matrices, active terms) is worked out once. Arrays may be torch
+    tensors: only operators and methods that both have act on them.
     """
 
     __slots__ = (
@@ -85,10 +86,11 @@ class ForceEquation:
     def __init__(self, vehicle: Vehicle) -> None:
         p = vehicle.values
         self.vehicle = vehicle
-        self._mass = mass_matrix(vehicle)
-        self.inverse_mass = np.linalg.inv(self._mass)
+        mass = mass_matrix(vehicle)
+        self._mass: list[list[float]] = mass.tolist()
+        self.inverse_mass = np.linalg.inv(mass)
         self._terms = active_terms(vehicle)
-        self._effective = thruster_matrix(vehicle)
+        self._effective: list[list[float]] = thruster_matrix(vehicle).tolist()
         self._trim = p["yaw_trim"]
         self._windage = (p["wind_x"], p["wind_y"], p["wind_n"])
         self.memory = (p["memory_sway"], p["memory_yaw"])
@@ -118,8 +120,8 @@ class ForceEquation:
         if load is not None:
             thrust = thrust - load * u
         m = self._mass
-        total = list(np.tensordot(self._effective, thrust, axes=1))
-        c13, c23 = -(m[1, 1] * v + m[1, 2] * r), m[0, 0] * u
+        total = [sum(share * push for share, push in zip(row, thrust, strict=True)) for row in self._effective]
+        c13, c23 = -(m[1][1] * v + m[1][2] * r), m[0][0] * u
         total[0] = total[0] - c13 * r
         total[1] = total[1] - c23 * r
         total[2] = total[2] + c13 * u + c23 * v + self._trim
@@ -130,11 +132,11 @@ class ForceEquation:
             ahead, starboard = earth_to_body(heading, p["wind_force_north"], p["wind_force_east"])
             total[0], total[1] = total[0] + ahead, total[1] + starboard
         if any(self._windage):
-            still = np.zeros_like(u)
+            still = 0.0 * u
             moving, drifting = earth_to_body(heading, p["current_north"], p["current_east"])
             over_ground = (u + moving, v + drifting)
             ahead, starboard = apparent_wind(heading, over_ground, (still, still) if air is None else air)
-            speed = np.hypot(ahead, starboard)
+            speed = (ahead * ahead + starboard * starboard) ** 0.5
             total[0] = total[0] + self._windage[0] * ahead * speed
             total[1] = total[1] + self._windage[1] * starboard * speed
             total[2] = total[2] + self._windage[2] * ahead * starboard
@@ -145,11 +147,11 @@ class ForceEquation:
 
     def acceleration(self, force: Triple, relative: Triple, velocity: Triple) -> Triple:
         """nu_dot over ground from a force: M^-1 force plus the turning of the current, d/dt (R^T current)."""
-        i = self.inverse_mass
+        i: list[list[float]] = self.inverse_mass.tolist()
         turn_u, turn_v = velocity[1] - relative[1], -(velocity[0] - relative[0])
-        du = i[0, 0] * force[0] + turn_u * velocity[2]
-        dv = i[1, 1] * force[1] + i[1, 2] * force[2] + turn_v * velocity[2]
-        dr = i[2, 1] * force[1] + i[2, 2] * force[2]
+        du = i[0][0] * force[0] + turn_u * velocity[2]
+        dv = i[1][1] * force[1] + i[1][2] * force[2] + turn_v * velocity[2]
+        dr = i[2][1] * force[1] + i[2][2] * force[2]
         return du, dv, dr
 
 

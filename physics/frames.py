@@ -5,6 +5,8 @@ heading `psi` [rad] clockwise from north, positive yaw rate turns to starboard. 
 (earth ENU, body FLU) and are turned by the functions here.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,14 +34,14 @@ def earth_to_body(heading: Array, north: Array | float, east: Array | float) -> 
 
     Parameters
     ----------
-    heading : array, any shape [rad]
+    heading : array (or tensor), any shape [rad]
     north, east : arrays that broadcast with `heading`, any unit
 
     Returns
     -------
     (ahead, starboard) : two arrays in the unit of the input
     """
-    cosine, sine = np.cos(heading), np.sin(heading)
+    cosine, sine = _cosine_sine(heading)
     return cosine * north + sine * east, -sine * north + cosine * east
 
 
@@ -47,6 +49,11 @@ def body_to_earth(heading: Array, ahead: Array | float, starboard: Array | float
     """Turn a horizontal body-fixed vector into the earth axes (north, east); the inverse of `earth_to_body`."""
     cosine, sine = np.cos(heading), np.sin(heading)
     return cosine * ahead - sine * starboard, sine * ahead + cosine * starboard
+
+
+def _cosine_sine(angle: Any) -> tuple[Any, Any]:
+    """Of an array, or of a tensor by its own methods, which keep the gradient."""
+    return (angle.cos(), angle.sin()) if hasattr(angle, "cos") else (np.cos(angle), np.sin(angle))
 
 
 def heading_from_quaternion(x: Array, y: Array, z: Array, w: Array) -> Array:

@@ -1,17 +1,22 @@
 """Simulation: fixed-step RK4 of many rollouts at once."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .errors import RequestError
-from .forces import ForceEquation, actuation, memory_states, relative_velocity
+from .forces import Actuation, ForceEquation, actuation, memory_states, relative_velocity
 from .frames import Array, body_to_earth
 from .motion import Motion
 from .vehicle import Vehicle
 
 SPEED_LIMIT = 50.0
 """Speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held."""
+
+Added = Callable[[int, Array], Array]
+"""Acceleration over ground (3, batch) that is held during a step beside the vehicle's own, from the number of the step
+and the state (6, batch) at its beginning; called once a step, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,50 +31,55 @@ class Rollouts:
 
 
 def integrate(
-    vehicle: Vehicle,
+    vehicle: Vehicle | None,
     time_step: float,
     initial: Array,
     thrust: Array,
     load: Array,
     memory: Array | None = None,
     air: Array | None = None,
+    added: Added | None = None,
 ) -> Rollouts:
     """Integrate the force equation by classical Runge-Kutta for a batch of starts.
 
     Parameters
     ----------
+    vehicle : None for a body on which no force acts, so that `added` is its whole acceleration
     time_step : [s]
     initial : (batch, 6) north, east, psi, u, v, r
     thrust, load : (thrusters, steps + 1, batch) [N], [N s/m], linear between steps
     memory : (batch, 2) initial wake memory of sway speed and yaw rate; default: the initial velocities
     air : (2, steps + 1, batch) velocity of the air over ground, north and east [m/s], linear between steps; default:
         still
+    added : acceleration beside the vehicle's; default: none
     """
-    equation = ForceEquation(vehicle)
+    equation = None if vehicle is None else ForceEquation(vehicle)
     steps, batch = thrust.shape[1] - 1, initial.shape[0]
     state = np.zeros((8, batch))
     state[:6] = initial.T
-    if memory is None:
-        relative = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]))
-        state[6:] = relative[1:]
-    else:
+    if memory is not None:
         state[6:] = memory.T
+    elif vehicle is not None:
+        state[6:] = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]))[1:]
     loaded = bool(load.any())
-    constant = vehicle.values["memory_time"]
+    held = None
 
     def slope(x: Array, push: Array, loss: Array | None, wind: Array | None) -> Array:
-        velocity = (x[3], x[4], x[5])
-        relative = relative_velocity(vehicle, x[2], velocity)
-        blowing = None if wind is None else (wind[0], wind[1])
-        force = equation.force(relative, x[2], push, loss, (x[6], x[7]), blowing)
         out = np.empty_like(x)
         out[0], out[1] = body_to_earth(x[2], x[3], x[4])
         out[2] = x[5]
-        out[3], out[4], out[5] = equation.acceleration(force, relative, velocity)
-        if equation.has_memory:
-            out[6], out[7] = (relative[1] - x[6]) / constant, (x[5] - x[7]) / constant
-        else:
-            out[6:] = 0.0
+        out[3:] = 0.0
+        if equation is not None:
+            velocity = (x[3], x[4], x[5])
+            relative = relative_velocity(equation.vehicle, x[2], velocity)
+            blowing = None if wind is None else (wind[0], wind[1])
+            force = equation.force(relative, x[2], push, loss, (x[6], x[7]), blowing)
+            out[3], out[4], out[5] = equation.acceleration(force, relative, velocity)
+            if equation.has_memory:
+                constant = equation.vehicle.values["memory_time"]
+                out[6], out[7] = (relative[1] - x[6]) / constant, (x[5] - x[7]) / constant
+        if held is not None:
+            out[3:6] += held
         return out
 
     h = time_step
@@ -77,6 +87,7 @@ def integrate(
     history[0] = state[:6]
     diverged = np.zeros(batch, dtype=bool)
     for k in range(steps):
+        held = None if added is None else added(k, state[:6])
         push0, push1 = thrust[:, k], thrust[:, k + 1]
         middle = 0.5 * (push0 + push1)
         loss0, loss1 = (load[:, k], load[:, k + 1]) if loaded else (None, None)
@@ -97,11 +108,14 @@ def integrate(
     return Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged)
 
 
-def rollout(vehicle: Vehicle, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+def rollout(
+    vehicle: Vehicle | None, motion: Motion, starts: np.ndarray, steps: int, added: Added | None = None
+) -> Rollouts:
     """Open-loop rollouts from measured starts along a motion, with its commands, their history, and its wind.
 
     Parameters
     ----------
+    vehicle, added : see `integrate`
     starts : (batch,) row numbers of `motion`; each needs `steps` rows after it
     steps : number of steps of `motion.time_step`
 
@@ -115,13 +129,17 @@ def rollout(vehicle: Vehicle, motion: Motion, starts: np.ndarray, steps: int) ->
         raise RequestError(
             f"rollout of {steps} steps: starts must lie in 0..{motion.time.size - steps - 1}, got {starts.tolist()[:5]}"
         )
-    act = actuation(vehicle, motion)
+    if vehicle is None:
+        idle = np.zeros((0, motion.time.size))
+        act, memory = Actuation(idle, idle), None
+    else:
+        act, memory = actuation(vehicle, motion), np.column_stack(memory_states(vehicle, motion))[starts]
     window = starts[None, :] + np.arange(steps + 1)[:, None]
     initial = np.column_stack([motion.position, motion.heading, motion.velocity])[starts]
-    memory = np.column_stack(memory_states(vehicle, motion))[starts]
     air = None if motion.air is None else motion.air.T[:, window]
+    thrust, load = act.thrust[:, window], act.load[:, window]
     with np.errstate(over="ignore", invalid="ignore"):
-        return integrate(vehicle, motion.time_step, initial, act.thrust[:, window], act.load[:, window], memory, air)
+        return integrate(vehicle, motion.time_step, initial, thrust, load, memory, air, added)
 
 
 def simulate_motion(vehicle: Vehicle, motion: Motion) -> Motion:

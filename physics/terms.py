@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations_with_replacement
 
-import numpy as np
-
 from .errors import VehicleError
 from .frames import Array
 
@@ -23,12 +21,12 @@ class Form:
     factors: tuple[str, ...]
 
     def __call__(self, surge_speed: Array, sway_speed: Array, yaw_rate: Array) -> Array:
-        """Value of the monomial; the arrays broadcast [m/s, m/s, rad/s]."""
+        """Value of the monomial; the arrays broadcast [m/s, m/s, rad/s], and may be tensors."""
         state = (surge_speed, sway_speed, yaw_rate)
         value: Array | None = None
         for factor in self.factors:
             x = state[_INDEX[factor.strip("|")]]
-            x = np.abs(x) if factor.startswith("|") else x
+            x = abs(x) if factor.startswith("|") else x
             value = x if value is None else value * x
         assert value is not None
         return value

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
-from .files import write_text
+from .files import read_yaml, write_text
 from .frames import AXES
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
@@ -200,22 +200,12 @@ class Vehicle(BaseModel):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed."""
+        write_text(path, yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True, width=120))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of the vehicle file, which `vehicle_from_dict` reads; what has its null value is left out."""
         data = self.model_dump(mode="json", exclude_defaults=True)
-        ordered = {key: data[key] for key in type(self).model_fields if key in data}
-        write_text(path, yaml.safe_dump(ordered, sort_keys=False, allow_unicode=True, width=120))
-
-
-class _NoDuplicates(yaml.SafeLoader):
-    """The safe loader, which silently keeps the last of two equal keys, made to refuse them."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-        for key in keys:
-            if keys.count(key) > 1 and key != "<<":
-                raise yaml.YAMLError(
-                    f"key {key!r} stands twice in one mapping, line {node.start_mark.line + 1}; keep one"
-                )
-        return super().construct_mapping(node, deep)
+        return {key: data[key] for key in type(self).model_fields if key in data}
 
 
 def _unknown_key(key: str, known: Iterable[str], where: str) -> str:
@@ -280,15 +270,24 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
     source = Path(text)
     if not source.exists() and text in shipped_vehicles():
         return vehicle_from_dict(yaml.safe_load((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
+    if source.is_dir():
+        raise VehicleError(
+            f"vehicle file {text}: this is a folder; give a YAML file (a run folder's vehicle is its model.yaml; a "
+            "trained network is a model, not a vehicle)"
+        )
     if not source.is_file():
         raise VehicleError(
             f"vehicle file {text}: no such file; give a YAML file or one of {', '.join(shipped_vehicles())}"
         )
     try:
-        data = yaml.load(source.read_text("utf-8"), Loader=_NoDuplicates)
+        data = read_yaml(source.read_text("utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise VehicleError(f"vehicle file {text}: not readable as YAML ({reason})") from None
+    if isinstance(data, dict) and "schema" in data:
+        raise VehicleError(
+            f"vehicle file {text}: this is a file of schema {data['schema']!r}, not a vehicle; give the vehicle's file"
+        )
     return vehicle_from_dict(data, f"vehicle file {text}")
 
 

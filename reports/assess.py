@@ -61,26 +61,29 @@ def score_step(model: Model, data: DataSet) -> dict[str, Any]:
     }
 
 
+def scored(model: Model, data: DataSet) -> dict[str, Any]:
+    """A row of `comparison.json`: a model's errors on a data set.
+
+    `seconds_to_fit` is null: a wall time would make equal inputs give unequal files.
+    """
+    return {
+        "name": model.name,
+        "kind": model.kind,
+        "acceleration": acceleration_score(model, data).to_dict(),
+        "rollout": {name: score.to_dict() for name, score in rollout_scores(model, data).items()},
+        "units": {"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
+        "audit": "not run",
+        "parameters": model.parameters,
+        "seconds_to_fit": None,
+    }
+
+
 def comparison(models: Sequence[Model], parts: Parts, logs: Sequence[str], table: pd.DataFrame) -> dict[str, Any]:
     """Every model on the same held-out rows, as `comparison.json` says it, failures of the first and last included.
 
-    `table` is the series of the first and the last model. `seconds_to_fit` is null: a wall time would make equal inputs
-    give unequal files.
+    `table` is the series of the first and the last model.
     """
-    rows = []
-    for model in models:
-        rows.append(
-            {
-                "name": model.name,
-                "kind": model.kind,
-                "acceleration": acceleration_score(model, parts.judged).to_dict(),
-                "rollout": {name: s.to_dict() for name, s in rollout_scores(model, parts.judged).items()},
-                "units": {"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
-                "audit": "not run",
-                "parameters": model.parameters,
-                "seconds_to_fit": None,
-            }
-        )
+    rows = [scored(model, parts.judged) for model in models]
     places = model_failures(table, models[0], "before", parts.judge)
     if len(models) > 1:
         places += model_failures(table, models[-1], "after", parts.judge)

@@ -15,7 +15,9 @@ from ..discovery.findings import Findings
 from ..physics.errors import RequestError
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.vehicle import load_vehicle
+from ..residuals.model_files import load_network
 from ..residuals.models import Model, VehicleModel
+from ..residuals.neural import is_network_folder
 from .assess import comparison, model_failures, score_step, series
 from .inputs import Inputs, PathLike
 
@@ -142,7 +144,7 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
     Parameters
     ----------
     inputs : logs and nominal vehicle, with the part to judge on
-    models : vehicle files or run folders
+    models : vehicle files, run folders, or folders of trained networks
 
     Returns
     -------
@@ -152,7 +154,8 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
     Raises
     ------
     RequestError, VehicleError
-        when a model cannot be read, takes other commands than the nominal vehicle, or is given twice.
+        when a model cannot be read, takes other commands than the nominal vehicle, is given twice, or is a network
+        that was trained at another rate than that of the comparison, 10 Hz.
     """
     found: list[Model] = [VehicleModel(inputs.vehicle, "nominal", "physics")]
     paths = [os.fspath(path) for path in models]
@@ -164,7 +167,7 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
     return comparison(found, inputs.parts, inputs.paths, table)
 
 
-def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> VehicleModel:
+def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:
     """A model that takes the commands that the logs were prepared for, under a name of its own."""
     model = load_model(path)
     commands = tuple(thruster.channel for thruster in model.vehicle.thrusters)
@@ -173,21 +176,25 @@ def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> VehicleModel
             f"model {path}: expected the commands of the nominal vehicle, {' '.join(inputs.channels)}, got "
             f"{' '.join(commands)}; give a model with the same thrusters"
         )
-    return VehicleModel(model.vehicle, path, model.kind) if model.name in taken else model
+    if model.name in taken:
+        model.name = path
+    return model
 
 
-def load_model(path: PathLike) -> VehicleModel:
-    """A model from a vehicle file or a run folder, named after it.
+def load_model(path: PathLike) -> Model:
+    """A model from a vehicle file, a run folder or the folder of a trained network, named after it.
 
     Raises
     ------
     RequestError, VehicleError
-        when there is none.
+        when there is none, or a network is given and torch is missing.
     """
     source = Path(path)
+    if is_network_folder(source):
+        return load_network(source)
     if source.is_dir():
         if not (source / "model.yaml").is_file():
-            raise RequestError(f"{source} holds no model.yaml; give a run folder or a vehicle file")
+            raise RequestError(f"{source} holds no model.yaml; give a run folder, a network's folder or a vehicle file")
         return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic", _fitted(source))
     return VehicleModel(load_vehicle(path), source.stem, "physics")
 

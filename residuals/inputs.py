@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..physics.forces import actuation, relative_velocity
+from ..physics.forces import Triple, actuation, relative_velocity
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -20,10 +20,19 @@ def network_inputs(vehicle: Vehicle, motion: Motion, heading: bool) -> Array:
     u, v [m/s] and r [rad/s] relative to the vehicle's water, the thrust of each thruster at rest [N] by the vehicle's
     curve, and cos psi and sin psi if `heading`.
     """
-    columns = [
-        *relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)),
-        *actuation(vehicle, motion).thrust,
-    ]
+    return stacked_inputs(vehicle, motion.heading, tuple(motion.velocity.T), actuation(vehicle, motion).thrust, heading)
+
+
+def stacked_inputs(vehicle: Vehicle, psi: Array, velocity: Triple, thrust: Array, heading: bool) -> Array:
+    """Inputs at any states, (*shape, 3 + thrusters [+ 2]), for a measured motion and a simulated one alike.
+
+    Parameters
+    ----------
+    psi : any shape [rad]
+    velocity : over ground, three arrays of that shape [m/s, m/s, rad/s]
+    thrust : (thrusters, *shape) at rest [N]
+    """
+    columns = [*relative_velocity(vehicle, psi, velocity), *thrust]
     if heading:
-        columns += [np.cos(motion.heading), np.sin(motion.heading)]
+        columns += [np.cos(psi), np.sin(psi)]
     return np.stack(columns, axis=-1)

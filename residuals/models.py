@@ -23,12 +23,14 @@ class Model(ABC):
     kind : physics, symbolic, hybrid or network
     parameters : how many numbers were fitted
     seconds_to_fit : time that fitting took [s]
+    vehicle : whose commands it takes
     """
 
     name: str
     kind: Kind
     parameters: int
     seconds_to_fit: float
+    vehicle: Vehicle
 
     @abstractmethod
     def acceleration(self, motion: Motion) -> Array:

@@ -16,7 +16,9 @@ from ...measurements.standardisation import Standardisation
 from ...physics.frames import Array
 
 Memory = tuple[Tensor, ...]
-"""What a network remembers between calls, first dimension the batch; empty for one without memory."""
+"""What a network remembers between calls, first dimension the batch; empty for one without memory.
+
+Its shapes depend on the network and the batch, not on how many rows have gone by, so that batches can be joined."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,16 +9,17 @@ from torch import Tensor, nn
 from .base import Memory, Network, Scaling, hidden_layers
 
 _START = -2.0
-"""Bias of the head of L: damping of about a seventh of its scale at the start."""
+"""Logarithm of the diagonal of L over its scale at the start: L is a seventh of its scale, damping a fiftieth. It does
+not start at zero, where the gradient of L L^T vanishes."""
 
 
 @final
 class Dissipative(Network):
     """Force -(L L^T + S) nu_r + G T, where L, S and G depend on state and thrust through ReLU layers.
 
-    Its power without thrust is -|L^T nu_r|^2 <= 0, whatever the weights: S does no work, and the drive G T vanishes with
-    the thrust T. Each element of G is at most `gain` times the strongest effect that a thruster has on its axis (on
-    surge and sway: 1 N per N). The form -D(nu) nu with D + D^T >= 0 is that of Fossen (2021), section 6.4.
+    Its power without thrust is -|L^T nu_r|^2 <= 0, whatever the weights: S does no work, and the drive G T vanishes
+    with the thrust T. Each element of G is at most `gain` times the strongest effect that a thruster has on its axis
+    (on surge and sway: at least 1 N per N). The form -D(nu) nu with D + D^T >= 0 is that of Fossen (2021), section 6.4.
     """
 
     name: ClassVar[str] = "dissipative"
@@ -40,14 +41,16 @@ class Dissipative(Network):
             "factor_scale": per_speed,
             "skew_scale": np.array([per_speed[i] * per_speed[j] for i, j in ((0, 1), (0, 2), (1, 2))]),
             "drive_scale": gain * most,
-            "inverse_mass": np.linalg.inv(scaling.mass),
         }
         for label, values in constants.items():
             self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32))
+        # In double precision, or rounding would turn the force and let S do work.
+        self.register_buffer("inverse_mass", torch.as_tensor(np.linalg.inv(scaling.mass), dtype=torch.float64))
         self.register_buffer("row", torch.tensor([0, 1, 1, 2, 2, 2]), persistent=False)
         self.register_buffer("column", torch.tensor([0, 0, 1, 0, 1, 2]), persistent=False)
         with torch.no_grad():
-            self.factor.bias[:] = torch.tensor([1.0, 0.0, 1.0, 0.0, 0.0, 1.0]) * float(np.exp(_START))
+            start = float(np.exp(_START))
+            self.factor.bias.copy_(torch.tensor([start, 0.0, start, 0.0, 0.0, start]))
 
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
         """See `Network.correct`."""
@@ -66,4 +69,4 @@ class Dissipative(Network):
         turning = torch.stack((a * v + b * r, c * r - a * u, -b * u - c * v), dim=-1)
         gains = torch.tanh(self.drive(hidden)).reshape(*shape, 3, self.drives) * drive_scale[:, None]
         force = (gains @ thrust[..., None]).squeeze(-1) - damping - turning
-        return force @ inverse_mass.mT / output_scale, ()
+        return force @ inverse_mass.to(force.dtype).mT / output_scale, ()

@@ -42,7 +42,10 @@ def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None
     chosen = dict(options or {})
     for option, value in chosen.items():
         if option not in known:
-            raise RequestError(f"network {name}: unknown option {option!r}; there are: {_listed(known)}")
+            near = get_close_matches(str(option), known, n=1, cutoff=0.0)
+            raise RequestError(
+                f"network {name}: unknown option {option!r}: did you mean {near[0]!r}? There are: {_listed(known)}"
+            )
         whole = isinstance(known[option], int)
         fits = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
         if not fits or not 0 < value <= _MOST[option]:

@@ -1,4 +1,4 @@
-"""Temporal convolutional network (Bai, Kolter and Koltun 2018): dilated causal convolutions with residual connections."""
+"""Temporal convolutional network (Bai, Kolter and Koltun 2018): dilated causal convolutions, residual connections."""
 
 from typing import ClassVar, final
 

@@ -1,4 +1,4 @@
-"""A small causal transformer (Vaswani et al. 2017), after the related work's DyTR: attention over the last few seconds."""
+"""A small causal transformer (Vaswani et al. 2017), after the related work's DyTR: attention over some seconds."""
 
 from typing import ClassVar, final
 
@@ -19,10 +19,11 @@ class _Attention(nn.Module):
         self.bias = nn.Parameter(torch.zeros(heads, window))
 
     def forward(self, signal: Tensor, past: Tensor | None) -> tuple[Tensor, Tensor]:
-        """(batch, rows, units) to the same; `past` holds keys and values of earlier rows, (batch, rows, 2 units)."""
+        """(batch, rows, units) to the same; `past`: keys and values of earlier rows, (batch, window - 1, 2 units)."""
         batch, rows, units = signal.shape
         query, fresh = self.mixed(signal).split((units, 2 * units), dim=-1)
-        known = fresh if past is None else torch.cat((past, fresh), dim=1)
+        before = fresh[:, :1].expand(-1, self.window - 1, -1) if past is None else past
+        known = torch.cat((before, fresh), dim=1)
         key, value = known.chunk(2, dim=-1)
         total = known.shape[1]
         now = torch.arange(total - rows, total, device=signal.device)
@@ -37,12 +38,15 @@ class _Attention(nn.Module):
             by_head(query), by_head(key), by_head(value), attn_mask=score[None]
         )
         joined = mixed.transpose(1, 2).reshape(batch, rows, units)
-        return self.out(joined), known[:, max(0, total - self.window + 1) :]
+        return self.out(joined), known[:, rows:]
 
 
 @final
 class Transformer(Network):
-    """`layers` blocks of attention and a perceptron, normalised first; memory: keys and values of the last rows."""
+    """`layers` blocks of attention and a perceptron, normalised first; memory: keys and values.
+
+    Each block sees the `window` last rows of the block before, and remembers `window` - 1 of them.
+    """
 
     name: ClassVar[str] = "transformer"
 

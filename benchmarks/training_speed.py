@@ -1,0 +1,123 @@
+"""How fast networks train: seconds to the early stop, and samples a second beside a plain PyTorch loop.
+
+    python benchmarks/training_speed.py [--passes 20]
+
+The first figure is `train` with its defaults, windows and judging included: an LSTM on 4 simulated logs of 4 minutes.
+The others are rows of windows a second through a pass of our loop over that training part, and through the loop that
+one would write down without undertow: shuffled batches from a TensorDataset and a DataLoader, the same network, AdamW,
+batch size and gradient clipping, and the data term of the same windows (output through the same filter, errors in the
+same units). Ours has laws and smoothness switched off for the ratio; a line with them on follows. The loops take turns,
+and the best pass of each counts. Exits 1 when a limit is broken.
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import torch
+from torch.utils.data import DataLoader, TensorDataset
+
+from undertow.measurements.dataset import PAPER, DataSet
+from undertow.measurements.derive import smooth
+from undertow.measurements.split import Split, split
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.residuals.preparation import Prepared, prepare_training
+from undertow.residuals.settings import TrainingSettings
+from undertow.residuals.training import one_pass, train
+
+HULL = load_vehicle("blueboat")
+HIDDEN = {"surge_quadratic_damping": -8.0, "sway_lift": 15.0}
+LIMIT, RATIO = 60.0, 0.9
+BARE = TrainingSettings(lambda_phys=0.0, lambda_smooth=0.0)
+
+
+def logs() -> Split:
+    """Four logs of 4 minutes of a boat with hidden effects, at 10 Hz, divided in the order of time."""
+    worlds = [simulate_world(HULL, HIDDEN, duration=240.0, seed=k).motion(0.1) for k in range(4)]
+    raw = tuple(replace(motion, source=str(k)) for k, motion in enumerate(worlds))
+    return split(DataSet(tuple(smooth(motion, 1.2) for motion in raw), (), PAPER, raw))
+
+
+def adam(prepared: Prepared, settings: TrainingSettings) -> torch.optim.Optimizer:
+    return torch.optim.AdamW(prepared.network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
+
+
+def ours(parts: Split, settings: TrainingSettings) -> tuple[Callable[[], object], Prepared]:
+    """One pass of our loop."""
+    prepared = prepare_training(parts, HULL, "lstm", None, settings, pure=False, heading=False)
+    optimiser, draw = adam(prepared, settings), torch.Generator().manual_seed(0)
+    return lambda: one_pass(prepared.network, prepared.objective, optimiser, settings, draw), prepared
+
+
+def plain(parts: Split, settings: TrainingSettings) -> Callable[[], object]:
+    """One pass of a plain loop over the same windows."""
+    prepared = prepare_training(parts, HULL, "lstm", None, settings, pure=False, heading=False)
+    network, made, optimiser = prepared.network, prepared.objective, adam(prepared, settings)
+    loader = DataLoader(TensorDataset(made.inputs, made.target), settings.batch, shuffle=True)
+
+    def go() -> None:
+        for inputs, target in loader:
+            optimiser.zero_grad()
+            said, _ = network(inputs)
+            loss = ((made.filter @ said - target) / made.unit).square().mean()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(network.parameters(), settings.clip)
+            optimiser.step()
+
+    return go
+
+
+def fastest(loops: list[Callable[[], object]], passes: int, wait: Callable[[], object]) -> list[float]:
+    """Shortest time of a pass of each loop [s]."""
+    best = [float("inf")] * len(loops)
+    for k in range(passes + 2):
+        for which, loop in enumerate(loops):
+            begun = time.perf_counter()
+            loop()
+            wait()
+            if k >= 2:
+                best[which] = min(best[which], time.perf_counter() - begun)
+    return best
+
+
+def compared(parts: Split, device: str, passes: int) -> float:
+    """Print samples a second on a device; the ratio of ours to the plain loop."""
+    bare = replace(BARE, device=device)
+    wait = torch.cuda.synchronize if device == "cuda" else lambda: None
+    loop, prepared = ours(parts, bare)
+    whole, _ = ours(parts, TrainingSettings(device=device))  # type: ignore[arg-type]
+    rows = prepared.objective.count * prepared.objective.inputs.shape[1]
+    seconds = fastest([loop, plain(parts, bare), whole], passes, wait)
+    names = ("ours, data term only", "plain PyTorch loop", "ours, laws and smoothness on")
+    for name, taken in zip(names, seconds, strict=True):
+        print(f"{device}: {name:30s} {rows / taken:10.0f} samples a second")
+    ratio = seconds[1] / seconds[0]
+    print(f"{device}: ours to plain {ratio:.2f}  (limit {RATIO:g}) {'ok' if ratio >= RATIO else 'BROKEN'}")
+    return ratio
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--passes", type=int, default=20)
+    passes = parser.parse_args().passes
+    parts = logs()
+    begun = time.perf_counter()
+    found = train(parts, HULL, "lstm", settings=TrainingSettings(device="cpu"))
+    seconds = time.perf_counter() - begun
+    verdict = "ok" if seconds < LIMIT else "BROKEN"
+    print(f"LSTM, 4 logs of 4 min: {seconds:.1f} s to epoch {found.epochs[-1].number}, kept {found.best_epoch}", end="")
+    print(f" ({found.stopped}; lawful: {found.lawful})  (limit {LIMIT:g} s) {verdict}")
+    torch.set_num_threads(1)  # as `train` has it
+    ratio = compared(parts, "cpu", passes)
+    if torch.cuda.is_available():
+        compared(parts, "cuda", passes)
+    else:
+        print("cuda: none here")
+    return int(seconds >= LIMIT or ratio < RATIO)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

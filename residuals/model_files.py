@@ -1,0 +1,275 @@
+"""The folder of a trained network: `model.yaml` says what it is, `weights.safetensors` holds its numbers.
+
+Nothing is ever unpickled: settings are plain YAML that is checked key by key, weights are safetensors whose SHA-256
+stands in `model.yaml`. This module loads torch when it reads or writes a network, not before.
+"""
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+
+import numpy as np
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
+
+from ..measurements.standardisation import Standardisation
+from ..physics.errors import RequestError, VehicleError
+from ..physics.files import read_yaml, strict_json, write_bytes, write_text
+from ..physics.vehicle import Vehicle, vehicle_from_dict
+from .inputs import input_names
+from .neural import SCHEMA, SETTINGS, WEIGHTS, is_network_folder, require_torch
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from .network_model import NetworkModel
+    from .networks.base import Network, Scaling
+
+_SAME = 1e-6
+"""Relative difference up to which two constants are the same; weights are written in single precision."""
+
+Positive = Annotated[float, Field(gt=0)]
+
+
+class _Input(BaseModel):
+    """One input of the network and how it is standardised."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    name: str
+    mean: float
+    scale: Positive
+
+
+class _Settings(BaseModel):
+    """The content of `model.yaml`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    schema_name: Literal["undertow.network/1"] = Field(alias="schema")
+    network: str
+    options: dict[str, Any]
+    pure: StrictBool
+    time_step: Positive
+    inputs: tuple[_Input, ...]
+    output_scale: tuple[Positive, Positive, Positive]
+    vehicle: dict[str, Any]
+    weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
+    training: dict[str, Any]
+
+
+def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training: Mapping[str, Any]) -> Path:
+    """Write a network's folder; weights are kept in the network's own precision.
+
+    Both files are written whole under temporary names before either takes its place, `model.yaml` last; an earlier
+    network in the folder comes back when that fails.
+
+    Parameters
+    ----------
+    folder : made if it is missing, in a folder that exists; other files in it stay
+    training : plain data: the settings and the log of the training
+
+    Raises
+    ------
+    RequestError
+        when torch is missing, the folder cannot be written or holds the model of something else, or the network was
+        not made for the vehicle's thrusters, inputs and mass.
+    """
+    require_torch()
+    from safetensors.torch import save
+
+    target = Path(folder)
+    _check_target(target)
+    scaling = model.network.scaling
+    _check_scaling(scaling, model.vehicle, f"cannot write the network to {target}")
+    weights = save({name: tensor.detach().cpu().contiguous() for name, tensor in model.network.state_dict().items()})
+    constants = scaling.inputs
+    settings = {
+        "schema": SCHEMA,
+        "network": model.network.name,
+        "options": dict(model.network.options),
+        "pure": model.pure,
+        "time_step": float(model.time_step),
+        "inputs": [
+            {"name": name, "mean": float(mean), "scale": float(scale)}
+            for name, mean, scale in zip(constants.names, constants.mean, constants.scale, strict=True)
+        ],
+        "output_scale": [float(scale) for scale in scaling.output],
+        "vehicle": model.vehicle.to_dict(),
+        "weights_sha256": hashlib.sha256(weights).hexdigest(),
+        "training": json.loads(strict_json(dict(training))),
+    }
+    text = yaml.safe_dump(settings, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+    try:
+        target.mkdir(exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target, prefix=".undertow.", ignore_cleanup_errors=True) as scratch:
+            _replace_both(target, Path(scratch), weights, text)
+    except OSError as error:
+        raise RequestError(f"cannot write the network to {target}: {error.strerror or error}") from None
+    return target
+
+
+def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
+    """Read a network's folder; the model bears the folder's name.
+
+    Raises
+    ------
+    RequestError
+        when torch is missing, or the folder is not one that `save_network` wrote: a file is missing, damaged or from
+        another network.
+    """
+    source = Path(folder)
+    settings = _settings(source)
+    require_torch()
+    from .network_model import NetworkModel, scaling_of
+
+    try:
+        vehicle = vehicle_from_dict(settings.vehicle, f"{source / SETTINGS}: vehicle")
+    except VehicleError as error:
+        raise RequestError(str(error)) from None
+    names = tuple(column.name for column in settings.inputs)
+    mean, scale = (np.array([getattr(column, key) for column in settings.inputs]) for key in ("mean", "scale"))
+    scaling = scaling_of(vehicle, Standardisation(names, mean, scale), np.array(settings.output_scale))
+    _check_scaling(scaling, vehicle, f"{source / SETTINGS}")
+    network = _network(settings, scaling, _weights(source / WEIGHTS, settings.weights_sha256), source)
+    return NetworkModel(vehicle, network, settings.time_step, pure=settings.pure, name=source.name)
+
+
+def _check_target(target: Path) -> None:
+    if target.exists() and not target.is_dir():
+        raise RequestError(f"cannot write the network to {target}: it is a file; give a folder that may be made")
+    if not target.absolute().parent.is_dir():
+        raise RequestError(f"cannot write the network to {target}: {target.absolute().parent} does not exist; make it")
+    if (target / SETTINGS).exists() and not is_network_folder(target):
+        raise RequestError(
+            f"cannot write the network to {target}: its {SETTINGS} is not a network's; give a new folder"
+        )
+
+
+def _replace_both(target: Path, scratch: Path, weights: bytes, text: str) -> None:
+    write_bytes(scratch / WEIGHTS, weights)
+    write_text(scratch / SETTINGS, text)
+    earlier = scratch / "earlier"
+    if (target / WEIGHTS).exists():
+        os.replace(target / WEIGHTS, earlier)
+    try:
+        os.replace(scratch / WEIGHTS, target / WEIGHTS)
+        os.replace(scratch / SETTINGS, target / SETTINGS)
+    except BaseException:
+        if earlier.exists():
+            os.replace(earlier, target / WEIGHTS)
+        else:
+            (target / WEIGHTS).unlink(missing_ok=True)
+        raise
+
+
+def _settings(source: Path) -> _Settings:
+    path = source / SETTINGS
+    try:
+        content = read_yaml(path.read_text("utf-8"))
+    except FileNotFoundError:
+        raise RequestError(
+            f"network {source}: expected a folder with {SETTINGS} and {WEIGHTS}, but {path} is missing"
+        ) from None
+    except NotADirectoryError:
+        raise RequestError(f"network {source}: expected a folder, got a file") from None
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise RequestError(f"{path}: not readable as YAML ({reason})") from None
+    if not isinstance(content, dict):
+        raise RequestError(f"{path}: expected a mapping with schema {SCHEMA!r}, got {type(content).__name__}")
+    if content.get("schema") != SCHEMA:
+        raise RequestError(f"{path}: expected schema {SCHEMA!r}, got {content.get('schema')!r}")
+    try:
+        return _Settings.model_validate(content)
+    except ValidationError as error:
+        raise RequestError(f"{path}: {'; '.join(map(_in_words, error.errors()))}") from None
+
+
+def _in_words(item: Any) -> str:
+    """One of pydantic's complaints as a sentence."""
+    where = ".".join(str(part) for part in item["loc"])
+    if item["type"] == "extra_forbidden":
+        fields = (_Input if item["loc"][0] == "inputs" else _Settings).model_fields
+        known = [field.alias or name for name, field in fields.items()]
+        return f"unknown key {where!r}: did you mean {get_close_matches(where, known, n=1, cutoff=0.0)[0]!r}?"
+    if item["type"] == "missing":
+        return f"the key {where!r} is missing"
+    return f"{where}: {item['msg']}, got {item['input']!r}"
+
+
+def _check_scaling(scaling: "Scaling", vehicle: Vehicle, where: str) -> None:
+    """Refuse a network whose inputs or constants are not those of the vehicle."""
+    from .network_model import scaling_of
+
+    names = scaling.inputs.names
+    fitting = [input_names(vehicle, heading) for heading in (False, True)]
+    if names not in fitting:
+        raise RequestError(
+            f"{where}: the inputs do not fit the vehicle's thrusters: expected {' '.join(fitting[0])} "
+            f"[cos_psi sin_psi], got {' '.join(names)}"
+        )
+    own = scaling_of(vehicle, scaling.inputs, scaling.output)
+    for label in ("mass", "reach"):
+        if not _same(getattr(scaling, label), getattr(own, label)):
+            raise RequestError(f"{where}: the {label} that the network was made with is not that of its vehicle")
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    return one.shape == other.shape and np.allclose(one, other, rtol=_SAME, atol=1e-3 * _SAME * np.abs(other).max())
+
+
+def _weights(path: Path, digest: str) -> "dict[str, Tensor]":
+    from safetensors import SafetensorError
+    from safetensors.torch import load
+
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RequestError(f"{path}: cannot be read ({error.strerror or error}); a network needs its weights") from None
+    found = hashlib.sha256(data).hexdigest()
+    if found != digest:
+        raise RequestError(
+            f"{path}: expected the weights with SHA-256 {digest[:12]}..., as {SETTINGS} says, got {found[:12]}...: the "
+            "file is damaged, or from another network"
+        )
+    try:
+        return load(data)
+    except (SafetensorError, ValueError, KeyError) as error:
+        raise RequestError(f"{path}: not readable as safetensors ({error})") from None
+
+
+def _network(settings: _Settings, scaling: "Scaling", weights: "dict[str, Tensor]", source: Path) -> "Network":
+    """Build the network and fill it; nothing is allocated before the file's own tensors are known to fill it."""
+    import torch
+
+    from .networks.registry import build
+
+    def refuse(text: str) -> NoReturn:
+        raise RequestError(f"{source / WEIGHTS}: {text}")
+
+    try:
+        with torch.device("meta"):
+            wanted = build(settings.network, scaling, settings.options).state_dict()
+    except RequestError as error:
+        raise RequestError(f"{source / SETTINGS}: {error}") from None
+    if wanted.keys() != weights.keys():
+        lacking = ", ".join(sorted(wanted.keys() - weights.keys())) or "none"
+        beyond = ", ".join(sorted(weights.keys() - wanted.keys())) or "none"
+        refuse(f"these are not the tensors of a network {settings.network}; missing: {lacking}; unknown: {beyond}")
+    for name, tensor in weights.items():
+        here, there = (f"{str(t.dtype).removeprefix('torch.')} {list(t.shape)}" for t in (wanted[name], tensor))
+        if here != there:
+            refuse(f"expected {name} as {here}, as the options in {SETTINGS} have it, got {there}")
+        if not torch.isfinite(tensor).all():
+            refuse(f"{name} holds numbers that are not finite; train the network again")
+    with torch.random.fork_rng(devices=[]):
+        network = build(settings.network, scaling, settings.options)
+    for name, constant in network.named_buffers():
+        if name in weights and not _same(weights[name].numpy(), constant.numpy()):
+            refuse(f"{name} differs from what {SETTINGS} says of inputs, output and vehicle")
+    network.load_state_dict(weights)
+    return network

@@ -1,0 +1,200 @@
+"""The verb `train` as a user meets it, and what it writes."""
+
+import json
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import pytest
+import yaml
+from typer.testing import CliRunner, Result
+
+import undertow
+from undertow.__main__ import app
+from undertow.physics.errors import RequestError
+from undertow.reports.trained import parsed_options
+from undertow.reports.training_progress import epoch_words, training_progress
+from undertow.residuals.model_files import load_network
+from undertow.residuals.training import Epoch
+
+
+def call(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def done(*words: str | Path) -> str:
+    result = call(*words)
+    assert (result.exit_code, result.exception) == (0, None), result.stderr
+    return result.stdout
+
+
+def strict(text: str) -> Any:
+    def refuse(constant: str) -> NoReturn:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a log of a world that lacks quadratic drag, and a network M trained on it."""
+    folder = tmp_path_factory.mktemp("train")
+    hidden = ("--effect", "surge_quadratic_damping=-10", "--duration", "90")
+    done("simulate", "-v", "blueboat", *hidden, "--out", folder / "log.csv")
+    words = ("--residual", "mlp", "--option", "units=32", "--epochs", "20")
+    result = call("train", folder / "log.csv", "-v", "blueboat", *words, "--out", folder / "M")
+    assert (result.exit_code, result.exception) == (0, None), result.stderr
+    (folder / "said.txt").write_text(result.stdout)
+    (folder / "progress.txt").write_text(result.stderr)
+    return folder
+
+
+def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
+    said = " ".join((place / "said.txt").read_text().split())
+    for text in (
+        "Trained the network mlp (291 weights) beside the physics of BlueBoat",
+        "of 1 log in",
+        "Kept epoch",
+        "It creates no energy without thrust",
+        "surge acceleration",
+        "2 s position",
+        "hybrid mlp",
+        "laws of energy not run pass",
+        "(model.yaml, weights.safetensors)",
+    ):
+        assert text in said
+    lines = (place / "progress.txt").read_text().splitlines()
+    assert [line.split()[1] for line in lines] == ["1", "10", "20"]
+    assert all("validation error" in line and "creates energy at" in line for line in lines)
+
+
+def test_train_writes_a_network_that_compare_reads(place: Path) -> None:
+    assert sorted(path.name for path in (place / "M").iterdir()) == ["model.yaml", "weights.safetensors"]
+    training = yaml.safe_load((place / "M" / "model.yaml").read_text())["training"]
+    assert training["logs"] == ["log.csv"]
+    assert training["settings"]["epochs"] == 20
+    assert [epoch["number"] for epoch in training["epochs"]] == list(range(21))
+    found = strict(done("compare", place / "log.csv", "-v", "blueboat", "--model", place / "M", "--json"))
+    nominal, network = (row["acceleration"]["rmse"]["surge"] for row in found["models"])
+    assert network < 0.8 * nominal
+
+
+def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, tmp_path: Path) -> None:
+    words = ("train", place / "log.csv", "-v", "blueboat", "--residual", "mlp", "--option", "units=32")
+    found = strict(done(*words, "--epochs", "20", "--out", tmp_path / "N", "--json"))
+    assert set(found) == {
+        *("schema", "network", "options", "pure", "heading", "logs", "split", "models", "training", "data")
+    }
+    assert (found["schema"], found["network"], found["options"]["units"]) == ("undertow.train/1", "mlp", 32)
+    assert [row["name"] for row in found["models"]] == ["nominal", "hybrid mlp"]
+    assert found["training"]["lawful"] is True
+    for name in ("model.yaml", "weights.safetensors"):
+        assert (tmp_path / "N" / name).read_bytes() == (place / "M" / name).read_bytes()
+
+
+def test_train_as_a_function_pure_with_heading_and_rollouts(place: Path, tmp_path: Path) -> None:
+    inputs = undertow.read_inputs(place / "log.csv", "blueboat")
+    settings = undertow.TrainingSettings(epochs=2, rollout_rows=5, lambda_phys=0.0)
+    run = undertow.train(inputs, "dissipative", pure=True, heading=True, settings=settings, out=tmp_path / "P")
+    read = load_network(tmp_path / "P")
+    assert (read.pure, read.heading) == (True, True)
+    motion = inputs.parts.judged.motions[0]
+    np.testing.assert_array_equal(read.acceleration(motion), run.trained.model.acceleration(motion))
+    assert "in the place of the physics" in run.sentences[0]
+    assert run.trained.lawful  # by construction
+    assert undertow.train(inputs, "mlp", settings=undertow.TrainingSettings(epochs=1)).models[1]["kind"] == "hybrid"
+
+
+def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None:
+    inputs = undertow.read_inputs(place / "log.csv", "blueboat")
+
+    def stop(epoch: Epoch) -> None:
+        if epoch.number == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        undertow.train(
+            inputs,
+            "mlp",
+            {"units": 32},
+            settings=undertow.TrainingSettings(epochs=20),
+            out=tmp_path / "M",
+            progress=stop,
+        )
+    words = ("train", place / "log.csv", "-v", "blueboat", "--residual", "mlp", "--option", "units=32")
+    words = (*words, "--epochs", "20", "--out", tmp_path / "M")
+    refused = call(*words)
+    assert refused.exit_code == 2
+    assert "go on with it (--resume)" in refused.stderr
+    done(*words, "--resume")
+    for name in ("model.yaml", "weights.safetensors"):
+        assert (tmp_path / "M" / name).read_bytes() == (place / "M" / name).read_bytes()
+    assert not (tmp_path / "M" / "checkpoint.safetensors").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--residual", "lstn"), "did you mean 'lstm'"),
+        (("--option", "units"), "expected NAME=NUMBER, for example units=64"),
+        (("--option", "units=8", "--option", "units=9"), "units is given twice"),
+        (("--option", "width=9"), "unknown option 'width'"),
+        (("--epochs", "0"), "at least 1 for epochs"),
+        (("--device", "tpu"), "auto or cpu or cuda"),
+        (("--rollout-rows", "100"), "give shorter rollouts"),
+        (("--out", "missing/M"), "does not exist; make it"),
+        (("--out", "full"), "holds other files; give a new one"),
+        (("--out", "file"), "it is a file"),
+    ],
+)
+def test_train_refuses_with_a_cure(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], text: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.txt").write_text("words")
+    (tmp_path / "file").write_text("words")
+    out = () if "--out" in words else ("--out", "M")
+    result = call("train", place / "log.csv", "-v", "blueboat", *out, *words)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert text in " ".join(result.stderr.split())
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "full"]
+
+
+def test_a_finished_training_has_nothing_to_resume(place: Path) -> None:
+    result = call("train", place / "log.csv", "-v", "blueboat", "--out", place / "M", "--resume")
+    assert result.exit_code == 2
+    assert "nothing to resume" in result.stderr
+
+
+def test_without_torch_the_verb_says_what_to_install(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lacking(name: str) -> NoReturn:
+        raise ImportError(f"No module named {name!r}")
+
+    monkeypatch.setattr("undertow.residuals.neural.import_module", lacking)
+    result = call("train", place / "log.csv", "-v", "blueboat", "--out", tmp_path / "M")
+    assert (result.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert "pip install 'undertow[neural]'" in result.stderr
+
+
+def test_options_of_the_network_are_numbers() -> None:
+    found = parsed_options(["units=64", "gain=0.5", "window=2e1"])
+    assert found == {"units": 64, "gain": 0.5, "window": 20}
+    assert isinstance(found["units"], int)
+    with pytest.raises(RequestError, match="expected NAME=NUMBER"):
+        parsed_options(["units=many"])
+
+
+def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    epoch = Epoch(3, 0.25, 0.125, 0.01)
+    assert epoch_words(epoch) == "loss 0.25, validation error 0.125, creates energy at 1.0 %"
+
+    def silent(text: str) -> None:
+        raise AssertionError(text)
+
+    with training_progress(9, silent) as told:
+        told(epoch)
+    assert "validation error 0.125" in " ".join(capsys.readouterr().err.split())

@@ -1,0 +1,508 @@
+"""Training: laws, windows, filter, losses, rollouts, recipe, determinism and resume."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from undertow.measurements.dataset import PAPER, DataSet
+from undertow.measurements.derive import low_pass, smooth
+from undertow.measurements.split import Split, split
+from undertow.measurements.standardisation import Standardisation
+from undertow.physics.energy import (
+    MARGIN,
+    TOLERANCE,
+    coasting_power,
+    coasting_states,
+    surplus,
+    thrust_power,
+    violated,
+)
+from undertow.physics.errors import RequestError
+from undertow.physics.forces import ForceEquation, modelled_acceleration, relative_velocity
+from undertow.physics.laws import Envelope, damping_power, envelope_of
+from undertow.physics.matrices import coriolis_matrix, mass_matrix
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.residuals import preparation
+from undertow.residuals.checkpoint import CHECKPOINT
+from undertow.residuals.coasting import Coasting
+from undertow.residuals.inputs import input_names
+from undertow.residuals.models import VehicleModel
+from undertow.residuals.network_model import NetworkModel, scaling_of
+from undertow.residuals.networks.base import Network
+from undertow.residuals.networks.registry import build
+from undertow.residuals.scores import acceleration_score, rollout_scores
+from undertow.residuals.settings import Augmentation, TrainingSettings
+from undertow.residuals.shooting import Forcing, Shooter
+from undertow.residuals.training import Epoch, Trained, best_epoch, stale, train
+from undertow.residuals.windows import filter_taps, windows_of
+
+HULL = load_vehicle("blueboat")
+QUICK = TrainingSettings(epochs=8, learning_rate=1e-2)
+
+
+def parts_of(effects: dict[str, float], seconds: float = 120.0, noise: str = "field", logs: int = 1) -> Split:
+    worlds = [simulate_world(HULL, effects, duration=seconds, noise=noise, seed=k) for k in range(logs)]
+    raw = tuple(replace(world.motion(0.1), source=f"{k}") for k, world in enumerate(worlds))
+    smoothed = tuple(smooth(motion, 1.2) for motion in raw)
+    return split(DataSet(smoothed, (), PAPER, raw))
+
+
+@pytest.fixture(scope="module")
+def dragged() -> Split:
+    """A world with quadratic drag and lift that the nominal model lacks."""
+    return parts_of({"surge_quadratic_damping": -10.0, "sway_lift": 20.0})
+
+
+def weights(found: Trained) -> bytes:
+    return b"".join(value.numpy().tobytes() for value in found.model.network.state_dict().values())
+
+
+def fresh(name: str, split_: Split, vehicle: Vehicle = HULL, heading: bool = False, seed: int = 0) -> Network:
+    """A network with random weights everywhere, its head included, in double precision."""
+    windows = windows_of(split_.train, vehicle, pure=False, heading=heading, seconds=10.0, warm_up=2.0)
+    seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
+    scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, heading), seen), np.array([0.1, 0.1, 0.2]))
+    with torch.random.fork_rng():
+        torch.manual_seed(seed)
+        network = build(name, scaling, {"units": 8})
+        with torch.no_grad():
+            for parameter in network.parameters():
+                parameter.copy_(0.3 * torch.randn_like(parameter))
+    return network.double()
+
+
+# The laws
+
+
+def test_the_surplus_is_that_of_its_definition_for_arrays_and_tensors() -> None:
+    power, driven = np.array([-3.0, 2.0, 2.0, 5.0, 1.0]), np.array([0.0, 0.0, 2.0, 2.0, -4.0])
+    expected = [0.0, 2.0, 0.0, 5.0 - 2.0 * MARGIN, 1.0]
+    assert surplus(power, driven).tolist() == expected
+    assert surplus(torch.tensor(power), torch.tensor(driven)).tolist() == expected
+
+
+@pytest.mark.parametrize(("beyond", "verdict"), [(1e-6, True), (-1e-6, False)])
+def test_the_verdict_turns_on_the_knife_edge(beyond: float, verdict: bool) -> None:
+    scale, driven = 7.0, 3.0
+    edge = MARGIN * driven + TOLERANCE * scale
+    assert bool(violated(np.array(edge + beyond), scale, driven)) is verdict
+    assert bool(violated(np.array(TOLERANCE * scale + beyond), scale)) is verdict
+
+
+def test_coasting_power_is_what_damping_takes_out() -> None:
+    states = coasting_states(Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1)), 400)
+    equation = ForceEquation(HULL)
+    triple = tuple(states.T)
+    force = equation.force(triple, np.zeros(400), np.zeros((2, 400)))
+    acceleration = np.stack(equation.acceleration(force, triple, triple), axis=-1)
+    mass = mass_matrix(HULL)
+    power = coasting_power(mass, states, acceleration)
+    np.testing.assert_allclose(power, damping_power(HULL, states), atol=1e-12 * np.abs(power).max())
+    turned = (coriolis_matrix(HULL, states) @ states[..., None])[..., 0]
+    assert np.abs((turned * states).sum(-1)).max() < 1e-9
+    tensors = coasting_power(*(torch.as_tensor(x) for x in (mass, states, acceleration)))
+    np.testing.assert_allclose(tensors.numpy(), power)
+    assert not violated(power, 1.0).any()
+
+
+def test_states_cover_the_box_rays_and_single_axes() -> None:
+    box = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
+    states = coasting_states(box, 4000)
+    assert box.contains(states).all()
+    assert ((states != 0).sum(axis=1) == 1).sum() == 1000
+    for axis in range(3):
+        alone = states[(states != 0).sum(axis=1) == 1][:, axis]
+        assert (alone > 0).any()
+        assert (alone < 0).any()
+    assert (np.abs(states).max(axis=1) < 0.05).sum() > 50
+    assert (coasting_states(box, 50, seed=1) != coasting_states(box, 50, seed=2)).any()
+
+
+def test_the_power_of_thrusters_balances_a_simulated_motion(dragged: Split) -> None:
+    motion = dragged.train.motions[0]
+    total = coasting_power(mass_matrix(HULL), motion.velocity, modelled_acceleration(HULL, motion))
+    np.testing.assert_allclose(total, thrust_power(HULL, motion) + damping_power(HULL, motion.velocity), atol=1e-9)
+    assert surplus(total, thrust_power(HULL, motion)).max() < 1e-9
+
+
+def engine(split_: Split, push: float) -> tuple[Coasting, Network]:
+    """A network that pushes ahead with a constant acceleration, and states to ask it."""
+    network = fresh("mlp", split_).float()
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.zero_()
+        network.head.bias[0] = push / 0.1  # type: ignore[union-attr, index]
+    states = np.tile([1.0, 0.0, 0.0], (4, 1))
+    like = next(network.parameters())
+    settings = {"pure": False, "heading": False, "time_step": 0.1, "remembers": False}
+    return Coasting(HULL, states, 10.0, **settings, like=like), network  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("beyond", "share"), [(1e-4, 1.0), (-1e-4, 0.0)])
+def test_a_network_that_pushes_more_than_the_drag_creates_energy(dragged: Split, beyond: float, share: float) -> None:
+    mass = mass_matrix(HULL)[0, 0]
+    drag = -float(damping_power(HULL, np.array([1.0, 0.0, 0.0])))
+    coasting, network = engine(dragged, (drag + TOLERANCE * 10.0 + beyond) / mass)
+    assert coasting.violating_share(network) == share
+
+
+# Windows and the filter
+
+
+def test_the_taps_are_the_filter_away_from_the_ends(dragged: Split) -> None:
+    rng = np.random.default_rng(0)
+    values = rng.normal(size=(300, 3))
+    taps = filter_taps(PAPER, 0.1)
+    reach = taps.size // 2
+    ours = np.stack([np.convolve(column, taps, mode="valid") for column in values.T], axis=1)
+    exact = low_pass(values, 0.1, 1.2)[reach:-reach]
+    inside = slice(60, -60)
+    assert np.abs(ours - exact)[inside].max() < 5e-3 * np.abs(exact).max()
+    assert taps.sum() == pytest.approx(1.0)
+    assert taps == pytest.approx(taps[::-1])
+    assert filter_taps(replace(PAPER, cutoff=None), 0.1).tolist() == [1.0]
+
+
+def test_the_filter_matrix_is_the_taps_row_by_row(dragged: Split) -> None:
+    windows = windows_of(dragged.train, HULL, pure=True, heading=False, seconds=10.0, warm_up=2.0)
+    taps = filter_taps(PAPER, 0.1)
+    values = np.random.default_rng(1).normal(size=(100, 3))
+    whole = np.stack([np.convolve(column, taps, mode="valid") for column in values.T], axis=1)
+    np.testing.assert_allclose(windows.filter_matrix(taps) @ values, whole[windows.first :], atol=1e-12)
+
+
+@pytest.mark.parametrize("warm_up", [0.0, 2.0])
+def test_every_row_that_can_be_compared_is_in_some_window(dragged: Split, warm_up: float) -> None:
+    motion = dragged.train.motions[0]
+    marked = replace(dragged.train, motions=(replace(motion, heading=np.arange(motion.time.size, dtype=float)),))
+    windows = windows_of(marked, HULL, pure=True, heading=False, seconds=10.0, warm_up=warm_up)
+    rows = np.unique(windows.states[:, windows.compared, 0])
+    first = windows.first + windows.reach
+    assert rows.tolist() == list(range(first, motion.time.size - windows.reach))
+
+
+def test_windows_say_what_is_too_short(dragged: Split) -> None:
+    ask = {"pure": True, "heading": False, "warm_up": 2.0}
+    with pytest.raises(RequestError, match="all warm-up and filter edges; expected at least 5.9 s"):
+        windows_of(dragged.train, HULL, **ask, seconds=5.0)  # type: ignore[arg-type]
+    with pytest.raises(RequestError, match="a stretch of at least 500 s without gaps, got 83"):
+        windows_of(dragged.train, HULL, **ask, seconds=500.0)  # type: ignore[arg-type]
+    mixed = replace(
+        dragged.train, motions=(*dragged.train.motions, simulate_world(HULL, {}, duration=5.0).motion(0.05))
+    )
+    with pytest.raises(RequestError, match="motions of one time step, got \\[0.05, 0.1\\]"):
+        windows_of(mixed, HULL, **ask, seconds=10.0)  # type: ignore[arg-type]
+
+
+# The recipe
+
+
+def test_what_the_nominal_model_lacks_is_learnt(dragged: Split) -> None:
+    found = train(dragged, HULL, "mlp", settings=TrainingSettings(epochs=60, learning_rate=1e-2))
+    before = acceleration_score(VehicleModel(HULL, "nominal"), dragged.test).rmse
+    after = acceleration_score(found.model, dragged.test).rmse
+    assert (after[:2] < 0.5 * before[:2]).all()
+    assert found.lawful
+    assert found.epochs[found.best_epoch].rmse == min(epoch.rmse for epoch in found.epochs)
+
+
+def test_no_gain_is_invented_where_nothing_is_missing() -> None:
+    parts = parts_of({})
+    found = train(parts, HULL, "lstm", settings=QUICK)
+    before = acceleration_score(VehicleModel(HULL, "nominal"), parts.test).rmse
+    after = acceleration_score(found.model, parts.test).rmse
+    assert (np.abs(after / before - 1.0) < 0.1).all()
+
+
+def test_equal_seeds_give_equal_weights_and_torch_is_left_alone(dragged: Split) -> None:
+    state, threads = torch.random.get_rng_state(), torch.get_num_threads()
+    shaken = replace(QUICK, epochs=2, augmentation=Augmentation(0.02, 0.01, 0.1, 0.2))
+    first = train(dragged, HULL, "lstm", settings=shaken)
+    assert torch.equal(torch.random.get_rng_state(), state)
+    assert torch.get_num_threads() == threads
+    torch.rand(3)
+    assert weights(train(dragged, HULL, "lstm", settings=shaken)) == weights(first)
+    assert weights(train(dragged, HULL, "lstm", settings=replace(shaken, seed=1))) != weights(first)
+
+
+class HaltError(Exception):
+    pass
+
+
+def stop_at(number: int):
+    def told(epoch: Epoch) -> None:
+        if epoch.number == number:
+            raise HaltError
+
+    return told
+
+
+@pytest.mark.parametrize("network", ["lstm", "mlp"])
+def test_a_resumed_training_ends_like_one_that_was_never_interrupted(
+    dragged: Split, tmp_path: Path, network: str
+) -> None:
+    settings = replace(QUICK, epochs=5, schedule="cosine", augmentation=Augmentation(speed_noise=0.02))
+    whole = train(dragged, HULL, network, settings=settings)
+    for number in (2, 3):
+        with pytest.raises(HaltError):
+            train(dragged, HULL, network, settings=settings, folder=tmp_path, resume=True, progress=stop_at(number))
+    assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]
+    told: list[int] = []
+    resumed = train(
+        dragged,
+        HULL,
+        network,
+        settings=settings,
+        folder=tmp_path,
+        resume=True,
+        progress=lambda epoch: told.append(epoch.number),
+    )
+    assert told == [4, 5]
+    assert weights(resumed) == weights(whole)
+    assert resumed.epochs == whole.epochs
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(dragged: Split, tmp_path: Path) -> None:
+    settings = replace(QUICK, epochs=3)
+
+    def again(data: Split = dragged, resume: bool = True, **changes: object) -> Trained:
+        return train(data, HULL, "mlp", settings=replace(settings, **changes), folder=tmp_path, resume=resume)
+
+    with pytest.raises(HaltError):
+        train(dragged, HULL, "mlp", settings=settings, folder=tmp_path, progress=stop_at(1))
+    with pytest.raises(RequestError, match="holds an interrupted training; resume it"):
+        again(resume=False)
+    with pytest.raises(RequestError, match="other settings or data: settings was .*'seed': 0.*, is .*'seed': 4"):
+        again(seed=4)
+    with pytest.raises(RequestError, match="other settings or data: data was"):
+        again(parts_of({}))
+    whole = (tmp_path / CHECKPOINT).read_bytes()
+    for damaged in (whole[:-100], b"", b"{}" * 40):
+        (tmp_path / CHECKPOINT).write_bytes(damaged)
+        with pytest.raises(RequestError, match="no checkpoint that training can go on from"):
+            again()
+    (tmp_path / CHECKPOINT).write_bytes(whole)
+    assert again().epochs[-1].number == 3
+    with pytest.raises(RequestError, match="resume needs the folder"):
+        train(dragged, HULL, "mlp", settings=settings, resume=True)
+
+
+def test_a_loss_that_is_not_finite_stops_and_keeps_the_last_good_state(dragged: Split, tmp_path: Path) -> None:
+    wild = replace(QUICK, learning_rate=1e30)
+    with pytest.raises(RequestError, match="in epoch 1; try a smaller learning rate than 1e\\+30"):
+        train(dragged, HULL, "mlp", settings=wild)
+
+    poisoned: list[int] = []
+
+    def poison(epoch: Epoch) -> None:
+        poisoned.append(epoch.number)
+        if epoch.number == 2:
+            with torch.no_grad():
+                held.network.head.bias[0] = float("inf")  # type: ignore[union-attr, index]
+
+    held = None
+    original = preparation.prepare_training
+
+    def spied(*args: object, **keywords: object):
+        nonlocal held
+        held = original(*args, **keywords)  # type: ignore[arg-type]
+        return held
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("undertow.residuals.training.prepare_training", spied)
+        with pytest.raises(RequestError, match="loss is (nan|inf) in epoch 3.*state after epoch 2 is kept in"):
+            train(dragged, HULL, "mlp", settings=QUICK, folder=tmp_path, progress=poison)
+    resumed = train(dragged, HULL, "mlp", settings=QUICK, folder=tmp_path, resume=True)
+    assert weights(resumed) == weights(train(dragged, HULL, "mlp", settings=QUICK))
+
+
+def epochs_of(*rows: tuple[float, float]) -> list[Epoch]:
+    return [Epoch(k, 1.0, rmse, violating) for k, (rmse, violating) in enumerate(rows)]
+
+
+def test_the_best_lawful_epoch_is_kept() -> None:
+    assert best_epoch(epochs_of((1.0, 0.0), (0.5, 0.0), (0.3, 0.01), (0.6, 0.0))) == 1
+    assert best_epoch(epochs_of((1.0, 0.2), (0.5, 0.1), (0.7, 0.1))) == 1
+    assert stale(epochs_of((1.0, 0.0), (0.5, 0.0), (0.3, 0.01), (0.6, 0.0))) == 1
+    assert stale(epochs_of((1.0, 0.1), (0.5, 0.1), (0.8, 0.0), (0.79999, 0.0))) == 1
+    assert stale([]) == 0
+
+
+def test_training_stops_early(dragged: Split) -> None:
+    found = train(dragged, HULL, "mlp", settings=TrainingSettings(epochs=200, patience=2, learning_rate=3e-2))
+    assert found.stopped == "no better validation error for 2 epochs"
+    assert found.epochs[-1].number < 200
+
+
+def test_the_penalty_of_the_laws_lowers_violations(dragged: Split) -> None:
+    def share(weight: float) -> float:
+        settings = replace(QUICK, epochs=15, batch=4, learning_rate=3e-3, lambda_phys=weight)
+        return train(dragged, HULL, "mlp", pure=True, settings=settings).epochs[-1].violating
+
+    without = share(0.0)
+    assert without > 0.02
+    assert share(1000.0) < 0.5 * without
+
+
+def test_an_unlawful_network_is_said_to_be_one(dragged: Split) -> None:
+    found = train(dragged, HULL, "mlp", pure=True, settings=replace(QUICK, epochs=3, lambda_phys=0.0))
+    assert [epoch.number for epoch in found.epochs] == [1, 2, 3]
+    assert (found.lawful, found.violating) == (False, found.epochs[found.best_epoch - 1].violating)
+    assert found.violating > 0
+
+
+def test_smoothness_calms_the_correction(dragged: Split) -> None:
+    def change(weight: float) -> float:
+        found = train(dragged, HULL, "mlp", settings=replace(QUICK, lambda_smooth=weight))
+        return float(np.abs(np.diff(found.model.correction(dragged.test.motions[0]), axis=0)).mean())
+
+    assert change(100.0) < 0.7 * change(0.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"epochs": 0}, "at least 1 for epochs, got 0"),
+        ({"batch": 2.5}, "whole number of at least 1 for batch"),
+        ({"learning_rate": float("nan")}, "a positive learning_rate, got nan"),
+        ({"lambda_phys": -1.0}, "lambda_phys of 0 or more"),
+        ({"schedule": "linear"}, "schedule fixed or cosine, got 'linear'"),
+        ({"device": "tpu"}, "device auto or cpu or cuda"),
+    ],
+)
+def test_settings_that_cannot_be_used(changes: dict[str, object], text: str) -> None:
+    with pytest.raises(RequestError, match=text):
+        TrainingSettings(**changes)  # type: ignore[arg-type]
+
+
+def test_requests_that_cannot_be_met(dragged: Split) -> None:
+    with pytest.raises(RequestError, match="rollouts of at most 99 rows in windows of 10 s, got 100"):
+        train(dragged, HULL, "mlp", settings=replace(QUICK, rollout_rows=100))
+    wanted = Augmentation(hull_spread=0.1)
+    with pytest.raises(RequestError, match="a pure network has none"):
+        train(dragged, HULL, "mlp", pure=True, settings=replace(QUICK, augmentation=wanted))
+    with pytest.raises(RequestError, match="expected thrust_spread of 0 or more, a spread below 1, got 1.0"):
+        Augmentation(thrust_spread=1.0)
+    if not torch.cuda.is_available():
+        with pytest.raises(RequestError, match="no GPU that torch can use"):
+            train(dragged, HULL, "mlp", settings=replace(QUICK, device="cuda"))
+
+
+# Rollouts
+
+LIVELY = HULL.with_values(
+    {"current_north": 0.2, "current_east": -0.1, "wind_force_north": 2.0, "memory_sway": 8.0, "memory_yaw": 2.0}
+).with_values({"memory_time": 1.0, "wind_x": 0.1, "wind_y": 0.2, "wind_n": 0.05, "advance_loss": 2.0, "N_uv": 3.0})
+
+
+def shot(network: Network, motion: Motion, vehicle: Vehicle, rows: int, pure: bool = False) -> torch.Tensor:
+    """Velocities of one rollout over the last rows of the first `rows` of a motion, after 20 measured rows."""
+    data = DataSet((motion,), (), replace(PAPER, cutoff=None))
+    heading = network.width > 5
+    windows = windows_of(data, vehicle, pure=pure, heading=heading, seconds=rows * motion.time_step, warm_up=0.0)
+    cut = [torch.as_tensor(x[:1]) for x in (windows.inputs, windows.states, windows.thrust, windows.load, windows.air)]
+    shooter = Shooter(vehicle, pure=pure, time_step=motion.time_step)
+    return shooter.velocities(network, cut[0], cut[1], Forcing(*cut[2:]), 20)
+
+
+@pytest.mark.parametrize(("name", "pure"), [("mlp", False), ("lstm", False), ("lstm", True), ("tcn", False)])
+def test_the_rollouts_of_training_are_those_of_the_model(name: str, pure: bool) -> None:
+    world = simulate_world(LIVELY, {}, duration=20.0, noise="clean", seed=2, wind=(3.0, -2.0)).motion(0.1)
+    parts = split(DataSet((world,), (), replace(PAPER, cutoff=None)))
+    network = fresh(name, parts, LIVELY, heading=True)
+    rolled = NetworkModel(LIVELY, network, 0.1, pure=pure).rollout(world, np.array([20]), 19).states[0, 1:, 3:]
+    with torch.no_grad():
+        ours = shot(network, world, LIVELY, 40, pure)[0].numpy()
+    np.testing.assert_allclose(ours, rolled, atol=1e-9)
+    assert np.abs(rolled - world.velocity[21:40]).max() > 1e-3
+
+
+def test_gradients_through_a_rollout_are_finite_differences(dragged: Split) -> None:
+    world = simulate_world(LIVELY, {}, duration=20.0, noise="field", seed=2, wind=(3.0, -2.0)).motion(0.1)
+    network = fresh("lstm", dragged, LIVELY)
+    weight = network.head.weight  # type: ignore[union-attr]
+    recurrent = network.body.weight_hh_l0  # type: ignore[union-attr]
+
+    def loss() -> torch.Tensor:
+        return shot(network, world, LIVELY, 32).square().sum()
+
+    loss().backward()
+    for parameter in (weight, recurrent):
+        slope, step = parameter.grad[1, 2].item(), 1e-6  # type: ignore[union-attr, index]
+        ends = []
+        for sign in (1.0, -1.0):
+            with torch.no_grad():
+                parameter[1, 2] += sign * step  # type: ignore[index]
+                ends.append(loss().item())
+                parameter[1, 2] -= sign * step  # type: ignore[index]
+        assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
+        assert abs(slope) > 1e-6
+
+
+def test_the_force_equation_takes_tensors_and_arrays_alike() -> None:
+    rng = np.random.default_rng(0)
+    velocity, heading = tuple(rng.normal(size=(3, 7))), rng.normal(size=7)
+    thrust, load, air = rng.normal(size=(2, 7)), rng.random((2, 7)), tuple(rng.normal(size=(2, 7)))
+    equation = ForceEquation(LIVELY)
+
+    def both(given, kind):
+        fast, psi = tuple(map(kind, velocity)), kind(heading)
+        relative = relative_velocity(LIVELY, psi, fast)
+        force = equation.force(relative, psi, kind(thrust), kind(load), fast[1:], tuple(map(kind, air)))
+        return np.stack([np.asarray(x) for x in (*force, *equation.acceleration(force, relative, fast))])
+
+    np.testing.assert_allclose(both(None, torch.as_tensor), both(None, np.asarray), rtol=1e-13)
+
+
+def test_training_through_rollouts_helps_rollouts() -> None:
+    parts = parts_of({"sway_lift": 20.0, "munk_moment": 10.0}, noise="rough")
+    before = TrainingSettings(epochs=15, learning_rate=1e-2, lambda_data=0.1)
+    one, many = (
+        rollout_scores(train(parts, HULL, "mlp", settings=s).model, parts.test, (2.0,))["2"].velocity
+        for s in (before, replace(before, rollout_rows=15))
+    )
+    assert many.mean() < 0.98 * one.mean()
+
+
+# Augmentation
+
+
+def test_augmentation_varies_what_it_says(dragged: Split) -> None:
+    def batch(wanted: Augmentation) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]:
+        settings = replace(QUICK, augmentation=wanted)
+        made = preparation.prepare_training(dragged, HULL, "mlp", None, settings, pure=False, heading=True).objective
+        index, draw = torch.arange(made.count), torch.Generator().manual_seed(0)
+        assert made.augmenter is not None
+        return made.inputs, made.target, *made.augmenter(made.inputs, made.target, index, draw)
+
+    plain, target, inputs, same = batch(Augmentation(speed_noise=0.1, yaw_rate_noise=0.02))
+    noise = (inputs - plain).flatten(0, 1).std(dim=0)
+    assert noise[:3].tolist() == pytest.approx([0.1, 0.1, 0.02], rel=0.15)
+    assert (noise[3:] == 0).all()
+    assert torch.equal(same, target)
+    plain, target, inputs, same = batch(Augmentation(thrust_spread=0.2))
+    gain = (inputs / plain)[..., 3:5]
+    assert torch.equal(inputs[..., [0, 1, 2, 5, 6]], plain[..., [0, 1, 2, 5, 6]])
+    known = gain[:, 50][torch.isfinite(gain[:, 50])]
+    assert known.min() >= 0.8
+    assert known.max() <= 1.2
+    assert known.std() > 0.05
+    plain, target, inputs, moved = batch(Augmentation(hull_spread=0.2))
+    assert torch.equal(inputs, plain)
+    assert 0.01 < (moved - target).abs().mean() / target.abs().mean() < 2.0
+
+
+def test_the_envelope_of_the_penalty_is_that_of_training(dragged: Split) -> None:
+    made = preparation.prepare_training(dragged, HULL, "lstm", None, QUICK, pure=False, heading=False)
+    box = envelope_of(dragged.train.motions, HULL)
+    asked = made.objective.coasting.inputs[:, :3].numpy().astype(float)
+    assert box.contains(asked, 1e-5).all()
+    assert (made.objective.coasting.inputs[:, 3:] == 0).all()
+    assert made.objective.coasting.rows == 20
+    assert made.judge.coasting.count >= 256 + 64
