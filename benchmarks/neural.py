@@ -1,0 +1,106 @@
+"""Neural corrections beside Fossen's model and the symbolic one: every model on the same held-out runs, five seeds.
+
+Each model is fitted to the training part of the training runs (70 % of each, in time; the next 15 % stop the training)
+and judged on whole runs that nothing was fitted to. Results are kept one by one in a folder, so that a study that was
+stopped goes on where it was; they count only for the source that made them. The full study writes its tables to
+`docs/neural_tables.md`.
+
+    python benchmarks/neural.py [--gazebo FOLDER] [--case NAME]... [--seeds 5] [--jobs N]
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+from joblib import Parallel, delayed
+from zoo.cases import Setting, cases
+from zoo.contenders import CONTENDERS, made, vehicles
+from zoo.tables import page
+
+from undertow.physics.files import write_json, write_text
+from undertow.residuals.scores import acceleration_score, rollout_scores
+
+ROOT = Path(__file__).resolve().parents[1]
+TABLES = ROOT / "docs" / "neural_tables.md"
+PACKAGES = ("physics", "measurements", "residuals", "discovery")
+"""Packages whose source decides the results."""
+
+
+def fingerprint() -> str:
+    """A hash of the sources that decide the results."""
+    digest = hashlib.sha256()
+    for path in sorted(p for package in PACKAGES for p in (ROOT / package).rglob("*") if p.suffix in (".py", ".yaml")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def judge(setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
+    """Fit and score every contender of one case and one seed; each result is kept as soon as it is there."""
+    torch.set_num_threads(1)
+    stored = json.loads(target.read_text("utf-8")) if target.is_file() else {}
+    records: dict[str, Any] = stored.get("records", {}) if stored.get("source") == made_by else {}
+    if set(records) >= set(CONTENDERS):
+        return list(records.values())
+    case = setting.make(seed)
+    bases, built = vehicles(case.train), {}
+    for name, who in CONTENDERS.items():
+        if name in records:
+            continue
+        if who.base not in built:
+            built[who.base] = bases[who.base]()
+        model, told = made(who, built[who.base], case.train, seed)
+        record: dict[str, Any] = {"name": name, "seed": seed, "parameters": model.parameters, **told}
+        for part, inputs in (("own", case.train), ("held", case.held)):
+            data = inputs.parts.judged
+            record[part] = {
+                "acceleration": acceleration_score(model, data).to_dict(),
+                "rollout": {h: s.to_dict() for h, s in rollout_scores(model, data).items()},
+            }
+        records[name] = record
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_json(target, {"source": made_by, "records": records})
+        held = record["held"]["acceleration"]["rmse"]
+        print(f"{target.stem}: {name}: " + ", ".join(f"{axis} {x:.4f}" for axis, x in held.items()), flush=True)
+    return list(records.values())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the study, print its tables, and write the page when it is the full one."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--gazebo", type=Path, help="folder of the Gazebo logs A_1.csv.gz ... and vehicle_linear.yaml")
+    parser.add_argument("--case", action="append", help="may be repeated; default: all that the folders allow")
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
+    parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "neural", help="where results are kept")
+    parser.add_argument("--table", type=Path, help=f"page to write (default: {TABLES.name} for the full study)")
+    given = parser.parse_args(arguments)
+    known = cases(given.gazebo)
+    chosen = {name: known[name] for name in given.case or known}
+    made_by = fingerprint()
+    todo = [
+        (name, seed, given.folder / f"{name.replace(' ', '_')}-{seed}.json")
+        for seed in range(given.seeds)
+        for name in chosen
+    ]
+    results = Parallel(n_jobs=given.jobs)(delayed(judge)(chosen[n], seed, target, made_by) for n, seed, target in todo)
+    by_case: dict[str, list[dict[str, Any]]] = {name: [] for name in chosen}
+    for (name, _, _), records in zip(todo, results, strict=True):
+        by_case[name] += records or []
+    text = page({name: (chosen[name], records) for name, records in by_case.items()})
+    whole = given.gazebo is not None and given.case is None and given.seeds >= 5
+    target = given.table or (TABLES if whole else None)
+    if target is not None:
+        write_text(target, text)
+        print(f"wrote {target}")
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,69 @@
+"""The models that the study compares, and how each is made from a case."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from undertow.physics.vehicle import Vehicle
+from undertow.reports.fitted import fit
+from undertow.reports.inputs import Inputs
+from undertow.reports.run import discover
+from undertow.residuals.models import Model, VehicleModel
+from undertow.residuals.training import TrainingSettings, train
+
+LAWS = 0.1
+"""Weight of the laws in the loss of hybrid models."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contender:
+    """A model of the study.
+
+    Attributes
+    ----------
+    network : which, or None for a vehicle
+    base : the vehicle under it: nominal, calibrated or symbolic
+    """
+
+    base: str
+    network: str | None = None
+    pure: bool = False
+    heading: bool = False
+    settings: tuple[tuple[str, Any], ...] = ()
+
+
+HYBRID = (("lambda_phys", LAWS),)
+CONTENDERS = {
+    "Fossen as it is": Contender("nominal"),
+    "Fossen calibrated": Contender("calibrated"),
+    "symbolic": Contender("symbolic"),
+    "residual MLP": Contender("nominal", "mlp"),
+    "hybrid MLP": Contender("calibrated", "mlp", settings=HYBRID),
+    "hybrid LSTM": Contender("calibrated", "lstm", settings=HYBRID),
+    "hybrid TCN": Contender("calibrated", "tcn", settings=HYBRID),
+    "hybrid transformer": Contender("calibrated", "transformer", settings=HYBRID),
+    "hybrid dissipative": Contender("calibrated", "dissipative"),
+    "pure MLP": Contender("nominal", "mlp", pure=True),
+    "pure LSTM": Contender("nominal", "lstm", pure=True),
+    "pure TCN": Contender("nominal", "tcn", pure=True),
+    "hybrid LSTM through rollouts": Contender("calibrated", "lstm", settings=(*HYBRID, ("rollout_rows", 20))),
+    "hybrid LSTM that sees heading": Contender("calibrated", "lstm", heading=True, settings=HYBRID),
+}
+
+
+def vehicles(inputs: Inputs) -> dict[str, Callable[[], Vehicle]]:
+    """The vehicles that stand under the models, each made when it is asked for."""
+    return {
+        "nominal": lambda: inputs.vehicle,
+        "calibrated": lambda: fit(inputs).vehicle,
+        "symbolic": lambda: discover(inputs).discovery.corrected,
+    }
+
+
+def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> tuple[Model, dict[str, Any]]:
+    """The model, trained where it is a network, and what training had to say."""
+    if who.network is None:
+        return VehicleModel(base, who.base), {}
+    settings = replace(TrainingSettings(seed=seed), **dict(who.settings))
+    done = train(inputs.parts.split, base, who.network, pure=who.pure, heading=who.heading, settings=settings)
+    return done.model, {"lawful": done.lawful, "epochs": len(done.epochs), "seconds": done.model.seconds_to_fit}
