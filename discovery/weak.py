@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..measurements.alignment import noise_level
+from ..measurements.alignment import sensor_noise
 from ..physics.errors import RequestError
 from ..physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from ..physics.frames import FORCE_UNITS, Array
@@ -87,7 +87,7 @@ class WeakForm:
         self.motions = tuple(motions)
         self._claims = None if claims is None else tuple(claims)
         self.claimed = claims is not None
-        self.noise = np.zeros(3) if self.claimed else _sensor_noise(self.motions)
+        self.noise = np.zeros(3) if self.claimed else sensor_noise(self.motions)
         rng = np.random.default_rng(_NOISE_SEED)
         copies = settings.copies if (self.noise > _QUIET).any() else 0
         self._noisier = [
@@ -191,10 +191,3 @@ class WeakForm:
         thrust = self.average(passive)
         parts = np.stack([rates, modelled, thrust, modelled - thrust])
         return np.abs(parts).max(axis=0)
-
-
-def _sensor_noise(motions: Sequence[Motion]) -> Array:
-    """White noise on u, v, r (3,): root mean square over the motions, weighted by their rows."""
-    levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
-    rows = np.array([m.time.size for m in motions], dtype=float)
-    return np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())

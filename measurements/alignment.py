@@ -1,11 +1,13 @@
 """Are two channels in step? The delay between two records of the same quantity, and the noise of one record."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from ..physics.frames import Array
+from ..physics.motion import Motion
 
 _LEAST_CORRELATION = 0.7
 _BAND = (0.05, 1.0)
@@ -98,3 +100,10 @@ def noise_level(values: Array) -> float | None:
     if values.size < 10:
         return None
     return float(1.4826 * np.median(np.abs(np.diff(values, 3))) / np.sqrt(20.0))
+
+
+def sensor_noise(motions: Sequence[Motion]) -> Array:
+    """White noise on u, v [m/s] and r [rad/s], (3,): root mean square over the motions, weighted by their rows."""
+    levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
+    rows = np.array([m.time.size for m in motions], dtype=float)
+    return np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())

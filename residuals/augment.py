@@ -6,6 +6,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ..measurements.alignment import sensor_noise
 from ..measurements.dataset import DataSet
 from ..physics.errors import RequestError
 from ..physics.frames import Array
@@ -41,6 +42,14 @@ def sister_targets(
     return np.stack([c.target for c in cuts])
 
 
+def seen_noise(data: DataSet, settings: TrainingSettings, remembers: bool) -> Array:
+    """White noise (3,) that is drawn onto the velocities that a network sees [m/s, m/s, rad/s]."""
+    wanted = settings.augmentation
+    noise = np.array([wanted.speed_noise, wanted.speed_noise, wanted.yaw_rate_noise])
+    own = settings.sensor_noise * sensor_noise(data.raw) if remembers else 0.0
+    return np.hypot(noise, own)
+
+
 @final
 class Augmenter:
     """Draws the variants of a batch of windows.
@@ -48,20 +57,21 @@ class Augmenter:
     Parameters
     ----------
     wanted : how much of what
+    noise : (3,) white noise on u, v [m/s] and r [rad/s]
     thrusters : number of thrust inputs
     targets : (sisters, windows, compared rows, 3), or None
     """
 
-    def __init__(self, wanted: Augmentation, thrusters: int, targets: Tensor | None) -> None:
+    def __init__(self, wanted: Augmentation, noise: Array, thrusters: int, targets: Tensor | None) -> None:
         self.wanted, self.thrusters, self.targets = wanted, thrusters, targets
+        self.noise = torch.as_tensor(noise, dtype=torch.float32)
 
     def __call__(self, inputs: Tensor, target: Tensor, index: Tensor, draw: torch.Generator) -> tuple[Tensor, Tensor]:
         """Inputs (batch, rows, inputs) and target (batch, compared rows, 3) of the windows `index`, varied."""
         wanted, batch = self.wanted, inputs.shape[0]
-        if wanted.speed_noise or wanted.yaw_rate_noise:
+        if self.noise.any():
             noise = torch.zeros(inputs.shape)
-            noise[..., :3] = torch.randn((*inputs.shape[:2], 3), generator=draw)
-            noise[..., :3] *= torch.tensor([wanted.speed_noise, wanted.speed_noise, wanted.yaw_rate_noise])
+            noise[..., :3] = torch.randn((*inputs.shape[:2], 3), generator=draw) * self.noise
             inputs = inputs + noise.to(inputs)
         if wanted.thrust_spread:
             gain = torch.ones((batch, 1, inputs.shape[-1]))

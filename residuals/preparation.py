@@ -17,7 +17,7 @@ from ..physics.frames import Array
 from ..physics.laws import envelope_of
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .augment import Augmenter, sister_targets
+from .augment import Augmenter, seen_noise, sister_targets
 from .coasting import Coasting
 from .inputs import input_names, network_inputs
 from .losses import Objective
@@ -102,7 +102,9 @@ def prepare_training(
     judge = Judge(split.validation, vehicle, coasting(judged), unit, **chosen)
     compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
     wanted = settings.augmentation
-    augmenter = Augmenter(wanted, scaling.drives, compared) if wanted.active else None
+    noise = seen_noise(split.train, settings, remembers)
+    varied = wanted.active or bool(noise.any())
+    augmenter = Augmenter(wanted, noise, scaling.drives, compared) if varied else None
     taps = filter_taps(split.train.recipe, windows.time_step)
     objective = Objective(
         windows,

@@ -61,6 +61,9 @@ class TrainingSettings:
     lambda_smooth : weight of |change of the correction from row to row|^2, in the units of the error
     lambda_rollout : weight of |velocity error of short rollouts|^2; used where `rollout_rows` is above 0
     rollout_rows : steps of those rollouts; 0 for none
+    sensor_noise : multiple of the log's own sensor noise that is drawn anew onto the velocities that a network with
+        memory sees in training. Without it the network learns to differentiate them, noise and all: it then "predicts"
+        the noise of the measured acceleration better than the true model could, and rolls out worse
     augmentation : of the training data
     seed : decides the weights at the start, the order of windows and all else that is random
     device : "auto" is a GPU where there is one
@@ -84,6 +87,7 @@ class TrainingSettings:
     lambda_smooth: float = 0.01
     lambda_rollout: float = 10.0
     rollout_rows: int = 0
+    sensor_noise: float = 1.0
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
     device: Device = "auto"
@@ -96,7 +100,7 @@ class TrainingSettings:
         for name in ("window", "learning_rate", "clip"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"training: expected a positive {name}, got {getattr(self, name)!r}")
-        for name in ("weight_decay", "lambda_data", "lambda_phys", "lambda_smooth", "lambda_rollout"):
+        for name in ("weight_decay", "lambda_data", "lambda_phys", "lambda_smooth", "lambda_rollout", "sensor_noise"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise RequestError(f"training: expected {name} of 0 or more, got {getattr(self, name)!r}")
         for name, known in (("schedule", ("fixed", "cosine")), ("device", ("auto", "cpu", "cuda"))):

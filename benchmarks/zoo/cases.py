@@ -24,10 +24,14 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Data of one training: `train` is split in time; `held` are whole runs that no model was fitted to."""
+    """Data of one training: `train` is split in time; `held` are whole runs that no model was fitted to.
+
+    `true` is the vehicle that made the data, where one is known.
+    """
 
     train: Inputs
     held: Inputs
+    true: Vehicle | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +64,7 @@ def simulated(hidden: Values, train: str, held: str, seed: int) -> Case:
         return Case(
             read_inputs(paths[:LOGS], nominal),
             read_inputs(paths[LOGS:], nominal, judge="all"),
+            true,
         )
 
 

@@ -11,8 +11,7 @@ from undertow.reports.run import discover
 from undertow.residuals.models import Model, VehicleModel
 from undertow.residuals.training import TrainingSettings, train
 
-LAWS = 0.1
-"""Weight of the laws in the loss of hybrid models."""
+from .cases import Case
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +21,7 @@ class Contender:
     Attributes
     ----------
     network : which, or None for a vehicle
-    base : the vehicle under it: nominal, calibrated or symbolic
+    base : the vehicle under it: true, nominal, calibrated or symbolic
     """
 
     base: str
@@ -32,28 +31,32 @@ class Contender:
     settings: tuple[tuple[str, Any], ...] = ()
 
 
-HYBRID = (("lambda_phys", LAWS),)
+FREE = (("lambda_phys", 0.0),)
 CONTENDERS = {
+    "the true boat": Contender("true"),
     "Fossen as it is": Contender("nominal"),
     "Fossen calibrated": Contender("calibrated"),
     "symbolic": Contender("symbolic"),
-    "residual MLP": Contender("nominal", "mlp"),
-    "hybrid MLP": Contender("calibrated", "mlp", settings=HYBRID),
-    "hybrid LSTM": Contender("calibrated", "lstm", settings=HYBRID),
-    "hybrid TCN": Contender("calibrated", "tcn", settings=HYBRID),
-    "hybrid transformer": Contender("calibrated", "transformer", settings=HYBRID),
+    "residual MLP": Contender("nominal", "mlp", settings=FREE),
+    "hybrid MLP": Contender("calibrated", "mlp"),
+    "hybrid LSTM": Contender("calibrated", "lstm"),
+    "hybrid TCN": Contender("calibrated", "tcn"),
+    "hybrid transformer": Contender("calibrated", "transformer"),
     "hybrid dissipative": Contender("calibrated", "dissipative"),
     "pure MLP": Contender("nominal", "mlp", pure=True),
     "pure LSTM": Contender("nominal", "lstm", pure=True),
     "pure TCN": Contender("nominal", "tcn", pure=True),
-    "hybrid LSTM through rollouts": Contender("calibrated", "lstm", settings=(*HYBRID, ("rollout_rows", 20))),
-    "hybrid LSTM that sees heading": Contender("calibrated", "lstm", heading=True, settings=HYBRID),
+    "hybrid LSTM that sees no noise": Contender("calibrated", "lstm", settings=(("sensor_noise", 0.0),)),
+    "hybrid LSTM through rollouts": Contender("calibrated", "lstm", settings=(("rollout_rows", 10), ("epochs", 60))),
+    "hybrid LSTM that sees heading": Contender("calibrated", "lstm", heading=True),
 }
 
 
-def vehicles(inputs: Inputs) -> dict[str, Callable[[], Vehicle]]:
-    """The vehicles that stand under the models, each made when it is asked for."""
-    return {
+def vehicles(case: Case) -> dict[str, Callable[[], Vehicle]]:
+    """The vehicles that stand under the models, each made when it is asked for; the true one where it is known."""
+    inputs, true = case.train, case.true
+    known = {} if true is None else {"true": lambda: true}
+    return known | {
         "nominal": lambda: inputs.vehicle,
         "calibrated": lambda: fit(inputs).vehicle,
         "symbolic": lambda: discover(inputs).discovery.corrected,
