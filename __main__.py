@@ -267,6 +267,9 @@ def train(
     rollout_rows: Annotated[
         int | None, typer.Option("--rollout-rows", help="Train through rollouts of so many rows, too.")
     ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say what of the correction is a named effect, and what is memory.")
+    ] = False,
     frame: FrameOption = None,
     channels: MapOption = None,
     as_json: JsonOption = False,
@@ -281,18 +284,24 @@ def train(
         settings = trained.settings_with(seed=seed, device=device, **given)
         chosen = trained.parsed_options(option or [])
         inputs = _read(logs, vehicle, frame, channels)
-        with training_progress(settings.epochs, _progress) as told:
-            done = trained.train(
-                inputs,
-                residual,
-                chosen,
-                pure=pure,
-                heading=heading,
-                settings=settings,
-                out=out,
-                resume=resume,
-                progress=told,
-            )
+        try:
+            with training_progress(settings.epochs, _progress) as told:
+                done = trained.train(
+                    inputs,
+                    residual,
+                    chosen,
+                    pure=pure,
+                    heading=heading,
+                    settings=settings,
+                    out=out,
+                    resume=resume,
+                    progress=told,
+                )
+        except KeyboardInterrupt:
+            print(f"\nundertow: interrupted; the same command with --resume goes on from {out}", file=sys.stderr)
+            raise typer.Exit(130) from None
+        if explain:
+            done = trained.explained(done, out, _progress)
         if as_json:
             _print_json(done.to_dict())
             return
@@ -301,7 +310,11 @@ def train(
         _say("")
         _prose(" ".join(done.sentences))
         _show(comparison_table(done.to_dict()))
-        _say(f"Network: {out} (model.yaml, weights.safetensors)")
+        if done.distilled is not None:
+            from .reports.distilled import distilled_table
+
+            _show(distilled_table(done.distilled))
+        _say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
 
 
 @app.command()

@@ -7,15 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..physics.errors import RequestError
+from ..physics.files import write_json
 from ..residuals.model_files import save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, TrainingSettings
 from .assess import scored
 from .inputs import Inputs
+from .run import Say
 from .wording import percent
 
 if TYPE_CHECKING:
+    from ..discovery.distilled import Distilled
     from ..residuals.training import Epoch, Trained
 
 TRAIN_SCHEMA = "undertow.train/1"
@@ -30,11 +33,13 @@ class TrainRun:
     inputs : logs and nominal vehicle
     trained : the network and how it came to be
     models : errors of the nominal model and of the network on held-out data, as in `comparison.json`
+    distilled : what of the correction is a named effect; None where that was not asked for
     """
 
     inputs: Inputs
     trained: "Trained"
     models: tuple[dict[str, Any], ...]
+    distilled: "Distilled | None" = None
 
     @property
     def sentences(self) -> list[str]:
@@ -72,6 +77,7 @@ class TrainRun:
             "split": self.inputs.parts.judge,
             "models": list(self.models),
             "training": found.to_dict(),
+            "distillation": None if self.distilled is None else self.distilled.to_dict(),
             "data": {
                 "rows": sum(part.rows for part in (split.train, split.validation, split.test)),
                 "train_seconds": split.train.seconds,
@@ -132,6 +138,16 @@ def train(
     nominal = scored(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts.judged)
     network = scored(found.model, inputs.parts.judged) | {"audit": "pass" if found.lawful else "fail"}
     return TrainRun(inputs, found, (nominal, network))
+
+
+def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, progress: Say | None = None) -> TrainRun:
+    """The training with its correction distilled, see `undertow.distil`; `out` also gets `distillation.json`."""
+    from .distilled import distil
+
+    found = distil(run.trained.model, run.inputs, progress=progress)
+    if out is not None:
+        write_json(Path(out) / "distillation.json", found.to_dict())
+    return replace(run, distilled=found)
 
 
 def check_folder(out: str | os.PathLike[str], resume: bool) -> Path:
