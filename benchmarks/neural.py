@@ -5,7 +5,7 @@ and judged on whole runs that nothing was fitted to. Results are kept one by one
 stopped goes on where it was; they count only for the source that made them. The full study writes its tables to
 `docs/neural_tables.md`.
 
-    python benchmarks/neural.py [--gazebo FOLDER] [--case NAME]... [--seeds 5] [--jobs N]
+    python benchmarks/neural.py [--gazebo FOLDER] [--blueboat FOLDER] [--case NAME]... [--seeds 5] [--jobs N]
 """
 
 import argparse
@@ -40,16 +40,17 @@ def fingerprint() -> str:
     return digest.hexdigest()[:16]
 
 
-def judge(setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
+def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
     """Fit and score every contender of one case and one seed; each result is kept as soon as it is there."""
     torch.set_num_threads(1)
     stored = json.loads(target.read_text("utf-8")) if target.is_file() else {}
     records: dict[str, Any] = stored.get("records", {}) if stored.get("source") == made_by else {}
-    if stored.get("done") and records:
+    wanted = {name: who for name, who in CONTENDERS.items() if who.case in ("", label)}
+    if {name for name, who in wanted.items() if who.base != "true"} <= set(records):
         return list(records.values())
     case = setting.make(seed)
     bases, built = vehicles(case), {}
-    wanted = {name: who for name, who in CONTENDERS.items() if who.base in bases}
+    wanted = {name: who for name, who in wanted.items() if who.base in bases}
     for name, who in wanted.items():
         if name in records:
             continue
@@ -65,7 +66,7 @@ def judge(setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[
             }
         records[name] = record
         target.parent.mkdir(parents=True, exist_ok=True)
-        write_json(target, {"source": made_by, "done": len(records) == len(wanted), "records": records})
+        write_json(target, {"source": made_by, "records": records})
         held = record["held"]["acceleration"]["rmse"]
         print(f"{target.stem}: {name}: " + ", ".join(f"{axis} {x:.4f}" for axis, x in held.items()), flush=True)
     return list(records.values())
@@ -75,13 +76,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the study, print its tables, and write the page when it is the full one."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gazebo", type=Path, help="folder of the Gazebo logs A_1.csv.gz ... and vehicle_linear.yaml")
+    parser.add_argument("--blueboat", type=Path, help="folder of field logs log_NNN.csv of a real BlueBoat")
     parser.add_argument("--case", action="append", help="may be repeated; default: all that the folders allow")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1))
     parser.add_argument("--folder", type=Path, default=ROOT / "runs" / "neural", help="where results are kept")
     parser.add_argument("--table", type=Path, help=f"page to write (default: {TABLES.name} for the full study)")
     given = parser.parse_args(arguments)
-    known = cases(given.gazebo)
+    known = cases(given.gazebo, given.blueboat)
     chosen = {name: known[name] for name in given.case or known}
     made_by = fingerprint()
     todo = [
@@ -89,7 +91,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for seed in range(given.seeds)
         for name in chosen
     ]
-    results = Parallel(n_jobs=given.jobs)(delayed(judge)(chosen[n], seed, target, made_by) for n, seed, target in todo)
+    results = Parallel(n_jobs=given.jobs)(
+        delayed(judge)(n, chosen[n], seed, target, made_by) for n, seed, target in todo
+    )
     by_case: dict[str, list[dict[str, Any]]] = {name: [] for name in chosen}
     for (name, _, _), records in zip(todo, results, strict=True):
         by_case[name] += records or []

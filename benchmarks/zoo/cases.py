@@ -1,5 +1,6 @@
 """The cases of the neural study: what is trained on, what is held out, and from which vehicle all models start."""
 
+import runpy
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -11,7 +12,7 @@ import numpy as np
 from undertow.physics.hidden_effects import apply_effects
 from undertow.physics.simulated_log import SimulatedLog
 from undertow.physics.typical_effects import random_hull
-from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds import NOISE, World
 from undertow.reports.inputs import Inputs, read_inputs
 
@@ -54,6 +55,21 @@ def gazebo(folder: Path, vehicle: str, train: str, held: str, seed: int) -> Case
     )
 
 
+def blueboat(folder: Path, seed: int) -> Case:
+    """Field logs of a real BlueBoat, every third held out, from the linear start of `examples/real_blueboat.py`."""
+    script = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "real_blueboat.py"))
+    start = vehicle_from_dict(script["START"], "start")
+    logs = sorted(folder.glob("log_*.csv"))
+    held = logs[seed % 3 :: 3]
+    with tempfile.TemporaryDirectory() as scratch:
+        channels = Path(scratch) / "channels.yaml"
+        channels.write_text(script["CHANNELS"], encoding="utf-8")
+        return Case(
+            read_inputs([log for log in logs if log not in held], start, channel_map=channels),
+            read_inputs(held, start, channel_map=channels, judge="all"),
+        )
+
+
 def simulated(hidden: Values, train: str, held: str, seed: int) -> Case:
     """Four logs of a random sister hull with hidden effects, and two more that are held out."""
     nominal = random_hull(load_vehicle(BASE), np.random.default_rng([seed, 11]))
@@ -72,8 +88,8 @@ def _log(vehicle: Vehicle, kind: str, seed: int) -> SimulatedLog:
     return World(vehicle, kind, SECONDS, 50_000 + seed).run(replace(NOISE["field"]))
 
 
-def cases(folder: Path | None) -> dict[str, Setting]:
-    """All cases by name; those on Gazebo logs only where their folder is given."""
+def cases(folder: Path | None, field: Path | None = None) -> dict[str, Setting]:
+    """All cases by name; those on recorded logs only where their folder is given: Gazebo's, and a real BlueBoat's."""
     drag = {"X_uu": -30.0, "N_rr": -40.0}
     memory = {"memory_sway": 100.0, "memory_yaw": 60.0, "memory_time": 1.0}
     found = {
@@ -108,4 +124,7 @@ def cases(folder: Path | None) -> dict[str, Setting]:
                 partial(gazebo, folder, vehicle, train, held),
                 False,
             )
+    if field is not None:
+        title = "Field logs of a real BlueBoat, every third log held out"
+        found["blueboat"] = Setting(title, "in", partial(blueboat, field), True)
     return found

@@ -9,6 +9,7 @@ from undertow.reports.fitted import fit
 from undertow.reports.inputs import Inputs
 from undertow.reports.run import discover
 from undertow.residuals.models import Model, VehicleModel
+from undertow.residuals.settings import Augmentation
 from undertow.residuals.training import TrainingSettings, train
 
 from .cases import Case
@@ -21,6 +22,7 @@ class Contender:
     Attributes
     ----------
     network : which, or None for a vehicle
+    case : the only case that it takes part in; empty for all
     base : the vehicle under it: true, nominal, calibrated or symbolic
     """
 
@@ -29,9 +31,11 @@ class Contender:
     pure: bool = False
     heading: bool = False
     settings: tuple[tuple[str, Any], ...] = ()
+    case: str = ""
 
 
 FREE = (("lambda_phys", 0.0),)
+VARIED = Augmentation(thrust_spread=0.1, hull_spread=0.1)
 CONTENDERS = {
     "the true boat": Contender("true"),
     "Fossen as it is": Contender("nominal"),
@@ -48,7 +52,8 @@ CONTENDERS = {
     "pure TCN": Contender("nominal", "tcn", pure=True),
     "hybrid LSTM that sees no noise": Contender("calibrated", "lstm", settings=(("sensor_noise", 0.0),)),
     "hybrid LSTM through rollouts": Contender("calibrated", "lstm", settings=(("rollout_rows", 10), ("epochs", 60))),
-    "hybrid LSTM that sees heading": Contender("calibrated", "lstm", heading=True),
+    "hybrid LSTM, varied": Contender("calibrated", "lstm", settings=(("augmentation", VARIED),)),
+    "hybrid LSTM that sees heading": Contender("calibrated", "lstm", heading=True, case="gazebo C"),
 }
 
 

@@ -6,6 +6,7 @@ memory of the call before goes on exactly where that one ended, whether it takes
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -109,10 +110,10 @@ def quiet_head(inputs: int) -> nn.Linear:
     return head
 
 
-def hidden_layers(inputs: int, units: int, layers: int) -> nn.Sequential:
-    """Fully connected ReLU layers."""
+def hidden_layers(inputs: int, units: int, layers: int, activation: Callable[[], nn.Module] = nn.ReLU) -> nn.Sequential:
+    """Fully connected layers, ReLU unless said otherwise."""
     parts: list[nn.Module] = []
     for _ in range(layers):
-        parts += [nn.Linear(inputs, units), nn.ReLU()]
+        parts += [nn.Linear(inputs, units), activation()]
         inputs = units
     return nn.Sequential(*parts)

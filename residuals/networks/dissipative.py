@@ -12,14 +12,18 @@ _START = -2.0
 """Logarithm of the diagonal of L over its scale at the start: L is a seventh of its scale, damping a fiftieth. It does
 not start at zero, where the gradient of L L^T vanishes."""
 
+_STRONGEST = (1.0, 0.1, 0.0)
+"""Effect of a thruster that counts on each axis even where the vehicle has a weaker one [N/N, N/N, N m/N]."""
+
 
 @final
 class Dissipative(Network):
-    """Force -(L L^T + S) nu_r + G T, where L, S and G depend on state and thrust through ReLU layers.
+    """Force -(L L^T + S) nu_r + G T, where L, S and G depend on state and thrust through layers of tanh.
 
     Its power without thrust is -|L^T nu_r|^2 <= 0, whatever the weights: S does no work, and the drive G T vanishes
-    with the thrust T. Each element of G is at most `gain` times the strongest effect that a thruster has on its axis
-    (on surge and sway: at least 1 N per N). The form -D(nu) nu with D + D^T >= 0 is that of Fossen (2021), section 6.4.
+    with the thrust T. Each element of G is at most `gain` times the strongest effect that a thruster has on its axis,
+    and at least `gain` N per N counts on surge, a tenth of that on sway. The layers are bounded, so that damping
+    beyond the data is that at its border. The form -D(nu) nu with D + D^T >= 0 is that of Fossen (2021), section 6.4.
     """
 
     name: ClassVar[str] = "dissipative"
@@ -27,7 +31,7 @@ class Dissipative(Network):
     def __init__(self, scaling: Scaling, *, units: int = 128, layers: int = 1, gain: float = 0.5) -> None:
         super().__init__(scaling, {"units": units, "layers": layers, "gain": gain})
         self.drives = scaling.drives
-        self.body = hidden_layers(self.width, units, layers)
+        self.body = hidden_layers(self.width, units, layers, nn.Tanh)
         self.factor, self.skew = nn.Linear(units, 6), nn.Linear(units, 3)
         self.drive = nn.Linear(units, 3 * self.drives)
         for head in (self.factor, self.skew, self.drive):
@@ -36,7 +40,7 @@ class Dissipative(Network):
         speeds = np.asarray(scaling.inputs.scale[:3], dtype=float)
         forces = np.abs(scaling.mass) @ scaling.output
         per_speed = np.sqrt(forces / speeds)
-        most = np.maximum(np.abs(scaling.reach).max(axis=1), (1.0, 1.0, 0.0))
+        most = np.maximum(np.abs(scaling.reach).max(axis=1), _STRONGEST)
         constants = {
             "factor_scale": per_speed,
             "skew_scale": np.array([per_speed[i] * per_speed[j] for i, j in ((0, 1), (0, 2), (1, 2))]),
