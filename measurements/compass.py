@@ -27,7 +27,7 @@ _USUAL = np.radians(10.0)
 _EXPLAINS, _PLAINLY = 0.3, 0.7
 _AGREE, _MOST_AGREE = 0.75, 0.78
 _CLEARLY = 5.0
-"""Standard errors that a deviation must reach to be plain: with few stretches the estimate of the error is too small."""
+"""Standard errors that a deviation must reach to be plain; with few stretches their estimate is too small."""
 _BLOCK = 5.0
 _LEAST_BLOCKS = 4
 _ROBUST_ROUNDS = 6

@@ -79,6 +79,21 @@ def test_train_writes_a_network_that_compare_reads(place: Path) -> None:
     assert network < 0.8 * nominal
 
 
+def test_train_explains_what_was_learnt(place: Path, tmp_path: Path) -> None:
+    out = tmp_path / "M"
+    words = ("--residual", "mlp", "--option", "units=32", "--epochs", "40", "--explain")
+    said = " ".join(done("train", place / "log.csv", "-v", "blueboat", *words, "--out", out).split())
+    assert "Share of the correction explained" in said
+    written = strict((out / "distillation.json").read_text())
+    assert written["schema"] == "undertow.distillation/1"
+    surge = written["axes"][0]
+    assert (surge["axis"], surge["matters"]) == ("surge", True)
+    assert surge["share"]["with_possible"] > 0.8
+    assert {effect["effect"] for effect in written["effects"]} & {"surge_linear_damping", "surge_quadratic_damping"}
+    compared = strict(done("compare", place / "log.csv", "-v", "blueboat", "--model", out, "--json"))
+    assert len(compared["models"]) == 2
+
+
 def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, tmp_path: Path) -> None:
     words = ("train", place / "log.csv", "-v", "blueboat", "--residual", "mlp", "--option", "units=32")
     found = strict(done(*words, "--epochs", "20", "--out", tmp_path / "N", "--json"))

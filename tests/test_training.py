@@ -219,6 +219,28 @@ def test_no_gain_is_invented_where_nothing_is_missing() -> None:
     assert (np.abs(after / before - 1.0) < 0.1).all()
 
 
+def test_a_network_with_memory_learns_the_boat_and_not_the_noise_of_its_sensors() -> None:
+    """Who sees the noise of past velocities predicts the noise of the acceleration made from them, and rolls out worse.
+
+    The nominal model is the true boat here, so that every gain on it is imaginary.
+    """
+    otter = load_vehicle("otter")
+    worlds = [simulate_world(otter, {}, duration=240.0, seed=k).motion(0.1) for k in range(2)]
+    raw = tuple(replace(world, source=str(k)) for k, world in enumerate(worlds))
+    parts = split(DataSet(tuple(smooth(motion, 1.2) for motion in raw), (), PAPER, raw))
+    settings = TrainingSettings(epochs=100, learning_rate=5e-3)
+    blind, seeing = (
+        train(parts, otter, "tcn", {"units": 16, "layers": 2}, settings=replace(settings, sensor_noise=share)).model
+        for share in (1.0, 0.0)
+    )
+    true = VehicleModel(otter, "true")
+    sway, leaked, honest = (acceleration_score(m, parts.test).rmse[1] for m in (true, seeing, blind))
+    assert leaked < 0.5 * sway
+    assert honest > 1.5 * leaked
+    leaked, honest = (rollout_scores(m, parts.test, (10.0,))["10"].velocity[1] for m in (seeing, blind))
+    assert honest < 0.7 * leaked
+
+
 def test_equal_seeds_give_equal_weights_and_torch_is_left_alone(dragged: Split) -> None:
     state, threads = torch.random.get_rng_state(), torch.get_num_threads()
     shaken = replace(QUICK, epochs=2, augmentation=Augmentation(0.02, 0.01, 0.1, 0.2))
