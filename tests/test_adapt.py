@@ -31,7 +31,7 @@ def world(duration: float = 120.0, noise: str = "field") -> Motion:
 def held(pushes: list[tuple[float, float]]) -> Motion:
     """A straight run under (seconds, thrust of each side [N]) steps, with white noise on the speeds."""
     thrust = np.concatenate([np.full(round(seconds / 0.05), push) for seconds, push in pushes])
-    time = 0.05 * np.arange(thrust.size)
+    time = np.asarray(0.05 * np.arange(thrust.size), dtype=float)
     nothing = np.zeros((time.size, 2)), np.zeros(time.size), np.zeros((time.size, 3))
     names = tuple(t.name for t in HULL.thrusters)
     rest = Motion(time, *nothing, np.column_stack([thrust] * len(names)), names)
@@ -173,7 +173,7 @@ def test_what_cannot_be_followed_is_refused(effects: tuple[str, ...], words: str
 )
 def test_settings_out_of_range_are_refused(name: str, value: float, words: str):
     with pytest.raises(RequestError, match=words):
-        AdaptSettings(**{name: value})
+        replace(AdaptSettings(), **{name: value})
 
 
 # The world that changes
