@@ -267,6 +267,10 @@ def train(
     rollout_rows: Annotated[
         int | None, typer.Option("--rollout-rows", help="Train through rollouts of so many rows, too.")
     ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Of the recipe, such as learning_rate=0.001, patience=50."),
+    ] = None,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say what of the correction is a named effect, and what is memory.")
     ] = False,
@@ -281,7 +285,7 @@ def train(
 
         trained.check_folder(out, resume)
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
-        settings = trained.settings_with(seed=seed, device=device, **given)
+        settings = trained.settings_with(set_ or [], seed=seed, device=device, **given)
         chosen = trained.parsed_options(option or [])
         inputs = _read(logs, vehicle, frame, channels)
         try:

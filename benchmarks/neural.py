@@ -1,7 +1,7 @@
 """Neural corrections beside Fossen's model and the symbolic one: every model on the same held-out runs, five seeds.
 
-Each model is fitted to the training part of the training runs (70 % of each, in time; the next 15 % stop the training)
-and judged on whole runs that nothing was fitted to. Results are kept one by one in a folder, so that a study that was
+Networks are trained on 70 % of each training run, in time, and the next 15 % stop the training; the vehicles under them,
+and the symbolic one, are fitted to both. All are judged on whole runs that nothing was fitted to. Results are kept one by one in a folder, so that a study that was
 stopped goes on where it was; they count only for the source that made them. The full study writes its tables to
 `docs/neural_tables.md`.
 
@@ -28,7 +28,7 @@ from undertow.residuals.scores import acceleration_score, rollout_scores
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = ROOT / "docs" / "neural_tables.md"
-PACKAGES = ("physics", "measurements", "residuals", "discovery")
+PACKAGES = ("physics", "measurements", "residuals", "discovery", "reports", "benchmarks/zoo")
 """Packages whose source decides the results."""
 
 

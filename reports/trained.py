@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from ..physics.files import write_json
 from ..residuals.model_files import save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
-from ..residuals.settings import CHECKPOINT, TrainingSettings
+from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from .assess import scored
 from .inputs import Inputs
 from .run import Say
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from ..residuals.training import Epoch, Trained
 
 TRAIN_SCHEMA = "undertow.train/1"
+_FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}
+_DEAR = 0.1
+"""Share of the validation error that the law may cost before it is worth a sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +60,12 @@ class TrainRun:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")
         if found.lawful:
             told.append("It creates no energy without thrust at any state that was tried.")
+            told += _price_of_the_law(found)
         else:
             told.append(
                 f"It creates energy without thrust at {percent(found.violating)} of the states that were tried, and so "
-                "did every epoch: try a larger --lambda-phys, or --residual dissipative, which cannot."
+                "did every epoch: try a larger --lambda-phys, or --residual dissipative, whose correction "
+                "cannot."
             )
         return told
 
@@ -84,6 +90,17 @@ class TrainRun:
                 "notes": list(self.inputs.notes),
             },
         }
+
+
+def _price_of_the_law(found: "Trained") -> list[str]:
+    """What the kept epoch gives away against the best one that creates energy, where that is much."""
+    kept, best = found.epochs[found.best_epoch - found.epochs[0].number], min(found.epochs, key=lambda e: e.rmse)
+    if best.rmse > (1.0 - _DEAR) * kept.rmse:
+        return []
+    return [
+        f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but creates energy at "
+        f"{percent(best.violating)} of the states: try a larger --lambda-phys, or other physics under it."
+    ]
 
 
 def train(
@@ -135,8 +152,9 @@ def train(
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]
         save_network(found.model, target, {"logs": logs, **found.to_dict()})
+        (target / CHECKPOINT).unlink(missing_ok=True)
     nominal = scored(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts.judged)
-    network = scored(found.model, inputs.parts.judged) | {"audit": "pass" if found.lawful else "fail"}
+    network = scored(found.model, inputs.parts.judged)
     return TrainRun(inputs, found, (nominal, network))
 
 
@@ -176,9 +194,32 @@ def check_folder(out: str | os.PathLike[str], resume: bool) -> Path:
     return target
 
 
-def settings_with(**given: Any) -> TrainingSettings:
-    """The recipe with what was given in place of its defaults; None stands for not given."""
-    return replace(TrainingSettings(), **{name: value for name, value in given.items() if value is not None})
+def settings_with(texts: Sequence[str] = (), **given: Any) -> TrainingSettings:
+    """The recipe with what was given in place of its defaults; None stands for not given.
+
+    Parameters
+    ----------
+    texts : settings such as `learning_rate=0.001`, those of `Augmentation` among them
+
+    Raises
+    ------
+    RequestError
+        for an unknown setting, naming the nearest, or a value that cannot be used.
+    """
+    recipe, varied = TrainingSettings(), Augmentation()
+    plain = {f.name: getattr(recipe, f.name) for f in fields(recipe) if f.name != "augmentation"}
+    variants = {f.name: getattr(varied, f.name) for f in fields(varied)}
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    for name, value in _pairs("--set", texts).items():
+        known = plain | variants
+        if name not in known:
+            near = get_close_matches(name, known, n=1, cutoff=0.0)[0]
+            raise RequestError(f"--set {name}: did you mean {near!r}? There are: {', '.join(known)}")
+        if name in chosen:
+            raise RequestError(f"--set {name}: it is given twice; give it once")
+        chosen[name] = value if isinstance(known[name], str) else _number(f"--set {name}={value}", value)
+    augmentation = replace(varied, **{name: chosen.pop(name) for name in variants if name in chosen})
+    return replace(recipe, augmentation=augmentation, **chosen)
 
 
 def parsed_options(texts: Sequence[str]) -> dict[str, int | float]:
@@ -189,14 +230,24 @@ def parsed_options(texts: Sequence[str]) -> dict[str, int | float]:
     RequestError
         for a text of another form, or an option that is given twice.
     """
-    found: dict[str, int | float] = {}
+    return {name: _number(f"--option {name}={value}", value) for name, value in _pairs("--option", texts).items()}
+
+
+def _pairs(what: str, texts: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
     for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            number = float(value)
-        except ValueError:
-            raise RequestError(f"--option {text}: expected NAME=NUMBER, for example units=64") from None
+        name, equals, value = text.partition("=")
+        if not equals or not name or not value:
+            raise RequestError(f"{what} {text}: expected NAME=VALUE, for example {_FOR_EXAMPLE[what]}")
         if name in found:
-            raise RequestError(f"--option {text}: {name} is given twice; give it once")
-        found[name] = int(number) if number.is_integer() and "." not in value else number
+            raise RequestError(f"{what} {text}: {name} is given twice; give it once")
+        found[name] = value
     return found
+
+
+def _number(text: str, value: str) -> int | float:
+    try:
+        number = float(value)
+    except ValueError:
+        raise RequestError(f"{text}: expected NAME=NUMBER") from None
+    return int(number) if number.is_integer() and "." not in value else number

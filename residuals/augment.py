@@ -20,9 +20,19 @@ SISTERS = 8
 
 
 def sister_targets(
-    data: DataSet, vehicle: Vehicle, settings: TrainingSettings, *, pure: bool, heading: bool, warm_up: float
+    data: DataSet,
+    vehicle: Vehicle,
+    settings: TrainingSettings,
+    target: Array,
+    *,
+    pure: bool,
+    heading: bool,
+    warm_up: float,
 ) -> Array | None:
     """Targets (sisters, windows, rows, 3) beside the physics of random sister hulls; None where none are asked for.
+
+    They are centred on `target`, that beside the vehicle itself (windows, rows, 3): the network cannot see which sister
+    is meant, so their mean is what it learns.
 
     Raises
     ------
@@ -39,7 +49,8 @@ def sister_targets(
     cuts = [
         windows_of(data, hull, pure=False, heading=heading, seconds=settings.window, warm_up=warm_up) for hull in hulls
     ]
-    return np.stack([c.target for c in cuts])
+    targets = np.stack([c.target for c in cuts])
+    return targets - targets.mean(axis=0) + target
 
 
 def seen_noise(data: DataSet, settings: TrainingSettings, remembers: bool) -> Array:

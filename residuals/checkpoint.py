@@ -58,6 +58,10 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     write_bytes(folder / CHECKPOINT, save(plain, {"undertow": json.dumps(said, allow_nan=False)}))
 
 
+FREE = ("epochs", "patience", "learning_rate", "schedule", "clip")
+"""Settings that may change when a training goes on: it is then longer, or more careful, and not another one."""
+
+
 def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | None:
     """The state that an interrupted training left in `folder`, None where there is none.
 
@@ -92,6 +96,9 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | Non
 
 def _check_recipe(path: Path, written: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
     plain = json.loads(json.dumps(dict(wanted)))
+    written = dict(written)
+    for recipe in (plain, written):
+        recipe["settings"] = {k: v for k, v in recipe.get("settings", {}).items() if k not in FREE}
     different = [key for key in {**written, **plain} if written.get(key) != plain.get(key)]
     if different:
         told = "; ".join(f"{key} was {written.get(key)!r}, is {plain.get(key)!r}" for key in sorted(different))

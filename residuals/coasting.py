@@ -1,4 +1,8 @@
-"""A network asked what a hull does without thrust: the states, its power there, and the verdict of the laws."""
+"""A network asked what a hull does without thrust: the states, its power there, and the verdict of the laws.
+
+What the network says of a hull at rest is a push from outside, as of wind or of a trim; it is no damping, and is taken
+off before power is asked for. That nothing should move at rest is another law.
+"""
 
 from typing import final
 
@@ -6,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ..physics.energy import TOLERANCE, coasting_power, surplus
+from ..physics.energy import coasting_power, surplus, violated
 from ..physics.frames import Array
 from ..physics.laws import damping_power
 from ..physics.matrices import mass_matrix
@@ -46,16 +50,21 @@ class Coasting:
         like: Tensor,
     ) -> None:
         count = states.shape[0]
-        columns = [states, np.zeros((count, len(vehicle.thrusters)))]
-        if heading:
-            angle = np.random.default_rng(7).uniform(-np.pi, np.pi, count)
-            columns += [np.cos(angle)[:, None], np.sin(angle)[:, None]]
+        idle = np.zeros((count, len(vehicle.thrusters)))
+        angle = np.random.default_rng(7).uniform(-np.pi, np.pi, count)
+        turned = [np.cos(angle)[:, None], np.sin(angle)[:, None]] if heading else []
         base = np.zeros(count) if pure else damping_power(vehicle, states)
-        self.scale = scale
+        self.scale, self.heading = scale, heading
         self.rows = max(1, round(SETTLE / time_step)) if remembers else 1
-        self.inputs, self.base, self.mass = (
+        rest = np.concatenate([np.zeros_like(states), idle, *turned], axis=1)
+        self.inputs, self.still, self.base, self.mass = (
             torch.as_tensor(v, dtype=like.dtype, device=like.device)
-            for v in (np.concatenate(columns, axis=1), base, mass_matrix(vehicle))
+            for v in (
+                np.concatenate([states, idle, *turned], axis=1),
+                rest if heading else rest[:1],
+                base,
+                mass_matrix(vehicle),
+            )
         )
 
     @property
@@ -63,14 +72,23 @@ class Coasting:
         """Number of states."""
         return self.inputs.shape[0]
 
-    def excess(self, network: Network, index: Tensor | None = None) -> Tensor:
-        """Power that the motion gains at the states (or those of `index`) in units of the scale, 0 where lawful."""
+    def push(self, network: Network, index: Tensor | None = None) -> Tensor:
+        """What the network says of a hull at rest: (1, 3), or for the heading of each state (n, 3)."""
+        still = self.still if index is None or not self.heading else self.still[index]
+        said, _ = network(still[:, None].expand(-1, self.rows, -1))
+        return said[:, -1]
+
+    def power(self, network: Network, index: Tensor | None = None) -> Tensor:
+        """Power that the motion gains at the states (or those of `index`) [W], (n,)."""
         inputs, base = (self.inputs, self.base) if index is None else (self.inputs[index], self.base[index])
         said, _ = network(inputs[:, None].expand(-1, self.rows, -1))
-        power = base + coasting_power(self.mass, inputs[:, :3], said[:, -1])
-        return surplus(power) / self.scale
+        return base + coasting_power(self.mass, inputs[:, :3], said[:, -1] - self.push(network, index))
+
+    def excess(self, network: Network, index: Tensor | None = None) -> Tensor:
+        """Power above what the law allows, in units of the scale, 0 where lawful."""
+        return surplus(self.power(network, index)) / self.scale
 
     def violating_share(self, network: Network) -> float:
         """Share of all states at which power is gained, beyond `physics.energy.TOLERANCE`."""
         with torch.no_grad():
-            return float((self.excess(network) > TOLERANCE).double().mean())
+            return float(violated(self.power(network), self.scale).double().mean())

@@ -78,24 +78,28 @@ class Objective:
         if settings.lambda_phys:
             loss = loss + settings.lambda_phys * self._unlawful(network, index, inputs, said, draw)
         if settings.rollout_rows and settings.lambda_rollout:
-            loss = loss + settings.lambda_rollout * self._astray(network, index, draw)
+            loss = loss + settings.lambda_rollout * self._astray(network, index, inputs, draw)
         return loss
 
     def _unlawful(self, network: Network, index: Tensor, inputs: Tensor, said: Tensor, draw: torch.Generator) -> Tensor:
         """Mean squared surplus of power: along the windows, and at states without thrust."""
-        power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], said)
+        told = said if self.coasting.heading else said - self.coasting.push(network)
+        power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], told)
         along = surplus(power, self.driven[index]) / self.coasting.scale
         drawn = torch.randint(self.coasting.count, (STATES,), generator=draw).to(index)
         return along.square().mean() + self.coasting.excess(network, drawn).square().mean()
 
-    def _astray(self, network: Network, index: Tensor, draw: torch.Generator) -> Tensor:
-        """Mean squared velocity error along rollouts from one random row, in what the unit adds up to on them."""
+    def _astray(self, network: Network, index: Tensor, inputs: Tensor, draw: torch.Generator) -> Tensor:
+        """Mean squared velocity error along rollouts from one random row, in what the unit adds up to on them.
+
+        The rows before it are those that the network sees in `inputs`, noise included.
+        """
         steps, warm = self.settings.rollout_rows, self.warm_rows
         most = self.inputs.shape[1] - steps - 1
         start = int(torch.randint(warm, most + 1, (), generator=draw))
         rows = slice(start - warm, start + steps + 1)
         states = self.states[index, rows]
         forcing = Forcing(self.thrust[index, rows], self.load[index, rows], self.air[index, rows])
-        rolled = self.shooter.velocities(network, self.inputs[index, rows], states, forcing, warm)
+        rolled = self.shooter.velocities(network, inputs[:, rows], states, forcing, warm)
         error = (rolled - states[:, warm + 1 :, 1:4]) / (self.unit * steps * self.time_step)
         return error.square().mean()

@@ -17,6 +17,7 @@ from ..physics.vehicle import Vehicle
 from .inputs import network_inputs, stacked_inputs
 from .models import Kind, Model
 from .networks.base import Memory, Network, Scaling
+from .threads import one_thread
 
 _RATE_SLACK = 0.01
 """Share by which a motion's time step may differ from the network's."""
@@ -76,7 +77,7 @@ class NetworkModel(Model):
         self._check_rate(motion)
         seen = self.tensor(network_inputs(self.vehicle, motion, self.heading))[None]
         said, memory = [], None
-        with torch.inference_mode():
+        with torch.inference_mode(), one_thread():
             for block in seen.split(_BLOCK, dim=1):
                 part, memory = self.network(block, memory)
                 said.append(part[0])
@@ -128,7 +129,7 @@ class _OpenLoop:
         self.last = np.zeros((3, starts.size))
 
     def __call__(self, k: int, state: Array) -> Array:
-        with torch.inference_mode():
+        with torch.inference_mode(), one_thread():
             said = self._first() if k == 0 else self._next(k, state)
         now = numbers(said).T
         held = now if k == 0 else 1.5 * now - 0.5 * self.last

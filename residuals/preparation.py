@@ -79,7 +79,7 @@ def prepare_training(
     warm_up = WARM_UP if remembers else 0.0
     chosen = {"pure": pure, "heading": heading}
     windows = windows_of(split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up)
-    sisters = sister_targets(split.train, vehicle, settings, **chosen, warm_up=warm_up)
+    sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])

@@ -2,6 +2,7 @@
 
 from dataclasses import asdict, dataclass, field
 from math import isfinite
+from numbers import Integral
 from typing import Any, Literal
 
 from ..physics.errors import RequestError
@@ -83,7 +84,7 @@ class TrainingSettings:
     weight_decay: float = 1e-4
     clip: float = 1.0
     lambda_data: float = 1.0
-    lambda_phys: float = 10.0
+    lambda_phys: float = 100.0
     lambda_smooth: float = 0.01
     lambda_rollout: float = 10.0
     rollout_rows: int = 0
@@ -95,7 +96,7 @@ class TrainingSettings:
     def __post_init__(self) -> None:
         for name, least in (("epochs", 1), ("patience", 1), ("batch", 1), ("rollout_rows", 0), ("seed", 0)):
             value = getattr(self, name)
-            if not isinstance(value, int) or value < least:
+            if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
                 raise RequestError(f"training: expected a whole number of at least {least} for {name}, got {value!r}")
         for name in ("window", "learning_rate", "clip"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):

@@ -19,6 +19,7 @@ from .network_model import NetworkModel
 from .networks.base import Network
 from .preparation import Prepared, prepare_training
 from .settings import CHECKPOINT, TrainingSettings
+from .threads import one_thread
 
 _BETTER = 1e-3
 """An epoch counts as better when it lowers the best error by more than this share of it."""
@@ -101,7 +102,8 @@ def train(
     network, options : a name and options of `networks.registry`
     pure : train in the place of the physics, not beside it
     heading : let the network see it
-    folder : where a checkpoint is written after each epoch, and removed when training is done; none without it
+    folder : where a checkpoint is written after each epoch; the caller removes it when the model is
+        saved. None writes nothing
     resume : go on from the checkpoint in `folder`, where there is one
     progress : called after each epoch
 
@@ -127,7 +129,6 @@ def train(
     model = NetworkModel(
         vehicle, prepared.network.cpu(), prepared.time_step, pure=pure, seconds_to_fit=perf_counter() - run.begun
     )
-    run.clean()
     return Trained(model, tuple(run.history), best.number, best.violating == 0.0, best.violating, why, chosen)
 
 
@@ -237,11 +238,6 @@ class _Run:
                 ),
             )
 
-    def clean(self) -> None:
-        """Remove the checkpoint of a training that is done."""
-        if self.folder is not None:
-            (self.folder / CHECKPOINT).unlink(missing_ok=True)
-
     def _judge(self, loss: float | None) -> None:
         number, judge = 0 if loss is None else self._next, self.prepared.judge
         rmse = judge.error(self.network) if loss is None or isfinite(loss) else float("nan")
@@ -278,13 +274,11 @@ def _reproducible(seed: int) -> Iterator[None]:
     Networks of this size gain nothing from a second thread, lose much where cores are shared, and with one thread the
     weights do not depend on the number of cores.
     """
-    fixed, threads = torch.backends.cudnn.deterministic, torch.get_num_threads()
-    with torch.random.fork_rng():
+    fixed = torch.backends.cudnn.deterministic
+    with torch.random.fork_rng(), one_thread():
         torch.manual_seed(seed)
         torch.backends.cudnn.deterministic = True
-        torch.set_num_threads(1)
         try:
             yield
         finally:
             torch.backends.cudnn.deterministic = fixed
-            torch.set_num_threads(threads)

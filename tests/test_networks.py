@@ -226,6 +226,16 @@ def test_where_it_has_no_damping_no_energy_is_made_either():
     assert (np.abs((velocity * force).sum(axis=1)) < 1e-12 * size).all()
 
 
+def test_the_dissipative_network_as_it_is_shipped_creates_no_energy_in_a_million_states():
+    network = randomised(build("dissipative", scaling(), {"units": 32}), spread=1.0)
+    velocity = np.random.default_rng(2).normal(size=(1_000_000, 3)).astype(np.float32)
+    seen = torch.zeros(1_000_000, 1, 5)
+    seen[:, 0, :3] = torch.as_tensor(velocity)
+    with torch.no_grad():
+        said = network(seen)[0][:, 0].double().numpy()
+    assert int((((velocity.astype(float) @ mass_matrix(HULL)) * said).sum(axis=1) > 0).sum()) == 0
+
+
 def test_its_drive_is_bounded_and_reaches_the_bound():
     gain = 0.3
     network = build("dissipative", scaling(), {"gain": gain, "units": 8}).double()

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 import undertow
 from undertow.__main__ import app
 from undertow.physics.errors import RequestError
-from undertow.reports.trained import parsed_options
+from undertow.reports.trained import parsed_options, settings_with
 from undertow.reports.training_progress import epoch_words, training_progress
 from undertow.residuals.model_files import load_network
 from undertow.residuals.training import Epoch
@@ -59,7 +59,7 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         "surge acceleration",
         "2 s position",
         "hybrid mlp",
-        "laws of energy not run pass",
+        "laws of energy not run not run",
         "(model.yaml, weights.safetensors)",
     ):
         assert text in said
@@ -98,11 +98,24 @@ def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, 
     words = ("train", place / "log.csv", "-v", "blueboat", "--residual", "mlp", "--option", "units=32")
     found = strict(done(*words, "--epochs", "20", "--out", tmp_path / "N", "--json"))
     assert set(found) == {
-        *("schema", "network", "options", "pure", "heading", "logs", "split", "models", "training", "data")
+        *(
+            "schema",
+            "network",
+            "options",
+            "pure",
+            "heading",
+            "logs",
+            "split",
+            "models",
+            "training",
+            "data",
+            "distillation",
+        )
     }
     assert (found["schema"], found["network"], found["options"]["units"]) == ("undertow.train/1", "mlp", 32)
     assert [row["name"] for row in found["models"]] == ["nominal", "hybrid mlp"]
     assert found["training"]["lawful"] is True
+    assert found["distillation"] is None
     for name in ("model.yaml", "weights.safetensors"):
         assert (tmp_path / "N" / name).read_bytes() == (place / "M" / name).read_bytes()
 
@@ -151,9 +164,12 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
     ("words", "text"),
     [
         (("--residual", "lstn"), "did you mean 'lstm'"),
-        (("--option", "units"), "expected NAME=NUMBER, for example units=64"),
+        (("--option", "units"), "expected NAME=VALUE, for example units=64"),
         (("--option", "units=8", "--option", "units=9"), "units is given twice"),
         (("--option", "width=9"), "unknown option 'width'"),
+        (("--set", "learning_rat=1"), "did you mean 'learning_rate'"),
+        (("--set", "epochs=3", "--epochs", "3"), "given twice"),
+        (("--set", "batch=many"), "expected NAME=NUMBER"),
         (("--epochs", "0"), "at least 1 for epochs"),
         (("--device", "tpu"), "auto or cpu or cuda"),
         (("--rollout-rows", "100"), "give shorter rollouts"),
@@ -200,6 +216,16 @@ def test_options_of_the_network_are_numbers() -> None:
     assert isinstance(found["units"], int)
     with pytest.raises(RequestError, match="expected NAME=NUMBER"):
         parsed_options(["units=many"])
+
+
+def test_settings_of_the_recipe_and_of_augmentation_are_set_by_name() -> None:
+    found = settings_with(["learning_rate=0.01", "speed_noise=0.02", "schedule=cosine"], seed=3, epochs=None)
+    assert (found.learning_rate, found.augmentation.speed_noise, found.schedule, found.seed) == (
+        0.01,
+        0.02,
+        "cosine",
+        3,
+    )
 
 
 def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -34,7 +34,7 @@ from undertow.residuals.inputs import input_names
 from undertow.residuals.models import VehicleModel
 from undertow.residuals.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.base import Network
-from undertow.residuals.networks.registry import build
+from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores
 from undertow.residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from undertow.residuals.shooting import Forcing, Shooter
@@ -131,12 +131,15 @@ def test_the_power_of_thrusters_balances_a_simulated_motion(dragged: Split) -> N
 
 
 def engine(split_: Split, push: float) -> tuple[Coasting, Network]:
-    """A network that pushes ahead with a constant acceleration, and states to ask it."""
+    """A network that pushes ahead with this acceleration for each m/s ahead, and states to ask it."""
     network = fresh("mlp", split_).float()
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.zero_()
-        network.head.bias[0] = push / 0.1  # type: ignore[union-attr, index]
+        mean, scale = network.get_buffer("input_mean")[0], network.get_buffer("input_scale")[0]
+        first = network.body[0]  # type: ignore[index]
+        first.weight[0, 0], first.bias[0] = scale, mean  # type: ignore[index, union-attr]
+        network.head.weight[0, 0] = push / 0.1  # type: ignore[union-attr, index]
     states = np.tile([1.0, 0.0, 0.0], (4, 1))
     like = next(network.parameters())
     settings = {"pure": False, "heading": False, "time_step": 0.1, "remembers": False}
@@ -149,6 +152,16 @@ def test_a_network_that_pushes_more_than_the_drag_creates_energy(dragged: Split,
     drag = -float(damping_power(HULL, np.array([1.0, 0.0, 0.0])))
     coasting, network = engine(dragged, (drag + TOLERANCE * 10.0 + beyond) / mass)
     assert coasting.violating_share(network) == share
+
+
+def test_a_push_at_rest_is_taken_for_the_environment(dragged: Split) -> None:
+    coasting, network = engine(dragged, 0.0)
+    before = coasting.power(network)
+    with torch.no_grad():
+        network.head.bias[0] = 50.0  # type: ignore[union-attr, index]
+    assert float(coasting.push(network)[0, 0].detach()) == pytest.approx(5.0)
+    assert torch.allclose(coasting.power(network), before, atol=1e-3)
+    assert coasting.violating_share(network) == 0.0
 
 
 # Windows and the filter
@@ -287,7 +300,7 @@ def test_a_resumed_training_ends_like_one_that_was_never_interrupted(
     assert told == [4, 5]
     assert weights(resumed) == weights(whole)
     assert resumed.epochs == whole.epochs
-    assert list(tmp_path.iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]  # until the model is saved
 
 
 def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(dragged: Split, tmp_path: Path) -> None:
@@ -298,10 +311,13 @@ def test_a_checkpoint_goes_on_only_with_its_own_settings_and_data(dragged: Split
 
     with pytest.raises(HaltError):
         train(dragged, HULL, "mlp", settings=settings, folder=tmp_path, progress=stop_at(1))
+    begun = (tmp_path / CHECKPOINT).read_bytes()
     with pytest.raises(RequestError, match="holds an interrupted training; resume it"):
         again(resume=False)
     with pytest.raises(RequestError, match="other settings or data: settings was .*'seed': 0.*, is .*'seed': 4"):
         again(seed=4)
+    assert again(learning_rate=1e-3).settings.learning_rate == 1e-3
+    (tmp_path / CHECKPOINT).write_bytes(begun)
     with pytest.raises(RequestError, match="other settings or data: data was"):
         again(parts_of({}))
     whole = (tmp_path / CHECKPOINT).read_bytes()
@@ -381,7 +397,7 @@ def test_an_unlawful_network_is_said_to_be_one(dragged: Split) -> None:
 
 def test_smoothness_calms_the_correction(dragged: Split) -> None:
     def change(weight: float) -> float:
-        found = train(dragged, HULL, "mlp", settings=replace(QUICK, lambda_smooth=weight))
+        found = train(dragged, HULL, "mlp", settings=replace(QUICK, epochs=25, lambda_smooth=weight, lambda_phys=0.0))
         return float(np.abs(np.diff(found.model.correction(dragged.test.motions[0]), axis=0)).mean())
 
     assert change(100.0) < 0.7 * change(0.0)
@@ -484,7 +500,7 @@ def test_the_force_equation_takes_tensors_and_arrays_alike() -> None:
 
 def test_training_through_rollouts_helps_rollouts() -> None:
     parts = parts_of({"thruster_lag": 0.4})
-    before = TrainingSettings(epochs=25, batch=4, learning_rate=5e-3)
+    before = TrainingSettings(epochs=25, batch=4, learning_rate=5e-3, lambda_phys=10.0)
     one, many = (
         rollout_scores(train(parts, HULL, "mlp", {"units": 32}, pure=True, settings=s).model, parts.test, (2.0,))
         for s in (before, replace(before, rollout_rows=10))
@@ -518,6 +534,13 @@ def test_augmentation_varies_what_it_says(dragged: Split) -> None:
     plain, target, inputs, moved = batch(Augmentation(hull_spread=0.2))
     assert torch.equal(inputs, plain)
     assert 0.01 < (moved - target).abs().mean() / target.abs().mean() < 2.0
+
+
+@pytest.mark.parametrize("name", list(NETWORKS))
+def test_each_network_trains_to_equal_weights_from_equal_seeds(dragged: Split, name: str) -> None:
+    settings = replace(QUICK, epochs=1)
+    first, second = (train(dragged, HULL, name, {"units": 8}, settings=settings) for _ in range(2))
+    assert weights(first) == weights(second)
 
 
 def test_the_envelope_of_the_penalty_is_that_of_training(dragged: Split) -> None:

@@ -74,4 +74,5 @@ def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> tuple[Mode
         return VehicleModel(base, who.base), {}
     settings = replace(TrainingSettings(seed=seed), **dict(who.settings))
     done = train(inputs.parts.split, base, who.network, pure=who.pure, heading=who.heading, settings=settings)
-    return done.model, {"lawful": done.lawful, "epochs": len(done.epochs), "seconds": done.model.seconds_to_fit}
+    told = {"lawful": done.lawful, "best": done.best_epoch, "epochs": len(done.epochs)}
+    return done.model, {**told, "seconds": done.model.seconds_to_fit}

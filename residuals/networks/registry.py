@@ -18,6 +18,10 @@ _MOST = {"units": 4096, "layers": 16, "heads": 64, "window": 4096, "kernel": 64,
 """Largest value of each option; a file that asks for more is damaged or hostile."""
 
 
+_MANY = 4096
+"""The same for an option that has no line above."""
+
+
 def default_options(name: str) -> dict[str, int | float]:
     """Options of a network and what they are when nothing is said.
 
@@ -47,10 +51,11 @@ def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None
                 f"network {name}: unknown option {option!r}: did you mean {near[0]!r}? There are: {_listed(known)}"
             )
         whole = isinstance(known[option], int)
+        most = _MOST.get(option, _MANY)
         fits = isinstance(value, int if whole else int | float) and not isinstance(value, bool)
-        if not fits or not 0 < value <= _MOST[option]:
+        if not fits or not 0 < value <= most:
             kind = "a whole number" if whole else "a number"
-            raise RequestError(f"network {name}: expected {kind} in (0, {_MOST[option]:g}] for {option}, got {value!r}")
+            raise RequestError(f"network {name}: expected {kind} in (0, {most:g}] for {option}, got {value!r}")
     full = known | chosen
     if "heads" in full and int(full["units"]) % int(full["heads"]):
         raise RequestError(
