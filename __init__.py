@@ -12,6 +12,7 @@ from typing import Any
 
 _PUBLIC = {
     "AdaptSettings": "discovery.adapt",
+    "Augmentation": "residuals.settings",
     "DataSet": "measurements.dataset",
     "DiscoverySettings": "discovery.discover",
     "EFFECTS": "physics.effects",
@@ -36,6 +37,7 @@ _PUBLIC = {
     "distil": "reports.distilled",
     "fit": "reports.fitted",
     "inspect_log": "measurements.inspection",
+    "load_model": "reports.run",
     "load_vehicle": "physics.vehicle",
     "prepare": "measurements.prepare",
     "read_inputs": "reports.inputs",

@@ -259,13 +259,15 @@ def train(
     option: Annotated[
         list[str] | None, typer.Option("--option", metavar="NAME=VALUE", help="Of the network, such as units=64.")
     ] = None,
-    epochs: Annotated[int | None, typer.Option("--epochs", help="Most epochs to train.")] = None,
+    epochs: Annotated[int | None, typer.Option("--epochs", help="Most epochs to train (300 when not given).")] = None,
     seed: SeedOption = 0,
     device: Annotated[str, typer.Option("--device", help="auto, cpu or cuda.")] = "auto",
     resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted training in the folder.")] = False,
-    lambda_phys: Annotated[float | None, typer.Option("--lambda-phys", help="Weight of the laws of energy.")] = None,
+    lambda_phys: Annotated[
+        float | None, typer.Option("--lambda-phys", help="Weight of the laws of energy (100).")
+    ] = None,
     rollout_rows: Annotated[
-        int | None, typer.Option("--rollout-rows", help="Train through rollouts of so many rows, too.")
+        int | None, typer.Option("--rollout-rows", help="Train through rollouts of so many rows, too (0).")
     ] = None,
     set_: Annotated[
         list[str] | None,
@@ -319,6 +321,28 @@ def train(
 
             _show(distilled_table(done.distilled))
         _say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
+
+
+@app.command()
+def explain(
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Folder of a network, run folder or vehicle file.")],
+    logs: Logs,
+    vehicle: VehicleOption,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Say what of a model's correction is a named effect, what has no name, and what is memory."""
+    with _failing_clearly():
+        from .discovery.discover import DiscoverySettings
+        from .reports.distilled import distil, distilled_table
+
+        found = distil(model, _read(logs, vehicle, frame, channels), DiscoverySettings(seed=seed), _progress)
+        if as_json:
+            _print_json(found.to_dict())
+        else:
+            _show(distilled_table(found))
 
 
 @app.command()

@@ -1,9 +1,9 @@
 """Neural corrections beside Fossen's model and the symbolic one: every model on the same held-out runs, five seeds.
 
-Networks are trained on 70 % of each training run, in time, and the next 15 % stop the training; the vehicles under them,
-and the symbolic one, are fitted to both. All are judged on whole runs that nothing was fitted to. Results are kept one by one in a folder, so that a study that was
-stopped goes on where it was; they count only for the source that made them. The full study writes its tables to
-`docs/neural_tables.md`.
+Networks are trained on 70 % of each training run, in time, and the next 15 % stop the training; the vehicles under
+them, and the symbolic one, are fitted to both. All are judged on whole runs that nothing was fitted to. Results are
+kept one by one in a folder, so that a study that was stopped goes on where it was; they count only for the source that
+made them. The full study takes an hour and writes its tables to `docs/neural_tables.md`.
 
     python benchmarks/neural.py [--gazebo FOLDER] [--blueboat FOLDER] [--case NAME]... [--seeds 5] [--jobs N]
 """

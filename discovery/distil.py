@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..physics.effects import Effect
 from ..physics.errors import RequestError
 from ..physics.forces import modelled_acceleration
 from ..physics.frames import AXES, FORCE_UNITS, Array
@@ -57,11 +58,11 @@ def distil_model(
     if not all(np.isfinite(claim).all() for claim in claims):
         raise RequestError(f"distil {model.name}: expected finite accelerations, got some that are not; train it again")
     with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        return _distilled(model.name, motions, claims, nominal, settings, say)
+        return _distilled(model, motions, claims, nominal, settings, say)
 
 
 def _distilled(
-    name: str,
+    model: Model,
     motions: Sequence[Motion],
     claims: Sequence[Array],
     nominal: Vehicle,
@@ -69,7 +70,10 @@ def _distilled(
     say: Callable[[str], None],
 ) -> Distilled:
     weak = WeakForm(motions, settings.weak, claims)
-    search = Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search)
+    name, pool = model.name, candidates(nominal, measurable(motions))
+    if not model.remembers:
+        pool = [candidate for candidate in pool if not _delays(candidate.effect)]
+    search = Search(weak, nominal, pool, settings.search)
     correction = weak.balance(nominal)
     size = np.sqrt((correction**2).mean(axis=0))
     smallest = settings.search.materiality * search.force_scale
@@ -101,6 +105,8 @@ def _distilled(
     rest = np.sqrt((remainder**2).mean(axis=0))
     say("asking what remains for memory")
     past = past_of(weak, nominal, remainder, [a for a in range(3) if matters[a] and rest[a] >= smallest[a]])
+    if not model.remembers:  # what goes with the past goes with it through the present state
+        past = {axis: replace(found, memory=0.0) for axis, found in past.items()}
     shares = np.stack([share(certain), share(named), share(state)], axis=1).tolist()
     axes = tuple(
         replace(blank(a), named=x[0], possible=x[1], explained=x[2], remainder=float(rest[a]), past=past.get(a))
@@ -114,6 +120,11 @@ def _distilled(
     return Distilled(
         name, nominal.name, axes, parts, tuple(t for key in terms if ":" in key for t in terms[key]), seconds
     )
+
+
+def _delays(effect: Effect) -> bool:
+    """Whether an effect makes the force depend on the motion or the command before: it has a time constant."""
+    return any(parameter.unit == "s" for parameter in effect.parameters)
 
 
 def _part(

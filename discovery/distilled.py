@@ -137,7 +137,7 @@ class Distilled:
         if not names:
             return f"No named effect is found for sure in what {self.model} adds to {self.nominal}."
         listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-        return f"What {self.model} adds to {self.nominal} holds {listed}."
+        return f"Along this motion, what {self.model} adds to {self.nominal} holds {listed}."
 
     @property
     def sentences(self) -> list[str]:

@@ -8,14 +8,14 @@ from ..discovery.discover import DiscoverySettings
 from ..discovery.distil import distil_model
 from ..discovery.distilled import Distilled
 from ..residuals.models import Model
-from .inputs import Inputs
+from .inputs import Inputs, PathLike
 from .layout import Prose, bullets, plain_table, section, stacked
-from .run import Say
+from .run import Say, check_commands, load_model
 from .wording import number, percent, unit_text, words
 
 
 def distil(
-    model: Model, inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None
+    model: Model | PathLike, inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None
 ) -> Distilled:
     """Say what of a model's correction is a named effect, and what remains.
 
@@ -24,7 +24,7 @@ def distil(
 
     Parameters
     ----------
-    model : a network, or any model of accelerations that takes the commands of the vehicle
+    model : a network, or any model of accelerations that takes the commands of the vehicle; or its folder or file
     inputs : logs and nominal vehicle, see `read_inputs`
     settings : of the search, its seed among them
     progress : called with a line for each step
@@ -32,8 +32,12 @@ def distil(
     Raises
     ------
     RequestError
-        when the logs are too short, or the model gives accelerations that are not finite.
+        when the model cannot be read or takes other commands, the logs are too short, or the model gives accelerations
+        that are not finite.
     """
+    if not isinstance(model, Model):
+        model = load_model(model)
+    check_commands(model, inputs)
     parts = inputs.parts.split
     return distil_model(model, (*parts.train.motions, *parts.validation.motions), inputs.vehicle, settings, progress)
 

@@ -17,7 +17,7 @@ from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.vehicle import load_vehicle
 from ..residuals.model_files import load_network
 from ..residuals.models import Model, VehicleModel
-from ..residuals.neural import is_network_folder
+from ..residuals.neural import SETTINGS, WEIGHTS, is_network_folder
 from .assess import comparison, model_failures, score_step, series
 from .inputs import Inputs, PathLike
 
@@ -170,15 +170,26 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
 def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:
     """A model that takes the commands that the logs were prepared for, under a name of its own."""
     model = load_model(path)
+    if model.name in taken:
+        model.name = path
+    check_commands(model, inputs)
+    return model
+
+
+def check_commands(model: Model, inputs: Inputs) -> None:
+    """Check that a model takes the commands that the logs were prepared for.
+
+    Raises
+    ------
+    RequestError
+        when it takes others.
+    """
     commands = tuple(thruster.channel for thruster in model.vehicle.thrusters)
     if commands != inputs.channels:
         raise RequestError(
-            f"model {path}: expected the commands of the nominal vehicle, {' '.join(inputs.channels)}, got "
+            f"model {model.name}: expected the commands of the nominal vehicle, {' '.join(inputs.channels)}, got "
             f"{' '.join(commands)}; give a model with the same thrusters"
         )
-    if model.name in taken:
-        model.name = path
-    return model
 
 
 def load_model(path: PathLike) -> Model:
@@ -192,6 +203,8 @@ def load_model(path: PathLike) -> Model:
     source = Path(path)
     if is_network_folder(source):
         return load_network(source)
+    if source.is_file() and source.name in (SETTINGS, WEIGHTS) and is_network_folder(source.parent):
+        raise RequestError(f"{source} is a part of a network; give its folder, {source.parent}")
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")

@@ -20,15 +20,18 @@ from .wording import percent
 
 if TYPE_CHECKING:
     from ..discovery.distilled import Distilled
+    from ..residuals.network_model import NetworkModel
     from ..residuals.training import Epoch, Trained
 
 TRAIN_SCHEMA = "undertow.train/1"
+DISTILLATION = "distillation.json"
+"""What a network's folder says of its correction; it goes when another network takes the folder."""
 _FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}
 _DEAR = 0.1
 """Share of the validation error that the law may cost before it is worth a sentence."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class TrainRun:
     """A finished training, scored.
 
@@ -44,6 +47,14 @@ class TrainRun:
     trained: "Trained"
     models: tuple[dict[str, Any], ...]
     distilled: "Distilled | None" = None
+
+    def __repr__(self) -> str:
+        return f"TrainRun({' '.join(self.sentences)})"
+
+    @property
+    def model(self) -> "NetworkModel":
+        """The trained network."""
+        return self.trained.model
 
     @property
     def sentences(self) -> list[str]:
@@ -152,7 +163,8 @@ def train(
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]
         save_network(found.model, target, {"logs": logs, **found.to_dict()})
-        (target / CHECKPOINT).unlink(missing_ok=True)
+        for stale in (CHECKPOINT, DISTILLATION):
+            (target / stale).unlink(missing_ok=True)
     nominal = scored(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts.judged)
     network = scored(found.model, inputs.parts.judged)
     return TrainRun(inputs, found, (nominal, network))
@@ -164,7 +176,7 @@ def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, progress
 
     found = distil(run.trained.model, run.inputs, progress=progress)
     if out is not None:
-        write_json(Path(out) / "distillation.json", found.to_dict())
+        write_json(Path(out) / DISTILLATION, found.to_dict())
     return replace(run, distilled=found)
 
 

@@ -62,6 +62,9 @@ FREE = ("epochs", "patience", "learning_rate", "schedule", "clip")
 """Settings that may change when a training goes on: it is then longer, or more careful, and not another one."""
 
 
+_OTHER = {"data": "the logs, or how they are prepared, are others", "vehicle": "the vehicle is another"}
+
+
 def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | None:
     """The state that an interrupted training left in `folder`, None where there is none.
 
@@ -99,12 +102,18 @@ def _check_recipe(path: Path, written: Mapping[str, Any], wanted: Mapping[str, A
     written = dict(written)
     for recipe in (plain, written):
         recipe["settings"] = {k: v for k, v in recipe.get("settings", {}).items() if k not in FREE}
-    different = [key for key in {**written, **plain} if written.get(key) != plain.get(key)]
-    if different:
-        told = "; ".join(f"{key} was {written.get(key)!r}, is {plain.get(key)!r}" for key in sorted(different))
+    told = []
+    for key in sorted({**written, **plain}):
+        before, now = written.get(key), plain.get(key)
+        if isinstance(before, dict) and isinstance(now, dict):
+            names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+            told += [f"{name} was {before.get(name)!r}, is {now.get(name)!r}" for name in names]
+        elif before != now:
+            told.append(_OTHER.get(key) or f"{key} was {before!r}, is {now!r}")
+    if told:
         raise RequestError(
-            f"{path} belongs to a training with other settings or data: {told}. Go on with the same, or remove the "
-            "checkpoint to train anew"
+            f"{path} belongs to another training: {'; '.join(told)}. Go on with the same, or remove the checkpoint to "
+            "train anew"
         )
 
 

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from .network_model import NetworkModel
     from .networks.base import Network, Scaling
 
+_MADE_FOR = "undertow.settings_sha256"
+"""Key of the digest of the settings in the metadata of the weights: weights mean nothing under other settings."""
 _SAME = 1e-6
 """Relative difference up to which two constants are the same; weights are written in single precision."""
 
@@ -85,7 +87,6 @@ def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training
     _check_target(target)
     scaling = model.network.scaling
     _check_scaling(scaling, model.vehicle, f"cannot write the network to {target}")
-    weights = save({name: tensor.detach().cpu().contiguous() for name, tensor in model.network.state_dict().items()})
     constants = scaling.inputs
     settings = {
         "schema": SCHEMA,
@@ -99,6 +100,10 @@ def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training
         ],
         "output_scale": [float(scale) for scale in scaling.output],
         "vehicle": model.vehicle.to_dict(),
+    }
+    tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.network.state_dict().items()}
+    weights = save(tensors, {_MADE_FOR: _digest(settings)})
+    settings |= {
         "weights_sha256": hashlib.sha256(weights).hexdigest(),
         "training": json.loads(strict_json(dict(training))),
     }
@@ -134,7 +139,13 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
     mean, scale = (np.array([getattr(column, key) for column in settings.inputs]) for key in ("mean", "scale"))
     scaling = scaling_of(vehicle, Standardisation(names, mean, scale), np.array(settings.output_scale))
     _check_scaling(scaling, vehicle, f"{source / SETTINGS}")
-    network = _network(settings, scaling, _weights(source / WEIGHTS, settings.weights_sha256), source)
+    weights, made_for = _weights(source / WEIGHTS, settings.weights_sha256)
+    network = _network(settings, scaling, weights, source)
+    if made_for != _digest(read_yaml((source / SETTINGS).read_text("utf-8"))):
+        raise RequestError(
+            f"{source / SETTINGS}: the weights were trained under other settings, so the file was edited; put it back, "
+            "or train the network again"
+        )
     return NetworkModel(vehicle, network, settings.time_step, pure=settings.pure, name=source.name)
 
 
@@ -222,7 +233,15 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
     return one.shape == other.shape and np.allclose(one, other, rtol=_SAME, atol=1e-3 * _SAME * np.abs(other).max())
 
 
-def _weights(path: Path, digest: str) -> "dict[str, Tensor]":
+def _digest(settings: Mapping[str, Any]) -> str:
+    """Digest of all that gives weights their meaning, the same before and after a trip through YAML."""
+    meant = {name: value for name, value in settings.items() if name not in ("weights_sha256", "training")}
+    plain = yaml.safe_load(yaml.safe_dump(meant))
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+
+def _weights(path: Path, digest: str) -> "tuple[dict[str, Tensor], str | None]":
+    """Give the tensors, and the digest of the settings that they belong to."""
     from safetensors import SafetensorError
     from safetensors.torch import load
 
@@ -237,7 +256,9 @@ def _weights(path: Path, digest: str) -> "dict[str, Tensor]":
             "file is damaged, or from another network"
         )
     try:
-        return load(data)
+        tensors = load(data)
+        header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+        return tensors, (header.get("__metadata__") or {}).get(_MADE_FOR)
     except (SafetensorError, ValueError, KeyError) as error:
         raise RequestError(f"{path}: not readable as safetensors ({error})") from None
 

@@ -23,6 +23,7 @@ class Model(ABC):
     kind : physics, symbolic, hybrid or network
     parameters : how many numbers were fitted
     seconds_to_fit : time that fitting took [s]
+    remembers : whether its acceleration may depend on the motion before
     vehicle : whose commands it takes
     """
 
@@ -30,6 +31,7 @@ class Model(ABC):
     kind: Kind
     parameters: int
     seconds_to_fit: float
+    remembers: bool = True
     vehicle: Vehicle
 
     @abstractmethod

@@ -60,6 +60,8 @@ class NetworkModel(Model):
         self.kind: Kind = "network" if pure else "hybrid"
         self.parameters = sum(p.numel() for p in network.parameters())
         self.seconds_to_fit = seconds_to_fit
+        with torch.inference_mode():
+            self.remembers = bool(network(self.tensor(np.zeros((1, 1, network.width))))[1])
 
     @property
     def heading(self) -> bool:

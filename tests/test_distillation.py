@@ -63,7 +63,10 @@ def test_a_single_effect_is_named_with_its_coefficient():
     assert surge.past is None
     assert not sway.matters
     assert not yaw.matters
-    assert found.headline == "What network adds to BlueBoat (ArduPilot Gazebo) holds surge quadratic damping."
+    assert (
+        found.headline
+        == "Along this motion, what network adds to BlueBoat (ArduPilot Gazebo) holds surge quadratic damping."
+    )
     assert surge.sentence.endswith("named effects explain 100 %; what remains is too small to matter.")
     assert sway.sentence.endswith("is too small to matter.")
 

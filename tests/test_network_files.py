@@ -301,6 +301,19 @@ def test_mass_in_the_weights_must_be_the_vehicles(tmp_path: Path, motion: Motion
         load_network(folder)
 
 
+@pytest.mark.parametrize(
+    ("line", "other"),
+    [("pure: false", "pure: true"), ("time_step: 0.1", "time_step: 0.05"), ("X_u:", "N_ur: -3.0, X_u:")],
+)
+def test_settings_that_the_weights_were_not_trained_under_are_refused(line: str, other: str, folder: Path):
+    path = folder / "model.yaml"
+    text = path.read_text()
+    assert line in text
+    path.write_text(text.replace(line, other, 1))
+    with pytest.raises(RequestError, match="trained under other settings, so the file was edited"):
+        load_network(folder)
+
+
 @pytest.mark.parametrize("kept", [0, 7, 200, -1])
 def test_truncated_or_touched_weights_are_refused(kept: int, folder: Path):
     path = folder / "weights.safetensors"

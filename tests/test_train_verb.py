@@ -90,8 +90,15 @@ def test_train_explains_what_was_learnt(place: Path, tmp_path: Path) -> None:
     assert (surge["axis"], surge["matters"]) == ("surge", True)
     assert surge["share"]["with_possible"] > 0.8
     assert {effect["effect"] for effect in written["effects"]} & {"surge_linear_damping", "surge_quadratic_damping"}
+    again = strict(done("explain", out, place / "log.csv", "-v", "blueboat", "--json"))
+    assert again["axes"] == written["axes"]
+    assert "Share of the correction explained" in done("explain", out, place / "log.csv", "-v", "blueboat")
+    refused = call("explain", out, place / "log.csv", "-v", "otter")
+    assert (refused.exit_code, refused.stdout) == (2, "")
     compared = strict(done("compare", place / "log.csv", "-v", "blueboat", "--model", out, "--json"))
     assert len(compared["models"]) == 2
+    done("train", place / "log.csv", "-v", "blueboat", "--epochs", "1", "--out", out)
+    assert not (out / "distillation.json").exists()  # it told of another network
 
 
 def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, tmp_path: Path) -> None:

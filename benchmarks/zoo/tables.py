@@ -1,6 +1,6 @@
 """The tables of the neural study, and the sentences that their figures make."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -97,22 +97,76 @@ def page(results: Mapping[str, tuple[Setting, Records]]) -> str:
 
 
 def summary(results: Mapping[str, tuple[Setting, Records]]) -> str:
-    """One row a case: what the limits of the paper ask."""
-    lines = [
-        "| case | hybrid LSTM against calibrated, one step | hybrid TCN | hybrid LSTM against pure LSTM, one step |"
-        " hybrid TCN against pure TCN | LSTM against MLP, 10 s rollouts | TCN against MLP |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+    """What must hold, case by case, and what becomes of the paper's three hypotheses."""
+    lines = ["## What must hold", "", "| claim | case | limit | figure | holds |", "| --- | --- | --- | --- | --- |"]
+    for claim, case, limit, figures, holds in claims(results):
+        lines.append(f"| {claim} | {case} | {limit} | {percent(figures)} | {'yes' if holds else '**no**'} |")
+    lines += [
+        "",
+        "Less error is minus. The better of LSTM and TCN counts in the first two claims; both in the last.",
+        "",
     ]
-    step, rolled = ("acceleration", "rmse"), ("rollout", "10")
+    return "\n".join([*lines, "## The hypotheses", "", *hypotheses(results)])
+
+
+Claim = tuple[str, str, str, np.ndarray, bool]
+
+
+def claims(results: Mapping[str, tuple[Setting, Records]]) -> list[Claim]:
+    """Each claim for each case that it is about, with the change of the error and whether it holds in the mean."""
+    found: list[Claim] = []
+
+    def best(records: Records, other: Callable[[str], str]) -> np.ndarray:
+        pairs = [relative(records, f"hybrid {n}", other(n), "held", "acceleration", "rmse") for n in ("LSTM", "TCN")]
+        return max((p for p in pairs if p.size), key=lambda p: float(p.mean()), default=np.zeros(0))
+
     for name, (_, records) in results.items():
-        pairs = (
-            ("hybrid LSTM", BASELINE, step),
-            ("hybrid TCN", BASELINE, step),
-            ("hybrid LSTM", "pure LSTM", step),
-            ("hybrid TCN", "pure TCN", step),
-            ("hybrid LSTM", "hybrid MLP", rolled),
-            ("hybrid TCN", "hybrid MLP", rolled),
+        gain = best(records, lambda network: BASELINE)
+        if gain.size:
+            found.append(("one step, against calibrated", name, "at least −25 %", gain, gain.mean() >= 0.25))
+    for name, (setting, records) in results.items():
+        gain = best(records, lambda network: f"pure {network}")
+        if gain.size and setting.domain == "out":
+            found.append(("one step out of domain, against pure", name, "at least −14 %", gain, gain.mean() >= 0.14))
+    for name, clearly in (("memory", True), ("no memory", False)):
+        for network in ("LSTM", "TCN") if name in results else ():
+            gain = relative(results[name][1], f"hybrid {network}", "hybrid MLP", "held", "rollout", "10")
+            limit = "at least −20 %" if clearly else "no more than −5 %"
+            holds = bool(gain.mean() >= 0.2 if clearly else gain.mean() <= 0.05)
+            found.append((f"10 s rollouts, {network} against MLP", name, limit, gain, holds))
+    return found
+
+
+def hypotheses(results: Mapping[str, tuple[Setting, Records]]) -> list[str]:
+    """The paper's hypotheses as sentences with figures."""
+    step = ("acceleration", "rmse")
+    out = [records for setting, records in results.values() if setting.domain == "out" and records]
+
+    def times(name: str) -> str:
+        ratios = [values(r, name, "held", *step) / values(r, name, "own", *step) for r in out]
+        return f"{np.median(np.concatenate(ratios)):.1f}"
+
+    def against(name: str, *keys: str) -> str:
+        return percent(np.concatenate([relative(r, name, BASELINE, "held", *keys) for r in out]))
+
+    r2 = {c: values(records, BASELINE, "held", "acceleration", "r2") for c, (_, records) in results.items()}
+    worst = ", ".join(f"{c} {v.mean(axis=0).min():.2f}" for c, v in r2.items() if v.size)
+    lines = [
+        f"- **H1, physics alone is limited.** R² of the calibrated Fossen model on its worst axis: {worst}. Its form lacks "
+        "what the boat has, and no values of its parameters replace that."
+    ]
+    if not out:
+        return lines
+    pure, hybrid = ("pure MLP", "pure LSTM", "pure TCN"), ("hybrid MLP", "hybrid LSTM", "hybrid TCN")
+    lines.append(
+        "- **H2, pure networks do not leave their domain.** One-step error on hard runs over that on the held-out end of "
+        "the gentle runs that they were trained on (median over cases, seeds and axes; hard runs are livelier, so that any "
+        f"model has more than 1): {', '.join(f'{n} {times(n)}' for n in pure)}; hybrids and others: "
+        f"{', '.join(f'{n} {times(n)}' for n in (*hybrid, BASELINE, 'symbolic'))}."
+    )
+    for what, keys in (("one-step error", step), ("error of 10 s rollouts", ("rollout", "10"))):
+        lines.append(
+            f"- **H3, hybrids beat both.** Out of domain, {what} against the calibrated model (mean ± standard deviation "
+            f"over cases and seeds): {', '.join(f'{n} {against(n, *keys)}' for n in (*pure, *hybrid, 'symbolic'))}."
         )
-        cells = [percent(relative(records, a, b, "held", *keys)) for a, b, keys in pairs]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+    return lines

@@ -65,6 +65,7 @@ def build(name: str, scaling: Scaling, options: Mapping[str, int | float] | None
 
 
 def _class(name: str) -> type[Network]:
+    name = str(name).lower()
     if name not in NETWORKS:
         near = get_close_matches(str(name), NETWORKS, n=1, cutoff=0.0)
         raise RequestError(f"unknown network {name!r}: did you mean {near[0]!r}? There are: {_listed(NETWORKS)}")
