@@ -152,21 +152,21 @@ def hypotheses(results: Mapping[str, tuple[Setting, Records]]) -> list[str]:
     r2 = {c: values(records, BASELINE, "held", "acceleration", "r2") for c, (_, records) in results.items()}
     worst = ", ".join(f"{c} {v.mean(axis=0).min():.2f}" for c, v in r2.items() if v.size)
     lines = [
-        f"- **H1, physics alone is limited.** R² of the calibrated Fossen model on its worst axis: {worst}. Its form lacks "
-        "what the boat has, and no values of its parameters replace that."
+        f"- **H1, physics alone is limited.** R² of the calibrated Fossen model on its worst axis: {worst}. Its form "
+        "lacks what the boat has, and no values of its parameters replace that."
     ]
     if not out:
         return lines
     pure, hybrid = ("pure MLP", "pure LSTM", "pure TCN"), ("hybrid MLP", "hybrid LSTM", "hybrid TCN")
     lines.append(
-        "- **H2, pure networks do not leave their domain.** One-step error on hard runs over that on the held-out end of "
-        "the gentle runs that they were trained on (median over cases, seeds and axes; hard runs are livelier, so that any "
-        f"model has more than 1): {', '.join(f'{n} {times(n)}' for n in pure)}; hybrids and others: "
+        "- **H2, pure networks do not leave their domain.** One-step error on hard runs over that on the held-out end "
+        "of the gentle runs that they were trained on (median over cases, seeds and axes; hard runs are livelier, so "
+        f"that any model has more than 1): {', '.join(f'{n} {times(n)}' for n in pure)}; hybrids and others: "
         f"{', '.join(f'{n} {times(n)}' for n in (*hybrid, BASELINE, 'symbolic'))}."
     )
     for what, keys in (("one-step error", step), ("error of 10 s rollouts", ("rollout", "10"))):
         lines.append(
-            f"- **H3, hybrids beat both.** Out of domain, {what} against the calibrated model (mean ± standard deviation "
-            f"over cases and seeds): {', '.join(f'{n} {against(n, *keys)}' for n in (*pure, *hybrid, 'symbolic'))}."
+            f"- **H3, hybrids beat both.** Out of domain, {what} against the calibrated model (mean ± standard "
+            f"deviation over cases and seeds): {', '.join(f'{n} {against(n, *keys)}' for n in (*pure, *hybrid, 'symbolic'))}."
         )
     return lines
