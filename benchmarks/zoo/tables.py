@@ -165,8 +165,9 @@ def hypotheses(results: Mapping[str, tuple[Setting, Records]]) -> list[str]:
         f"{', '.join(f'{n} {times(n)}' for n in (*hybrid, BASELINE, 'symbolic'))}."
     )
     for what, keys in (("one-step error", step), ("error of 10 s rollouts", ("rollout", "10"))):
+        told = ", ".join(f"{n} {against(n, *keys)}" for n in (*pure, *hybrid, "symbolic"))
         lines.append(
             f"- **H3, hybrids beat both.** Out of domain, {what} against the calibrated model (mean ± standard "
-            f"deviation over cases and seeds): {', '.join(f'{n} {against(n, *keys)}' for n in (*pure, *hybrid, 'symbolic'))}."
+            f"deviation over cases and seeds): {told}."
         )
     return lines
