@@ -203,6 +203,18 @@ def test_failures_say_which_rows_they_are_about():
     assert "Where it fails\n" in re.sub(" +\n", "\n", printed(failures_table([place])))
 
 
+def test_many_models_keep_their_numbers_and_names():
+    first = COMPARISON["models"][0]
+    names = [f"a_folder_with_a_long_name_{k}" for k in range(9)]
+    found = {**COMPARISON, "split": "all", "models": [first, *({**first, "name": name} for name in names)]}
+    text = printed(comparison_table(found))
+    assert text.count("Models on all rows") == 3
+    assert "…" not in text
+    assert max(map(len, text.splitlines())) <= 80
+    for name in names:
+        assert name[-2:] in text
+
+
 def test_comparison_has_a_column_per_model():
     text = printed(comparison_table(COMPARISON))
     assert "corrected [x]" in text
