@@ -1,11 +1,11 @@
-"""What every model answers: acceleration along a measured motion, and an open-loop rollout from a measured start."""
+"""What every model answers: acceleration along a motion and in lasting states, and open-loop rollouts."""
 
 from abc import ABC, abstractmethod
 from typing import Literal, final
 
 import numpy as np
 
-from ..physics.forces import modelled_acceleration
+from ..physics.forces import held_acceleration, modelled_acceleration
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.simulation import Rollouts, rollout
@@ -24,6 +24,7 @@ class Model(ABC):
     parameters : how many numbers were fitted
     seconds_to_fit : time that fitting took [s]
     vehicle : whose commands it takes
+    rests_on : what makes sure that it dissipates: its `vehicle`, `itself` by construction, or `nothing`
     """
 
     name: str
@@ -31,6 +32,7 @@ class Model(ABC):
     parameters: int
     seconds_to_fit: float
     vehicle: Vehicle
+    rests_on: Literal["vehicle", "itself", "nothing"] = "nothing"
 
     @abstractmethod
     def acceleration(self, motion: Motion) -> Array:
@@ -39,6 +41,17 @@ class Model(ABC):
     @abstractmethod
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion."""
+
+    @abstractmethod
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        """Acceleration over ground in states that have lasted, (n, 3) [m/s^2, m/s^2, rad/s^2], in still air.
+
+        Parameters
+        ----------
+        velocity : (n, 3) over ground [m/s, m/s, rad/s]
+        heading : (n,) [rad]
+        commands : (n, thrusters) in the unit of the vehicle's thrusters
+        """
 
 
 @final
@@ -49,6 +62,7 @@ class VehicleModel(Model):
         self, vehicle: Vehicle, name: str, kind: Kind = "physics", parameters: int = 0, seconds_to_fit: float = 0.0
     ) -> None:
         self.vehicle = vehicle
+        self.rests_on = "vehicle"
         self.name = name
         self.kind = kind
         self.parameters = parameters
@@ -61,3 +75,7 @@ class VehicleModel(Model):
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         """See `Model.rollout`."""
         return rollout(self.vehicle, motion, starts, steps)
+
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        """See `Model.settled`."""
+        return held_acceleration(self.vehicle, velocity, heading, commands)
