@@ -22,7 +22,7 @@ class EnergyBalance(Law):
     small, half as much again is allowed, as in training. Powers are means over a stretch.
     """
 
-    name: ClassVar[str] = "energy balance along the log"
+    name: ClassVar[str] = "energy balance"
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

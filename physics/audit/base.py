@@ -33,8 +33,6 @@ TOLERANCE = 0.01
 """Share of the boat's own scale (typical power, full thrust) below which a model that was learnt breaks no law."""
 EXACT = 1e-8
 """The same for a model in closed form: rounding."""
-_SIDE = 0.1
-"""On an axis that thrusters hardly push, forces are measured by this share of full thrust ahead."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,12 +202,12 @@ class Witness:
 
     @cached_property
     def full_force(self) -> Array:
-        """Force of full thrust on each axis (3,) [N, N, N m]; an axis that has none borrows a part of surge's."""
+        """Force of full thrust on each axis (3,) [N, N, N m]; at least surge's, at the radius of gyration in yaw."""
         ends = [[command_of(t, np.array(side)) for t in self.vehicle.thrusters] for side in (-1.0, 1.0)]
         most = np.abs(held_thrust(self.vehicle, np.array(ends, dtype=float))[0]).max(axis=1)
         force = np.abs(thruster_matrix(self.vehicle)) @ most
         arm = np.sqrt(self.mass[2, 2] / self.mass[0, 0])
-        return np.maximum(force, max(float(force[0]), 1e-9) * _SIDE * np.array([1.0, 1.0, arm]))
+        return np.maximum(force, max(float(force[0]), 1e-9) * np.array([1.0, 1.0, arm]))
 
     @cached_property
     def neutral(self) -> Array:

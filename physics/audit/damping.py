@@ -42,6 +42,7 @@ class PositiveDamping(Law):
         state = rest[0] if k == values.size - 1 else states[1 + k]
         at, worst = witness.place(state), float(values[k])
         axis = "" if k == values.size - 1 else ("surge", "sway", "yaw")[k // _COUNT]
+        where = f"The {axis} drag falls with speed at {in_words(at)}" if axis else "Near rest some motion is pushed"
         return self.rule(
             value=worst,
             limit=limit,
@@ -50,10 +51,7 @@ class PositiveDamping(Law):
             share=float((values > limit).mean()),
             proof="search",
             kept="Near rest drag opposes every motion, and on no axis does more speed mean less drag.",
-            broken=(
-                f"{f'The {axis} drag falls with speed at {in_words(at)}' if axis else 'Near rest some motion is pushed'}"
-                f": negative damping, {worst:.3g} W at the envelope's scale."
-            ),
+            broken=f"{where}: negative damping, {worst:.3g} W at the envelope's scale.",
         )
 
     @staticmethod
