@@ -8,8 +8,9 @@ from ..frames import Array
 from .base import Law, Ruling, Witness, in_words
 
 _COUNT = 41
-_COARSE, _FINE = 0.05, 1e-6
-"""Half of the step of a difference as a share of the reach: for a network, whose kinks are small, and for a formula."""
+_COARSE, _FINE, _FINEST = 0.05, 1e-6, 1e-10
+"""Half of the step of a difference as a share of the reach: for a network, whose kinks are small, for a formula, and
+for a formula at rest, where all numbers are small and quadratic drag must not yet show."""
 
 
 @final
@@ -26,14 +27,15 @@ class PositiveDamping(Law):
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
         reach = witness.reach
-        step = _FINE if witness.exact else _COARSE
+        steps = (_FINEST, _FINE) if witness.exact else (_COARSE, _COARSE)
         low, high = np.array(witness.envelope.lower), np.array(witness.envelope.upper)
         rest = np.zeros((1, 4))
         alone = np.zeros((3, _COUNT, 4))
         for axis in range(3):
             alone[axis, :, axis] = np.linspace(low[axis], high[axis], _COUNT)
         states = np.concatenate([rest, alone.reshape(-1, 4)])
-        slope = self._slope(witness, states, step * reach) * reach[:, None] * reach
+        parts = [self._slope(witness, x, h * reach) for x, h in zip((rest, states[1:]), steps, strict=True)]
+        slope = np.concatenate(parts) * reach[:, None] * reach
         middle = 0.5 * (slope[0] + slope[0].T)
         own = np.concatenate([slope[1 + k * _COUNT : 1 + (k + 1) * _COUNT, k, k] for k in range(3)])
         values = np.append(own, np.linalg.eigvalsh(middle)[-1])
