@@ -112,9 +112,11 @@ def hinged(share: float, seed: int) -> Model:
     constants = scaling()
     network = build("mlp", constants, {"layers": 2, "units": 32}).eval()
     first, second = (m for m in network.body if isinstance(m, nn.Linear))  # type: ignore[union-attr]
+    head = network.get_submodule("head")
+    assert isinstance(head, nn.Linear)
     with torch.no_grad():
-        for layer in (first, second, network.head):
-            layer.weight.mul_(0.05 if layer is not network.head else 0.0)
+        for layer, factor in ((first, 0.05), (second, 0.05), (head, 0.0)):
+            layer.weight.mul_(factor)
             layer.bias.zero_()
         unit = constants.inputs.scale[:3] / size
         for k in range(6):
@@ -125,7 +127,7 @@ def hinged(share: float, seed: int) -> Model:
         second.weight[0] = 0.0
         second.weight[0, :6] = -1.0
         second.bias[0] = 1.0
-        network.head.weight[:, 0] = torch.as_tensor(push / constants.output)  # type: ignore[union-attr]
+        head.weight[:, 0] = torch.as_tensor(push / constants.output)
     return NetworkModel(BOAT, network, 0.1, name="mlp with a pyramid in its weights")
 
 

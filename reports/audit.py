@@ -126,7 +126,7 @@ def witness_of(
         rollout=model.rollout,
         envelope=envelope,
         commands=possible_commands(model.vehicle, seed) if commands is None else commands,
-        time_step=motions[0].time_step if motions else getattr(model, "time_step", 0.1),
+        time_step=motions[0].time_step if motions else model.time_step,
         exact=formula,
         prove=partial(_proof, model),
         coriolis=partial(coriolis_matrix, model.vehicle) if formula else None,

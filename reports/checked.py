@@ -74,9 +74,8 @@ def _without_log(model: Model, path: str | None, seed: int) -> tuple[Envelope, s
     if stored is not None:
         return stored, "the run folder: the speeds of its log", None
     commands = possible_commands(model.vehicle, seed)
-    ends = getattr(model, "seen", None)
-    if ends is not None:
-        return _trained_on(model.vehicle, *ends, commands)
+    if model.seen is not None:
+        return _trained_on(model.vehicle, *model.seen, commands)
     return reachable(model.vehicle, commands, seed), "the speeds that the vehicle reaches with its thrusters", commands
 
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from os import getcwd
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -114,7 +114,7 @@ def load_function(text: str, vehicle: Vehicle) -> FunctionModel:
     here = getcwd()
     sys.path.insert(0, here)
     try:
-        found = getattr(import_module(module), name, None)
+        found: Any = getattr(import_module(module), name, None)
     except Exception as error:
         raise RequestError(
             f"model {text}: cannot import {module} ({error!r}); expected package.module:function, installed or in "

@@ -25,6 +25,8 @@ class Model(ABC):
     seconds_to_fit : time that fitting took [s]
     vehicle : whose commands it takes
     rests_on : what makes sure that it dissipates: its `vehicle`, `itself` by construction, or `nothing`
+    time_step : of rollouts, where no motion gives one [s]
+    seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
     """
 
     name: str
@@ -33,6 +35,8 @@ class Model(ABC):
     seconds_to_fit: float
     vehicle: Vehicle
     rests_on: Literal["vehicle", "itself", "nothing"] = "nothing"
+    time_step: float = 0.1
+    seen: tuple[Array, Array] | None = None
 
     @abstractmethod
     def acceleration(self, motion: Motion) -> Array:

@@ -65,6 +65,8 @@ class NetworkModel(Model):
         self.kind: Kind = "network" if pure else "hybrid"
         self.parameters = sum(p.numel() for p in network.parameters())
         self.seconds_to_fit = seconds_to_fit
+        inputs = network.scaling.inputs
+        self.seen = (inputs.mean - _SPREAD * inputs.scale, inputs.mean + _SPREAD * inputs.scale)
         if isinstance(network, Dissipative):
             self.rests_on = "itself" if pure else "vehicle"
 
@@ -72,12 +74,6 @@ class NetworkModel(Model):
     def heading(self) -> bool:
         """Whether the network sees the heading."""
         return "cos_psi" in self.network.scaling.inputs.names
-
-    @property
-    def seen(self) -> tuple[Array, Array]:
-        """Lower and upper ends of the inputs that it was trained on, as far as its standardisation tells."""
-        inputs = self.network.scaling.inputs
-        return inputs.mean - _SPREAD * inputs.scale, inputs.mean + _SPREAD * inputs.scale
 
     def correction(self, motion: Motion) -> Array:
         """What the network says along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2].

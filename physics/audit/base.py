@@ -240,7 +240,7 @@ class Witness:
         """
         nu, psi = states[:, :3], states[:, 3]
         still = ForceEquation(self.vehicle)
-        drift = np.stack(relative_velocity(self.vehicle, psi, tuple(np.zeros((3, psi.size)))), axis=-1)
+        drift = np.stack(relative_velocity(self.vehicle, psi, (0.0 * psi, 0.0 * psi, 0.0 * psi)), axis=-1)
         velocity = nu - drift
         asked = np.broadcast_to(self.neutral, (psi.size, self.neutral.size)) if commands is None else commands
         said = np.asarray(self._settled(velocity, psi, asked), dtype=float)
