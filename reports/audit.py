@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..discovery.certify import certify
-from ..physics.audit.base import Law, Ruling, Witness
+from ..physics.audit.base import Law, Proof, Ruling, Witness
 from ..physics.audit.mass import PositiveMass
 from ..physics.audit.registry import LAWS
 from ..physics.audit.trial import possible_commands
@@ -135,14 +135,22 @@ def witness_of(
     )
 
 
-def _proof(model: Model, envelope: Envelope) -> str | None:
-    """How dissipation of a model over an envelope is proved; None where it is not."""
+def _proof(model: Model, envelope: Envelope, limit: float) -> Proof:
+    """Try to prove that a model gains at most `limit` [W] without thrust over an envelope."""
     if model.rests_on == "nothing":
-        return None
+        return Proof()
     if model.rests_on == "itself":
-        return "by construction"
+        return Proof("by construction")
+    if model.rests_on == "bounds":
+        from ..residuals.bounds import bound_power  # with torch
+        from ..residuals.network_model import NetworkModel
+
+        if not isinstance(model, NetworkModel):
+            return Proof()
+        found = bound_power(model, envelope, limit)
+        return Proof("interval bounds" if found.proved else None, found.against)
     if min(model.vehicle.value("memory_sway"), model.vehicle.value("memory_yaw")) < 0.0:
-        return None
+        return Proof()
     if not certify(model.vehicle, envelope).holds:
-        return None
-    return "vertex LMI" if isinstance(model, VehicleModel) else "by construction"
+        return Proof()
+    return Proof("vertex LMI" if isinstance(model, VehicleModel) else "by construction")

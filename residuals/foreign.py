@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from os import getcwd
-from typing import Any, final
+from typing import Any, cast, final
 
 import numpy as np
 
@@ -125,4 +125,4 @@ def load_function(text: str, vehicle: Vehicle) -> FunctionModel:
             sys.path.remove(here)
     if not callable(found):
         raise RequestError(f"model {text}: {module} has no function {name}")
-    return FunctionModel(found, vehicle, text)
+    return FunctionModel(cast(Answer, found), vehicle, text)

@@ -24,7 +24,8 @@ class Model(ABC):
     parameters : how many numbers were fitted
     seconds_to_fit : time that fitting took [s]
     vehicle : whose commands it takes
-    rests_on : what makes sure that it dissipates: its `vehicle`, `itself` by construction, or `nothing`
+    rests_on : what makes sure that it dissipates: its `vehicle`, `itself` by construction, `nothing`, or `bounds` that
+        `residuals.bounds` may find
     time_step : of rollouts, where no motion gives one [s]
     seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
     """
@@ -34,7 +35,7 @@ class Model(ABC):
     parameters: int
     seconds_to_fit: float
     vehicle: Vehicle
-    rests_on: Literal["vehicle", "itself", "nothing"] = "nothing"
+    rests_on: Literal["vehicle", "itself", "bounds", "nothing"] = "nothing"
     time_step: float = 0.1
     seen: tuple[Array, Array] | None = None
 

@@ -69,6 +69,8 @@ class NetworkModel(Model):
         self.seen = (inputs.mean - _SPREAD * inputs.scale, inputs.mean + _SPREAD * inputs.scale)
         if isinstance(network, Dissipative):
             self.rests_on = "itself" if pure else "vehicle"
+        elif network.name == "mlp":
+            self.rests_on = "bounds"
 
     @property
     def heading(self) -> bool:

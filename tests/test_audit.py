@@ -328,3 +328,55 @@ def test_a_function_that_does_not_answer_is_told_so(answer: Callable[..., Array]
 def test_a_function_that_is_not_there(name: str, text: str):
     with pytest.raises(RequestError, match=text):
         load_function(name, HULL)
+
+
+# Interval bounds
+
+
+@pytest.mark.parametrize("pure", [False, True])
+@pytest.mark.parametrize("layers", [1, 2])
+def test_bounds_enclose_the_power_in_every_cell(study: ModuleType, layers: int, pure: bool):
+    from undertow.residuals import bounds
+    from undertow.residuals.network_model import NetworkModel
+    from undertow.residuals.networks.registry import build
+
+    boat = HULL.with_values({"N_v": 3.0, "yaw:|u|r": -4.0, "sway:ur": 2.0, "surge:|v|u": -3.0})
+    network = build("mlp", study.scaling(boat), {"layers": layers, "units": 24})
+    for parameter in network.parameters():
+        parameter.data.uniform_(-0.4, 0.4)
+    model = NetworkModel(boat, network.double(), 0.1, pure=pure)
+    cells = bounds._orthants(BOX)
+    for _ in range(5):
+        cells = bounds._halved(cells, np.array([3.2, 1.2, 2.2]))
+    middle, half = cells
+    layered = bounds._layers(model)
+    assert layered is not None
+    terms = [] if pure else bounds._monomials(boat)
+    least, upper = bounds._power(mass_matrix(boat), terms, middle, half, *bounds._affine(layered, middle, half))
+    rng = np.random.default_rng(0)
+    idle = np.zeros((len(middle), 2))
+    witness = witness_of(model, BOX)
+    highest = np.full(len(middle), -np.inf)
+    for k in range(60):
+        nu = middle + half * (rng.uniform(-1.0, 1.0, middle.shape) if k else 0.0)
+        power = witness.power(np.column_stack([nu, 0.0 * idle[:, 0]]))
+        assert (power <= upper + 1e-9).all()
+        if k == 0:
+            assert (power >= least - 1e-9).all()
+        highest = np.maximum(highest, power)
+    gap = (upper - highest) / np.abs(highest).max()
+    assert np.median(gap) < 0.25, "bounds that tell something"
+
+
+def test_a_quiet_perceptron_is_proved_and_a_pyramid_is_not(study: ModuleType):
+    from undertow.residuals.bounds import bound_power
+    from undertow.residuals.network_model import NetworkModel
+
+    quiet = NetworkModel(HULL, study.quiet("mlp", 1), 0.1)
+    assert judged(Dissipation(), quiet).proof == "interval bounds"
+    for share in (0.02, 1e-5):
+        hidden = study.hinged(share, 3)
+        assert not bound_power(hidden, BOX, 0.3).proved, share
+        ruling = judged(Dissipation(), hidden)
+        assert ruling.verdict == "fail", f"the needle of {share} is met where sampling would miss it"
+    assert not bound_power(study.bumped("lstm", 0.02, 3), BOX, 0.3).proved

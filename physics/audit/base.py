@@ -35,6 +35,20 @@ EXACT = 1e-8
 """The same for a model in closed form: rounding."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Proof:
+    """What a proof of dissipation came to.
+
+    Attributes
+    ----------
+    how : its name; None where nothing is proved
+    against : a state u, v, r (3,) that breaks the law, where the proof met one
+    """
+
+    how: str | None = None
+    against: Array | None = None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ruling:
     """What one law says of a model.
@@ -144,7 +158,7 @@ class Witness:
     commands : (m, thrusters) commands that it may meet
     time_step : of rollouts [s]
     exact : whether the model is a formula, judged to rounding
-    prove : says how dissipation over an envelope is proved; None where it is not
+    prove : tries to prove that over an envelope no more than a power [W] is gained
     coriolis : its Coriolis matrix; None where that cannot be told from other forces
     motions : measured
     samples, seed : of the search
@@ -161,7 +175,7 @@ class Witness:
         commands: Array,
         time_step: float = 0.1,
         exact: bool = False,
-        prove: Callable[[Envelope], str | None] | None = None,
+        prove: Callable[[Envelope, float], Proof] | None = None,
         coriolis: Callable[[Array], Array] | None = None,
         motions: tuple[Motion, ...] = (),
         samples: int = 4096,
@@ -219,12 +233,12 @@ class Witness:
         low, high = (stretch * np.array(ends) for ends in (self.envelope.lower, self.envelope.upper))
         return Box(np.append(low, -np.pi), np.append(high, np.pi))
 
-    def prove(self, stretch: float = 1.0) -> str | None:
-        """How dissipation over the stretched envelope is proved; None where it is not."""
+    def prove(self, stretch: float, limit: float) -> Proof:
+        """Try to prove that over the stretched envelope at most `limit` [W] is gained without thrust."""
         if self._prove is None:
-            return None
+            return Proof()
         low, high = (tuple(stretch * x for x in ends) for ends in (self.envelope.lower, self.envelope.upper))
-        return self._prove(Envelope(low, high))  # type: ignore[arg-type]
+        return self._prove(Envelope(low, high), limit)  # type: ignore[arg-type]
 
     def relative(self, states: Array, commands: Array | None = None) -> Array:
         """Acceleration relative to the water (n, 3) at states (n, 4), stated wind and trim taken out.

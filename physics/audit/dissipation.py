@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from .base import Law, Ruling, Witness, in_words
+from .base import Law, Proof, Ruling, Witness, in_words
 from .search import climb, rays
 
 _MOVING = 0.05
@@ -26,10 +26,14 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
     def keen(x: np.ndarray) -> np.ndarray:
         return (witness.power(x) - limit) / (fullness(x) + 1e-3)
 
-    proof = witness.prove(stretch)
     share = float((powers > limit).mean())
     extra = rays(states, box, witness.seed)
     states, powers = np.concatenate([states, extra]), np.concatenate([powers, witness.power(extra)])
+    tried = witness.prove(stretch, limit) if powers.max() <= limit else Proof()
+    proof = tried.how
+    if tried.against is not None:
+        met = np.append(tried.against, 0.0)[None]
+        states, powers = np.concatenate([states, met]), np.concatenate([powers, witness.power(met)])
     if proof is None:
         found = [climb(keen, states, (powers - limit) / (fullness(states) + 1e-3), box)]
         if powers.max() > limit:
