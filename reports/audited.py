@@ -69,7 +69,7 @@ def _place(ruling: Ruling) -> str:
     found = dict(ruling.at or {})
     if "from" in found:
         return f"{found['from']:.1f} to {found['to']:.1f} s"
-    return ", ".join(f"{name} {value:.2f}" for name, value in found.items())
+    return ", ".join(f"{name} {value:.2f}" for name, value in found.items() if name in _UNITS)
 
 
 def _words(audit: Audit) -> list[RenderableType]:

@@ -9,11 +9,13 @@ from .dissipation import Dissipation, Outside
 from .mass import PositiveMass
 from .rest import Rest
 from .symmetry import MirrorSymmetry
+from .thrust import PowerUnderThrust
 
 LAWS: tuple[Law, ...] = (
     PositiveMass(),
     Dissipation(),
     PositiveDamping(),
+    PowerUnderThrust(),
     EnergyBalance(),
     Rest(),
     BoundedSpeed(),

@@ -69,33 +69,39 @@ def rays(states: Array, box: Box, seed: int) -> Array:
 
 
 def climb(value: Value, states: Array, found: Array, box: Box, settings: SearchSettings | None = None) -> Array:
-    """States (n, d) to which gradient ascent leads from the best of some states, whose values are `found`."""
+    """States (n, d) to which gradient ascent leads from the best of some states, whose values are `found`.
+
+    Columns of the states beyond those of the box are carried along as they are.
+    """
     chosen = settings or SearchSettings()
-    here = _apart(states, found, box, chosen)
-    size = here.shape[1]
+    size = box.low.size
+    start = states[_apart(states[:, :size], found, box, chosen)]
+    here, carried = start[:, :size], start[:, size:]
+    count = here.shape[0]
     probe = 1e-3 * box.width
-    best = value(here)
-    length = np.full(here.shape[0], chosen.first)
+    steps = np.concatenate([np.diag(probe), -np.diag(probe)])
+    best = value(start)
+    length = np.full(count, chosen.first)
     for _ in range(chosen.steps):
-        asked = here[:, None, :] + np.concatenate([np.diag(probe), -np.diag(probe)])
-        asked = np.clip(asked, box.low, box.high)
-        said = value(asked.reshape(-1, size)).reshape(here.shape[0], 2 * size)
+        asked = np.clip(here[:, None, :] + steps, box.low, box.high)
+        whole = np.concatenate([asked, np.repeat(carried[:, None], 2 * size, axis=1)], axis=2)
+        said = value(whole.reshape(-1, start.shape[1])).reshape(count, 2 * size)
         gap = (asked[:, :size] - asked[:, size:]).diagonal(axis1=1, axis2=2) / box.width
         slope = (said[:, :size] - said[:, size:]) / np.maximum(gap, 1e-12)
         blocked = ((here >= box.high) & (slope > 0)) | ((here <= box.low) & (slope < 0))
         slope = np.where(blocked, 0.0, slope)
         norm = np.linalg.norm(slope, axis=1, keepdims=True)
         trial = np.clip(here + length[:, None] * slope / np.maximum(norm, 1e-300) * box.width, box.low, box.high)
-        reached = value(trial)
+        reached = value(np.concatenate([trial, carried], axis=1))
         better = reached > best
         here = np.where(better[:, None], trial, here)
         best = np.where(better, reached, best)
         length = np.where(better, 1.3 * length, chosen.shrink * length)
-    return here
+    return np.concatenate([here, carried], axis=1)
 
 
-def _apart(states: Array, found: Array, box: Box, settings: SearchSettings) -> Array:
-    """The best states that keep their distance from one another."""
+def _apart(states: Array, found: Array, box: Box, settings: SearchSettings) -> np.ndarray:
+    """Numbers of the best states that keep their distance from one another."""
     order = np.argsort(-found, kind="stable")[:1024]
     scaled = states[order] / box.width
     taken: list[int] = []
@@ -104,4 +110,4 @@ def _apart(states: Array, found: Array, box: Box, settings: SearchSettings) -> A
             taken.append(k)
         if len(taken) == settings.starts:
             break
-    return states[order[taken]]
+    return order[taken]
