@@ -87,7 +87,7 @@ def _trained_on(vehicle: Vehicle, low: Array, high: Array, commands: Array) -> t
     count = thrust.shape[0]
     inside = (np.clip(thrust.T, low[3 : 3 + count], high[3 : 3 + count]) == thrust.T).all(axis=1)
     envelope = Envelope((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
-    return envelope, "the network: 2.5 deviations about the mean of its training", commands[inside]
+    return envelope, "the network: 2 deviations about the mean of its training", commands[inside]
 
 
 def _stored_envelope(folder: Path) -> Envelope | None:

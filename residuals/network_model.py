@@ -24,7 +24,7 @@ _RATE_SLACK = 0.01
 """Share by which a motion's time step may differ from the network's."""
 _BLOCK = 256
 """Rows that go through a network at once along a motion, so that attention costs no more than a block squared."""
-_SPREAD = 2.5
+_SPREAD = 2.0
 """Deviations from the mean within which inputs count as seen in training."""
 _STATES = 2048
 """States that go through a network at once."""
