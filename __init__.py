@@ -13,6 +13,7 @@ from typing import Any
 _PUBLIC = {
     "AdaptSettings": "discovery.adapt",
     "Augmentation": "residuals.settings",
+    "Audit": "reports.audit",
     "DataSet": "measurements.dataset",
     "DiscoverySettings": "discovery.discover",
     "EFFECTS": "physics.effects",
@@ -32,6 +33,8 @@ _PUBLIC = {
     "WEAK": "measurements.dataset",
     "add": "reports.run",
     "adapt": "discovery.adapt",
+    "audit": "reports.audit",
+    "check": "reports.checked",
     "compare": "reports.run",
     "discover": "reports.run",
     "distil": "reports.distilled",

@@ -128,6 +128,49 @@ def compare(
 
 
 @app.command()
+def check(
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL", help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported)."
+        ),
+    ],
+    logs: Annotated[
+        list[Path] | None, typer.Argument(metavar="[LOG]...", help="Logs whose speeds are the envelope.")
+    ] = None,
+    vehicle: Annotated[
+        str | None, typer.Option("--vehicle", "-v", help="Vehicle of a model that carries none (ONNX, function).")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="audit.json to write.")] = None,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
+    with _failing_clearly():
+        from .physics.files import write_json
+        from .reports.checked import check as judge
+
+        if out is not None:
+            _check_file(out, model)
+        found = judge(model, logs or [], vehicle, frame=frame, channel_map=channels, seed=seed)
+        if out is not None:
+            write_json(out, found.to_dict())
+        if as_json:
+            _print_json(found.to_dict())
+        else:
+            from .reports.audited import audit_screen, headline
+
+            _prose(headline(found))
+            _show(*audit_screen(found))
+            if out is not None:
+                _say(f"Audit: {out}")
+    if found.verdict == "fail":
+        raise typer.Exit(1)
+
+
+@app.command()
 def discover(
     logs: Logs,
     vehicle: VehicleOption,

@@ -6,14 +6,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..physics.laws import Envelope, WorstPower, envelope_of, worst_dissipation
+from ..physics.laws import Envelope, WorstPower, envelope_of, state_in_words, worst_dissipation
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .certify import certify
 from .gram import GramScores
 from .lawful import LawfulFit, passive_refit
 from .options import Option
-from .price import Binding, percent, state_in_words
+from .price import Binding, percent
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..physics.laws import State
+from ..physics.laws import State, state_in_words
 
 NOTHING = 1e-6
 """A relative price below this is none."""
@@ -69,16 +69,6 @@ def price_in_words(price: float, binding: Binding | None, kept: bool, nominal: s
         f"{binding.unit} and is held at {binding.allowed:.4g}; {watts:g} W more there would save "
         f"{percent(binding.multiplier * watts)} of the misfit."
     )
-
-
-def state_in_words(state: State) -> str:
-    """Velocities with units.
-
-    >>> state_in_words((1.954, 0.0, -0.0001))
-    'u = 1.95 m/s, v = 0.00 m/s, r = 0.00 rad/s'
-    """
-    u, v, r = (round(x, 2) + 0.0 for x in state)
-    return f"u = {u:.2f} m/s, v = {v:.2f} m/s, r = {r:.2f} rad/s"
 
 
 def percent(share: float) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .effects import PARAMETERS
 from .frames import Array, earth_to_body
 from .matrices import active_terms, mass_matrix, thruster_matrix
 from .motion import Motion
@@ -178,3 +179,40 @@ def modelled_acceleration(vehicle: Vehicle, motion: Motion) -> Array:
     relative = relative_velocity(vehicle, motion.heading, velocity)
     force = tuple(modelled_force(vehicle, motion).T)
     return np.stack(equation.acceleration(force, relative, velocity), axis=-1)
+
+
+def held_acceleration(vehicle: Vehicle, velocity: Array, heading: Array, commands: Array) -> Array:
+    """Acceleration over ground (n, 3) in states that have lasted, so that lag, delay and wake memory have settled.
+
+    Parameters
+    ----------
+    velocity : (n, 3) over ground [m/s, m/s, rad/s]
+    heading : (n,) [rad]
+    commands : (n, thrusters) in the unit of each thruster; the air is still
+    """
+    equation = ForceEquation(vehicle)
+    over_ground = tuple(np.asarray(velocity, dtype=float).T)
+    relative = relative_velocity(vehicle, heading, over_ground)
+    thrust, load = held_thrust(vehicle, commands)
+    force = equation.force(relative, heading, thrust, load, (relative[1], relative[2]))
+    return np.stack(equation.acceleration(force, relative, over_ground), axis=-1)
+
+
+def held_thrust(vehicle: Vehicle, commands: Array) -> tuple[Array, Array]:
+    """Force at rest [N] and loss per advance speed [N s/m] of lasting commands (n, thrusters), (thrusters, n) each."""
+    settled = [t.model_copy(update={"lag": 0.0, "delay": 0.0}) for t in vehicle.thrusters]
+    pairs = [t.response(np.asarray(commands[:, k], dtype=float), 1.0) for k, t in enumerate(settled)]
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+
+
+def calm(vehicle: Vehicle) -> Vehicle:
+    """The vehicle without current, wind and trim."""
+    stated = {p.symbol: p.null for p in PARAMETERS.values() if p.section == "environment"}
+    return vehicle.with_values({symbol: null for symbol, null in stated.items() if vehicle.value(symbol) != null})
+
+
+def stated_push(vehicle: Vehicle, heading: Array, relative: Triple, air: tuple[Array, Array] | None = None) -> Array:
+    """Force (n, 3) [N, N, N m] of the wind and the trim that the vehicle file states."""
+    idle = np.zeros((len(vehicle.thrusters), np.asarray(heading).size))
+    pair = [ForceEquation(v).force(relative, heading, idle, air=air) for v in (vehicle, calm(vehicle))]
+    return np.stack([a - b + np.zeros_like(heading) for a, b in zip(*pair, strict=True)], axis=-1)

@@ -195,6 +195,16 @@ def mass_margin(vehicle: Vehicle) -> float:
     return float(np.linalg.eigvalsh(mass_matrix(vehicle) / np.outer(size, size)).min())
 
 
+def state_in_words(state: State) -> str:
+    """Velocities with units.
+
+    >>> state_in_words((1.954, 0.0, -0.0001))
+    'u = 1.95 m/s, v = 0.00 m/s, r = 0.00 rad/s'
+    """
+    u, v, r = (round(x, 2) + 0.0 for x in state)
+    return f"u = {u:.2f} m/s, v = {v:.2f} m/s, r = {r:.2f} rad/s"
+
+
 def _state(values: Array) -> State:
     u, v, r = (float(x) for x in values)
     return u, v, r

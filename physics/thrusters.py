@@ -226,6 +226,15 @@ def command_of(thruster: Thruster, fraction: Array) -> Array:
     return command
 
 
+def neutral_command(thruster: Thruster) -> float:
+    """The command at which a thruster does not push; a propeller curve with an offset has it beside zero."""
+    curve = thruster.curve
+    fraction = -curve.offset / curve.scale if isinstance(curve, PropellerCurve) else 0.0
+    if isinstance(curve, PropellerCurve) and thruster.command == "rad_s":
+        return 0.0
+    return float(command_of(thruster, np.array(fraction)))
+
+
 def shift(series: Array, delay: float, time_step: float) -> Array:
     """Delay a series by `delay` [s], any real number of samples; the ends hold their value."""
     if delay == 0.0:

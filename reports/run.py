@@ -14,10 +14,12 @@ from ..discovery.discover import Discovery, DiscoverySettings, find_missing
 from ..discovery.findings import Findings
 from ..physics.errors import RequestError
 from ..physics.frames import AXES, FORCE_UNITS
-from ..physics.vehicle import load_vehicle
+from ..physics.vehicle import Vehicle, load_vehicle
+from ..residuals.foreign import is_function_name, load_function
 from ..residuals.model_files import load_network
 from ..residuals.models import Model, VehicleModel
 from ..residuals.neural import SETTINGS, WEIGHTS, is_network_folder
+from ..residuals.onnx_model import load_onnx
 from .assess import comparison, model_failures, score_step, series
 from .inputs import Inputs, PathLike
 
@@ -144,7 +146,7 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
     Parameters
     ----------
     inputs : logs and nominal vehicle, with the part to judge on
-    models : vehicle files, run folders, or folders of trained networks
+    models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
 
     Returns
     -------
@@ -169,7 +171,7 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
 
 def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:
     """A model that takes the commands that the logs were prepared for, under a name of its own."""
-    model = load_model(path)
+    model = load_model(path, inputs.vehicle)
     if model.name in taken:
         model.name = path
     check_commands(model, inputs)
@@ -192,15 +194,24 @@ def check_commands(model: Model, inputs: Inputs) -> None:
         )
 
 
-def load_model(path: PathLike) -> Model:
-    """A model from a vehicle file, a run folder or the folder of a trained network, named after it.
+def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
+    """A model from a vehicle file, a run folder, the folder of a trained network, an ONNX file or a Python function.
+
+    Parameters
+    ----------
+    path : of the file or folder, after which the model is named; or `package.module:function`, which is imported
+    vehicle : of a model that carries none (ONNX file, function): its mass, thrusters and water
 
     Raises
     ------
     RequestError, VehicleError
-        when there is none, or a network is given and torch is missing.
+        when there is none, a network is given and torch is missing, or a foreign model without a vehicle.
     """
-    source = Path(path)
+    source, text = Path(path), os.fspath(path)
+    if source.suffix == ".onnx" or (is_function_name(text) and not source.exists()):
+        if vehicle is None:
+            raise RequestError(f"model {text}: it carries no mass and no thrusters; give --vehicle V")
+        return load_onnx(source, vehicle) if source.suffix == ".onnx" else load_function(text, vehicle)
     if is_network_folder(source):
         return load_network(source)
     if source.is_file() and source.name in (SETTINGS, WEIGHTS) and is_network_folder(source.parent):

@@ -8,21 +8,27 @@ from torch import Tensor
 
 from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError
-from ..physics.forces import actuation, modelled_acceleration
+from ..physics.forces import actuation, held_acceleration, held_thrust, modelled_acceleration
 from ..physics.frames import Array
 from ..physics.matrices import mass_matrix, thruster_matrix
 from ..physics.motion import Motion
 from ..physics.simulation import Rollouts, rollout
 from ..physics.vehicle import Vehicle
+from .coasting import SETTLE
 from .inputs import network_inputs, stacked_inputs
 from .models import Kind, Model
 from .networks.base import Memory, Network, Scaling
+from .networks.dissipative import Dissipative
 from .threads import one_thread
 
 _RATE_SLACK = 0.01
 """Share by which a motion's time step may differ from the network's."""
 _BLOCK = 256
 """Rows that go through a network at once along a motion, so that attention costs no more than a block squared."""
+_SPREAD = 2.0
+"""Deviations from the mean within which inputs count as seen in training."""
+_STATES = 2048
+"""States that go through a network at once."""
 
 
 def scaling_of(vehicle: Vehicle, inputs: Standardisation, output: Array) -> Scaling:
@@ -62,6 +68,12 @@ class NetworkModel(Model):
         self.seconds_to_fit = seconds_to_fit
         with torch.inference_mode():
             self.remembers = bool(network(self.tensor(np.zeros((1, 1, network.width))))[1])
+        inputs = network.scaling.inputs
+        self.seen = (inputs.mean - _SPREAD * inputs.scale, inputs.mean + _SPREAD * inputs.scale)
+        if isinstance(network, Dissipative):
+            self.rests_on = "itself" if pure else "vehicle"
+        elif network.name == "mlp":
+            self.rests_on = "bounds"
 
     @property
     def heading(self) -> bool:
@@ -105,6 +117,19 @@ class NetworkModel(Model):
         self._check_rate(motion)
         physics = None if self.pure else self.vehicle
         return rollout(physics, motion, starts, steps, _OpenLoop(self, motion, np.asarray(starts, dtype=int)))
+
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        """See `Model.settled`; a network with a memory sees the state for `coasting.SETTLE`."""
+        thrust, _ = held_thrust(self.vehicle, commands)
+        seen = stacked_inputs(self.vehicle, heading, tuple(velocity.T), thrust, self.heading)
+        parts = []
+        with torch.inference_mode():
+            remembers = bool(self.network(self.tensor(seen[:1])[:, None])[1])
+            rows = max(1, round(SETTLE / self.time_step)) if remembers else 1
+            for block in self.tensor(seen).split(_STATES):
+                parts.append(self.network(block[:, None].expand(-1, rows, -1))[0][:, -1])
+        said = numbers(torch.cat(parts))
+        return said if self.pure else held_acceleration(self.vehicle, velocity, heading, commands) + said
 
     def tensor(self, values: Array) -> Tensor:
         """Numbers as the network takes them, in its precision and on its device."""

@@ -44,6 +44,9 @@ class Pushing(Model):
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         raise AssertionError("distillation asks for accelerations only")
 
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        raise AssertionError("distillation asks for accelerations along motions only")
+
 
 def distilled(effects: dict[str, float]) -> Distilled:
     return distil_model(VehicleModel(apply_effects(HULL, effects), "network"), [MOTION], HULL)

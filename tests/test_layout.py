@@ -31,7 +31,7 @@ ROOMS = {
     "pyulog": ("measurements/formats/",),
     "casadi": ("exports/",),
     "onnx": ("exports/",),
-    "onnxruntime": ("exports/",),
+    "onnxruntime": ("exports/", "residuals/"),
     "plotly": ("app/",),
     "nicegui": ("app/",),
 }

@@ -1,0 +1,256 @@
+"""The auditor on trial: planted violations that it must find, and honest models that it must not accuse.
+
+Every planted model is a BlueBoat with one violation of dissipation in a small region of the envelope: formulas whose
+coefficient is grown until a chosen share of the envelope creates energy, and networks with a bump, a push along the
+motion whose support is a chosen share of the envelope and which wins over the drag about its middle only. Honest models
+are shipped vehicles, boats with current, wind, wake and couplings that do no work, and trained networks.
+
+    python benchmarks/audit.py [--share 0.02] [--seeds 5] [--table FILE]
+"""
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import ClassVar, final
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from undertow.measurements.standardisation import Standardisation
+from undertow.physics.files import write_text
+from undertow.physics.frames import Array
+from undertow.physics.laws import Envelope, damping_power
+from undertow.physics.matrices import mass_matrix
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.reports.audit import Audit, audit
+from undertow.reports.checked import check
+from undertow.reports.inputs import read_inputs
+from undertow.reports.trained import settings_with, train
+from undertow.residuals.foreign import FunctionModel
+from undertow.residuals.inputs import input_names
+from undertow.residuals.models import Model, VehicleModel
+from undertow.residuals.network_model import NetworkModel, scaling_of
+from undertow.residuals.networks.base import Memory, Network, Scaling
+from undertow.residuals.networks.registry import build
+
+BOAT = load_vehicle("blueboat")
+BOX = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
+LOW, HIGH = np.array(BOX.lower), np.array(BOX.upper)
+TERMS = ("sway:uv", "yaw:ur", "sway:vr", "surge:uuu")
+"""Forms that, with a positive coefficient, create energy at the fast end of the envelope first."""
+
+
+@final
+class Bumped(Network):
+    """A network, and beside it a push along the motion about one velocity, nothing outside an ellipsoid."""
+
+    name: ClassVar[str] = "bumped"
+
+    def __init__(self, inner: Network, centre: Array, size: Array, push: Array) -> None:
+        super().__init__(inner.scaling, {})
+        self.inner = inner
+        for label, values in (("centre", centre), ("size", size), ("push", push)):
+            self.register_buffer(label, torch.as_tensor(values, dtype=torch.float32))
+
+    def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:
+        centre, size, push = (self.get_buffer(n) for n in ("centre", "size", "push"))
+        said, after = self.inner.correct(standardised, inputs, memory)
+        distance = (((inputs[..., :3] - centre) / size) ** 2).sum(-1, keepdim=True)
+        return said + push * torch.relu(1.0 - distance) ** 2 / self.get_buffer("output_scale"), after
+
+
+def scaling(boat: Vehicle = BOAT) -> Scaling:
+    """Constants of a network for the envelope."""
+    count = len(boat.thrusters)
+    scale = np.concatenate([0.4 * (HIGH - LOW), np.full(count, 20.0)])
+    names = input_names(boat, False)
+    return scaling_of(boat, Standardisation(names, np.zeros(len(names)), scale), np.array([0.1, 0.05, 0.1]))
+
+
+def quiet(name: str, seed: int, boat: Vehicle = BOAT, spread: float = 0.02) -> Network:
+    """A network with small random weights: a correction of a few hundredths of its scale."""
+    network = build(name, scaling(boat))
+    generator = torch.Generator().manual_seed(seed)
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(spread * torch.randn(parameter.shape, generator=generator))
+    return network.eval()
+
+
+def ellipsoid(share: float) -> Array:
+    """Half axes of an ellipsoid that fills a share of the envelope."""
+    return (HIGH - LOW) * (3.0 * share / (4.0 * np.pi)) ** (1.0 / 3.0)
+
+
+def bump(share: float, seed: int, over: float = 2.0) -> tuple[Array, Array, Array]:
+    """Middle, half axes and push [m/s^2] of a bump that wins over the drag `over` times at its middle."""
+    rng = np.random.default_rng([seed, 1])
+    size = ellipsoid(share)
+    while True:
+        centre = LOW + size + (HIGH - LOW - 2.0 * size) * rng.random(3)
+        if (np.abs(centre) > size).sum() >= 2:
+            break
+    drag = -float(damping_power(BOAT, centre[None])[0])
+    push = centre / (HIGH - LOW)
+    power = float(centre @ mass_matrix(BOAT) @ push)
+    return centre, size, over * drag / power * push
+
+
+def bumped(name: str, share: float, seed: int) -> Model:
+    """A network beside the boat with a bump."""
+    return NetworkModel(BOAT, Bumped(quiet(name, seed), *bump(share, seed)), 0.1, name=f"{name} with a bump")
+
+
+def hinged(share: float, seed: int) -> Model:
+    """A perceptron whose own ReLU units make the bump, a pyramid; nothing but weights tells."""
+    centre, size, push = bump(share, seed)
+    size = size * (4.0 * np.pi / 3.0 / (8.0 / 6.0)) ** (1.0 / 3.0)  # an octahedron of the same volume
+    constants = scaling()
+    network = build("mlp", constants, {"layers": 2, "units": 32}).eval()
+    first, second = (m for m in network.body if isinstance(m, nn.Linear))  # type: ignore[union-attr]
+    head = network.get_submodule("head")
+    assert isinstance(head, nn.Linear)
+    with torch.no_grad():
+        for layer, factor in ((first, 0.05), (second, 0.05), (head, 0.0)):
+            layer.weight.mul_(factor)
+            layer.bias.zero_()
+        unit = constants.inputs.scale[:3] / size
+        for k in range(6):
+            axis, sign = k // 2, 1.0 - 2.0 * (k % 2)
+            first.weight[k] = 0.0
+            first.weight[k, axis] = sign * unit[axis]
+            first.bias[k] = -sign * centre[axis] / size[axis]
+        second.weight[0] = 0.0
+        second.weight[0, :6] = -1.0
+        second.bias[0] = 1.0
+        head.weight[:, 0] = torch.as_tensor(push / constants.output)
+    return NetworkModel(BOAT, network, 0.1, name="mlp with a pyramid in its weights")
+
+
+def lopsided(term: str, share: float) -> Model:
+    """The boat with a term that creates energy in a share of the envelope."""
+    states = LOW + (HIGH - LOW) * np.random.default_rng(0).random((20000, 3))
+    low, high = 0.0, 1e4
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        broken = float((damping_power(BOAT.with_values({term: middle}), states) > 0.0).mean())
+        low, high = (middle, high) if broken < share else (low, middle)
+    return VehicleModel(BOAT.with_values({term: high}), f"formula with {term}", "symbolic")
+
+
+def pushed_function(share: float, seed: int) -> Model:
+    """Somebody else's code with a bump."""
+    centre, size, push = bump(share, seed)
+    honest = VehicleModel(BOAT, "honest")
+
+    def answer(velocity: Array, heading: Array, commands: Array) -> Array:
+        distance = (((velocity - centre) / size) ** 2).sum(axis=1, keepdims=True)
+        return honest.settled(velocity, heading, commands) + push * np.maximum(1.0 - distance, 0.0) ** 2
+
+    return FunctionModel(answer, BOAT, "function with a bump")
+
+
+def planted(share: float, seed: int) -> list[Callable[[], Model]]:
+    """Ten models with a violation each."""
+    formulas = [lambda term=term: lopsided(term, share) for term in TERMS]
+    networks = [lambda name=name: bumped(name, share, seed) for name in ("mlp", "lstm", "tcn", "transformer")]
+    return [*formulas, *networks, lambda: hinged(share, seed), lambda: pushed_function(share, seed)]
+
+
+def trained(name: str, log: Path, seed: int, *, pure: bool = False) -> Model:
+    """A network that was trained on a log of a boat with more drag, simulated if it is not there yet."""
+    if not log.exists():
+        simulate_world(BOAT, {"surge_quadratic_damping": -9.0}, duration=300.0, noise="field", seed=seed).write(log)
+    settings = settings_with(seed=seed, device="cpu", epochs=None, lambda_phys=None, rollout_rows=None)
+    done = train(read_inputs(log, BOAT), name, None, pure=pure, heading=False, settings=settings)
+    done.trained.model.name = f"trained {'pure' if pure else 'hybrid'} {name}"
+    return done.trained.model
+
+
+def honest(folder: Path, seed: int) -> list[tuple[Callable[[], Model], Path | None]]:
+    """Ten models that break no law, and the logs over which those that were trained are judged."""
+    log = folder / f"log-{seed}.csv"
+    streams = {"current_north": 0.4, "current_east": -0.2, "wind_force_north": 4.0, "wind_force_east": 2.0}
+    weather = BOAT.with_values({**streams, "yaw_trim": 1.0})
+    wake = BOAT.with_values({"memory_sway": 30.0, "memory_yaw": 4.0, "memory_time": 2.0})
+    idle = BOAT.with_values({"yaw:uv": 12.0, "sway:ur": -5.0, "surge:vr": -7.0})
+    beside = NetworkModel(BOAT, quiet("dissipative", seed, spread=0.3), 0.1, name="random hybrid dissipative")
+    formulas = {
+        "blueboat": BOAT,
+        "blueboat_paper": load_vehicle("blueboat_paper"),
+        "blueboat in current, wind and trim": weather,
+        "blueboat with a wake": wake,
+        "blueboat with couplings that do no work": idle,
+    }
+    return [
+        *((lambda boat=boat, name=name: VehicleModel(boat, name), None) for name, boat in formulas.items()),
+        (lambda: beside, None),
+        (lambda: trained("dissipative", log, seed), log),
+        (lambda: trained("mlp", log, seed), log),
+        (lambda: trained("lstm", log, seed), log),
+        (lambda: trained("tcn", log, seed), log),
+    ]
+
+
+def judged(model: Model, seed: int, log: Path | None = None) -> tuple[Audit, float]:
+    """The audit over the envelope, or over that of the log that a network was trained on, and its time [s]."""
+    begun = time.perf_counter()
+    found = audit(model, BOX, seed=seed) if log is None else check(model, log, seed=seed)
+    return found, time.perf_counter() - begun
+
+
+def row(model: Model, seed: int, expected: str, log: Path | None = None) -> tuple[str, bool]:
+    """A line of the table, and whether the auditor was right."""
+    found, seconds = judged(model, seed, log)
+    broken = ", ".join(r.law for r in found.violations) or "none"
+    law = found.ruling("dissipation")
+    where = ", ".join(f"{k} {v:.2f}" for k, v in (law.at or {}).items()) if law.verdict == "fail" else ""
+    right = found.verdict == expected
+    share = 100.0 * (law.share or 0.0)
+    cells = (model.name, str(seed), found.verdict, broken, f"{law.value:.2g} W", where, f"{share:.2f} %", law.proof)
+    return f"| {' | '.join(cells)} | {seconds:.1f} s |{'' if right else ' **wrong**'}", right
+
+
+HEAD = (
+    "| model | seed | verdict | laws broken | largest power | where | share of states | proof | time |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run both halves of the trial, print the tables, and fail when more than one in ten is missed, or one accused."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--share", type=float, default=0.02, help="of the envelope in which a violation is planted")
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--table", type=Path, help="Markdown file to write")
+    given = parser.parse_args(arguments)
+    torch.set_num_threads(1)
+    lines = [f"Planted in {100.0 * given.share:g} % of the envelope:", "", HEAD]
+    found, accused = [], []
+    for seed in range(given.seeds):
+        for make in planted(given.share, seed):
+            text, right = row(make(), seed, "fail")
+            lines.append(text)
+            found.append(right)
+    lines += ["", f"Found: {sum(found)} of {len(found)}.", "", "Honest:", "", HEAD]
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in range(given.seeds):
+            for make, log in honest(Path(folder), seed):
+                text, right = row(make(), seed, "pass", log)
+                lines.append(text)
+                accused.append(not right)
+    lines += ["", f"Accused: {sum(accused)} of {len(accused)}."]
+    text = "\n".join(lines) + "\n"
+    print(text)
+    if given.table is not None:
+        write_text(given.table, text)
+    return int(sum(found) < 0.9 * len(found) or any(accused))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

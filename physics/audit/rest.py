@@ -1,0 +1,50 @@
+"""Rest stays at rest: no command, no speed, no current and no wind, hence no acceleration."""
+
+from typing import ClassVar, final
+
+import numpy as np
+
+from ..forces import calm
+from ..thrusters import command_of
+from .base import TOLERANCE, Law, Ruling, Witness
+
+_HEADINGS = 16
+
+
+@final
+class Rest(Law):
+    """Without a command a boat at rest in its water stays; a push of a hundredth of full thrust is let pass.
+
+    Current, wind and trim that the vehicle file states are taken out first, and named.
+    """
+
+    name: ClassVar[str] = "rest stays at rest"
+
+    def judge(self, witness: Witness) -> Ruling:
+        """See `Law.judge`."""
+        states = np.zeros((_HEADINGS, 4))
+        states[:, 3] = np.arange(_HEADINGS) * 2.0 * np.pi / _HEADINGS
+        zero = np.array([[float(command_of(t, np.array(0.0))) for t in witness.vehicle.thrusters]])
+        said = witness.relative(states, np.repeat(zero, _HEADINGS, axis=0))
+        full = witness.full_force / np.diag(witness.mass)
+        ratio = np.abs(said) / full
+        k, axis = (int(i) for i in np.unravel_index(int(np.argmax(ratio)), ratio.shape))
+        unit = ("m/s^2", "m/s^2", "rad/s^2")[axis]
+        value, at = float(abs(said[k, axis])), witness.place(states[k])
+        stated = [
+            s.replace("_", " ")
+            for s in witness.vehicle.environment
+            if witness.vehicle.value(s) != calm(witness.vehicle).value(s)
+        ]
+        beside = f" beside what the vehicle file states ({', '.join(stated)})" if stated else ""
+        name = ("surge", "sway", "yaw")[axis]
+        return self.rule(
+            value=value,
+            limit=TOLERANCE * float(full[axis]),
+            unit=unit,
+            at=at,
+            share=float((ratio > TOLERANCE).any(axis=1).mean()),
+            proof="by construction" if witness.exact and value == 0.0 else "search",
+            kept=f"A boat at rest without a command stays at rest{beside}.",
+            broken=f"At rest and without a command the model pushes itself in {name} with {value:.3g} {unit}{beside}.",
+        )

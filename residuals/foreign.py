@@ -1,0 +1,128 @@
+"""Somebody else's model as a Python function: accelerations from velocity, heading and commands.
+
+The module is imported, and with it its code is run, only by `load_function`, which nothing calls but for a name that
+the user gave; no file can name one.
+"""
+
+import re
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from os import getcwd
+from typing import Any, cast, final
+
+import numpy as np
+
+from ..physics.errors import RequestError
+from ..physics.frames import Array
+from ..physics.motion import Motion
+from ..physics.simulation import Rollouts, rollout
+from ..physics.vehicle import Vehicle
+from .models import Kind, Model
+
+Answer = Callable[[Array, Array, Array], Array]
+"""Acceleration over ground (n, 3) from velocity over ground (n, 3), heading (n,) and commands (n, thrusters)."""
+
+_NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
+
+
+@final
+class FunctionModel(Model):
+    """A function as a model; it has no memory, and knows of the vehicle only its commands.
+
+    Attributes
+    ----------
+    answer : the function
+    vehicle : of the mass that laws ask for, and of the commands
+    """
+
+    def __init__(self, answer: Answer, vehicle: Vehicle, name: str, kind: Kind = "physics") -> None:
+        self.answer = answer
+        self.vehicle = vehicle
+        self.name = name
+        self.kind = kind
+        self.parameters = 0
+        self.seconds_to_fit = 0.0
+
+    def acceleration(self, motion: Motion) -> Array:
+        """See `Model.acceleration`."""
+        return self.settled(motion.velocity, motion.heading, motion.commands)
+
+    def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+        """See `Model.rollout`."""
+        return open_loop(self.settled, motion, starts, steps)
+
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        """See `Model.settled`.
+
+        Raises
+        ------
+        RequestError
+            when the function fails, or does not answer with an acceleration for each state.
+        """
+        try:
+            said = np.asarray(self.answer(velocity.copy(), heading.copy(), np.array(commands)), dtype=float)
+        except Exception as error:
+            raise RequestError(f"model {self.name}: failed on {velocity.shape[0]} states: {error!r}") from error
+        return checked_shape(said, velocity, self.name)
+
+
+def checked_shape(said: Array, velocity: Array, name: str) -> Array:
+    """What a foreign model said, if it has the shape that was asked for.
+
+    Raises
+    ------
+    RequestError
+        when it has another one.
+    """
+    if said.shape != velocity.shape:
+        raise RequestError(
+            f"model {name}: expected accelerations of shape {velocity.shape} (surge, sway, yaw by state), got "
+            f"{said.shape}"
+        )
+    return said
+
+
+def open_loop(answer: Answer, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+    """Rollouts of a model without memory: its acceleration is held over a step at 1.5 a_k - 0.5 a_(k-1)."""
+    starts = np.asarray(starts, dtype=int)
+    last: list[Array] = []
+
+    def added(k: int, state: Array) -> Array:
+        now = answer(state[3:].T, state[2], motion.commands[starts + k]).T
+        held = 1.5 * now - 0.5 * last[0] if last else now
+        last[:] = [now]
+        return held
+
+    return rollout(None, motion, starts, steps, added)
+
+
+def is_function_name(text: str) -> bool:
+    """Whether a text has the form `package.module:function`."""
+    return _NAME.fullmatch(text) is not None
+
+
+def load_function(text: str, vehicle: Vehicle) -> FunctionModel:
+    """Import `package.module:function`, from the folder where one stands too; this runs the module's code.
+
+    Raises
+    ------
+    RequestError
+        when there is no such module or function.
+    """
+    module, name = text.split(":")
+    here = getcwd()
+    sys.path.insert(0, here)
+    try:
+        found: Any = getattr(import_module(module), name, None)
+    except Exception as error:
+        raise RequestError(
+            f"model {text}: cannot import {module} ({error!r}); expected package.module:function, installed or in "
+            f"{here}"
+        ) from error
+    finally:
+        if here in sys.path:
+            sys.path.remove(here)
+    if not callable(found):
+        raise RequestError(f"model {text}: {module} has no function {name}")
+    return FunctionModel(cast(Answer, found), vehicle, text)

@@ -1,0 +1,414 @@
+"""The auditor: each law on its knife edge, planted violations found, honest models let go, and foreign functions."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from undertow.physics.audit.balance import EnergyBalance
+from undertow.physics.audit.base import Law, Ruling
+from undertow.physics.audit.bounded import BoundedSpeed
+from undertow.physics.audit.coriolis import CoriolisWork
+from undertow.physics.audit.damping import PositiveDamping
+from undertow.physics.audit.dissipation import Dissipation, Outside
+from undertow.physics.audit.mass import PositiveMass
+from undertow.physics.audit.registry import LAWS
+from undertow.physics.audit.rest import Rest
+from undertow.physics.audit.search import Box, climb, spread
+from undertow.physics.audit.symmetry import SHARE, MirrorSymmetry, mirror_pairs
+from undertow.physics.audit.thrust import PowerUnderThrust
+from undertow.physics.audit.trial import possible_commands, reachable
+from undertow.physics.errors import RequestError
+from undertow.physics.frames import Array
+from undertow.physics.laws import Envelope
+from undertow.physics.matrices import coriolis_matrix, mass_matrix, thruster_matrix
+from undertow.physics.thrusters import neutral_command
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.reports.audit import audit, witness_of
+from undertow.residuals.foreign import FunctionModel, load_function
+from undertow.residuals.models import Model, VehicleModel
+
+BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+HULL = load_vehicle("blueboat")
+BOX = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
+EDGE = pytest.mark.parametrize(("sign", "verdict"), [(-1.0, "pass"), (1.0, "fail")], ids=["kept", "broken"])
+MOTION = simulate_world(HULL, {}, duration=30.0, noise="clean", seed=2).motion(0.1)
+
+
+def judged(law: Law, model: Model, **more: Any) -> Ruling:
+    return law.judge(witness_of(model, BOX, **more))
+
+
+def formula(**values: float) -> VehicleModel:
+    return VehicleModel(HULL.with_values(values), "formula")
+
+
+def pushed(force: Callable[[Array], Array]) -> FunctionModel:
+    """The hull as foreign code, and beside it a force (n, 3) of the velocity."""
+    inverse, honest = np.linalg.inv(mass_matrix(HULL)), VehicleModel(HULL, "hull")
+
+    def answer(velocity: Array, heading: Array, commands: Array) -> Array:
+        return honest.settled(velocity, heading, commands) + force(velocity) @ inverse.T
+
+    return FunctionModel(answer, HULL, "foreign")
+
+
+# The knife edge of each law
+
+
+@EDGE
+def test_mass(sign: float, verdict: str):
+    upright = HULL.with_values({"x_g": 0.0, "Y_vdot": HULL.mass * (1.0 + 1e-6 * sign)})
+    ruling = judged(PositiveMass(), VehicleModel(upright, "light"))
+    assert ruling.verdict == verdict
+    assert ruling.margin == pytest.approx(-1e-6 * sign, rel=1e-2)
+
+
+@EDGE
+def test_dissipation(sign: float, verdict: str):
+    ruling = judged(Dissipation(), formula(X_u=1e-6 * sign, X_uu=0.0))
+    assert ruling.verdict == verdict
+    assert ruling.proof == ("search" if sign > 0 else "vertex LMI")
+    if sign > 0:
+        assert ruling.value == pytest.approx(1e-6 * 2.2**2, rel=1e-6), "the far end of the surge axis is the worst"
+        assert ruling.at == pytest.approx({"u": 2.2, "v": 0.0, "r": 0.0}, abs=1e-9)
+
+
+@EDGE
+def test_positive_damping(sign: float, verdict: str):
+    ruling = judged(PositiveDamping(), formula(X_u=1e-6 * sign))
+    assert ruling.verdict == verdict
+    assert ruling.at == {"u": 0.0, "v": 0.0, "r": 0.0}
+    assert ruling.value == pytest.approx(1e-6 * sign * 2.2**2, rel=1e-2)
+
+
+@EDGE
+def test_energy_balance(sign: float, verdict: str):
+    none = dict.fromkeys(HULL.damping, 0.0)
+    ruling = judged(EnergyBalance(), formula(**{**none, "X_u": 1e-6 * sign}), motions=[MOTION])
+    assert (ruling.verdict, ruling.proof) == (verdict, "data only")
+
+
+@EDGE
+def test_power_under_thrust(sign: float, verdict: str):
+    inverse, reach = np.linalg.inv(mass_matrix(HULL)), thruster_matrix(HULL)
+
+    def answer(velocity: Array, heading: Array, commands: Array) -> Array:
+        most = 0.5 * (1.0 + 1e-6 * sign) * np.array([1.0, 0.1, np.abs(reach[2]).max()])
+        extra = most * np.sign(velocity) * np.abs(commands).sum(axis=1, keepdims=True)
+        return (commands @ reach.T + extra) @ inverse.T
+
+    ruling = judged(PowerUnderThrust(), FunctionModel(answer, HULL, "strong"))
+    assert ruling.verdict == verdict
+    none = dict.fromkeys(HULL.damping, 0.0)
+    assert judged(PowerUnderThrust(), formula(**{**none, "X_u": 1e-6 * sign})).verdict == verdict
+
+
+def test_energy_from_thrust_that_brakes_is_found():
+    inverse, honest = np.linalg.inv(mass_matrix(HULL)), VehicleModel(HULL, "hull")
+
+    def answer(velocity: Array, heading: Array, commands: Array) -> Array:
+        force = np.where((commands.sum(axis=1) < -20.0) & (velocity[:, 0] > 1.5), 200.0, 0.0)
+        return honest.settled(velocity, heading, commands) + force[:, None] * inverse[0]
+
+    found = audit(FunctionModel(answer, HULL, "wrong way round"), BOX)
+    assert [r.law for r in found.violations][:1] == ["power under thrust"]
+    assert found.ruling("dissipation").verdict == "pass"
+    at = found.ruling("power under thrust").at
+    assert at is not None
+    assert (at["u"] > 1.5, at["newton_port"] + at["newton_stbd"] < -20.0) == (True, True)
+
+
+@EDGE
+def test_rest(sign: float, verdict: str):
+    limit = judged(Rest(), formula()).limit
+    assert limit is not None
+    push = limit * (1.0 + 1e-6 * sign) * mass_matrix(HULL)[0, 0]
+    ruling = judged(Rest(), pushed(lambda nu: np.tile([push, 0.0, 0.0], (len(nu), 1))))
+    assert ruling.verdict == verdict
+    assert ruling.margin == pytest.approx(-1e-6 * sign * limit, rel=1e-3)
+
+
+@EDGE
+def test_bounded_speed(sign: float, verdict: str):
+    last = 3.0 * np.hypot(2.2, 0.6) * (1.0 + 1e-6 * sign)
+
+    def answer(velocity: Array, heading: Array, commands: Array) -> Array:
+        return (np.array([last, 0.0, 0.0]) - velocity) / 2.0
+
+    ruling = judged(BoundedSpeed(), FunctionModel(answer, HULL, "fast"))
+    assert ruling.verdict == verdict
+    assert ruling.margin == pytest.approx(-3e-6 * sign, rel=1e-3)
+
+
+@EDGE
+def test_coriolis(sign: float, verdict: str):
+    honest = witness_of(formula(), BOX)
+    limit = CoriolisWork().judge(honest).limit
+    assert limit is not None
+    work = limit * (1.0 + 1e-6 * sign) / (honest.states[:, 0] ** 2).max()
+    honest.coriolis = lambda nu: coriolis_matrix(HULL, nu) + np.diag([work, 0.0, 0.0])
+    ruling = CoriolisWork().judge(honest)
+    assert (ruling.verdict, ruling.proof) == (verdict, "search")
+
+
+@EDGE
+def test_mirror_symmetry(sign: float, verdict: str):
+    full = witness_of(formula(), BOX).full_force
+    force = np.array([0.0, 0.5 * SHARE * full[1] * (1.0 + 1e-6 * sign), 0.0])
+    ruling = judged(MirrorSymmetry(), pushed(lambda nu: np.tile(force, (len(nu), 1))))
+    assert ruling.verdict == verdict
+    assert not ruling.counts
+    assert ruling.margin == pytest.approx(-1e-6 * sign * SHARE, rel=1e-3)
+
+
+@EDGE
+def test_outside_the_envelope(sign: float, verdict: str):
+    model = formula(X_uu=15.0 / (1.5 * 2.2) * (1.0 + 1e-6 * sign))
+    assert judged(Outside(), model).verdict == verdict
+    assert judged(Dissipation(), model).verdict == "pass"
+
+
+# What laws take as stated
+
+
+def test_stated_environment_is_taken_out_and_named():
+    values = {"current_north": 0.5, "current_east": -0.3, "wind_force_north": 6.0, "wind_x": 0.7, "yaw_trim": 2.0}
+    found = audit(formula(**values), BOX)
+    assert found.verdict == "pass"
+    assert "current east" in found.ruling("rest stays at rest").sentence
+    assert "yaw trim" in found.notes[0]
+    calm = audit(formula(), BOX)
+    for law in ("dissipation", "positive damping"):
+        assert found.ruling(law).value == pytest.approx(calm.ruling(law).value, rel=1e-4), law
+
+
+def test_a_hidden_trim_is_a_push_at_rest():
+    ruling = judged(Rest(), pushed(lambda nu: np.tile([0.0, 0.0, 5.0], (len(nu), 1))))
+    assert ruling.verdict == "fail"
+    assert "pushes itself in yaw" in ruling.sentence
+
+
+def test_a_wake_gives_back_what_it_stored():
+    wake = HULL.with_values({"memory_sway": 60.0, "memory_yaw": 8.0, "memory_time": 3.0})
+    motion = simulate_world(wake, {}, duration=60.0, noise="clean", seed=4).motion(0.1)
+    found = audit(VehicleModel(wake, "wake"), BOX, motions=[motion])
+    assert found.verdict == "pass"
+    assert audit(VehicleModel(wake.with_values({"memory_sway": -60.0}), "wake"), BOX).verdict == "fail"
+
+
+def test_without_positive_mass_nothing_else_means_anything():
+    found = audit(VehicleModel(HULL.with_values({"Y_vdot": HULL.mass + 1.0}), "void"), BOX)
+    assert [r.law for r in found.violations] == ["positive mass"]
+    assert {r.verdict for r in found.rulings[1:]} == {"not applicable"}
+
+
+def test_worse_thrusters_make_a_boat_lopsided_and_no_liar():
+    found = audit(formula(port_scale=0.5), BOX)
+    assert found.ruling("mirror symmetry").verdict == "fail"
+    assert found.verdict == "pass"
+    assert mirror_pairs(HULL) == [1, 0]
+    assert mirror_pairs(load_vehicle("cybership2")) is None
+
+
+def test_a_boat_that_nothing_stops_is_found():
+    none = dict.fromkeys(HULL.damping, 0.0)
+    bounded = audit(formula(**none), BOX).ruling("bounded speed")
+    assert bounded.verdict == "fail"
+    with pytest.raises(RequestError, match="grow without bound under its own thrusters.*name a log"):
+        reachable(HULL.with_values({"X_u": 60.0, "X_uu": 60.0}), possible_commands(HULL))
+
+
+@pytest.mark.parametrize("name", ["blueboat", "blueboat_paper", "otter", "cybership2"])
+def test_a_neutral_command_does_not_push(name: str):
+    boat = load_vehicle(name)
+    for thruster in boat.thrusters:
+        neutral = np.array([neutral_command(thruster)])
+        assert thruster.response(neutral, 0.1)[0] == pytest.approx(0.0, abs=1e-12)
+
+
+# The search
+
+
+def test_the_search_climbs_to_a_narrow_top():
+    box = Box(np.array([-1.0, -1.0, -1.0, -np.pi]), np.array([2.0, 1.0, 1.0, np.pi]))
+    top = np.array([1.3, 0.4, -0.2])
+
+    def value(x: Array) -> Array:
+        return np.exp(-(((x[:, :3] - top) / 0.2) ** 2).sum(axis=1))
+
+    states = spread(box, 1024, seed=1)
+    best = climb(value, states, value(states), box)
+    assert value(best).max() == pytest.approx(1.0, abs=1e-4)
+    assert (best >= box.low).all()
+    assert (best <= box.high).all()
+
+
+# Planted violations, and honest models
+
+
+@pytest.fixture(scope="module")
+def study() -> Iterator[ModuleType]:
+    pytest.importorskip("torch")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCHMARKS))
+        import audit as found  # type: ignore[import-not-found]
+
+        yield found
+        del sys.modules["audit"]
+
+
+def test_planted_violations_are_found(study: ModuleType):
+    missed, slowest = [], 0.0
+    for make in study.planted(0.02, 7):
+        model = make()
+        found, seconds = study.judged(model, 0)
+        slowest = max(slowest, seconds)
+        if found.ruling("dissipation").verdict != "fail":
+            missed.append(model.name)
+    print(f"missed: {missed}; slowest {slowest:.1f} s")
+    assert len(missed) <= 1, missed
+    assert slowest < 30.0
+
+
+def test_the_counterexample_breaks_the_law(study: ModuleType):
+    model = study.bumped("lstm", 0.02, 3)
+    ruling = judged(Dissipation(), model)
+    at, centre = ruling.at, study.bump(0.02, 3)[0]
+    assert at is not None
+    state = np.array([at["u"], at["v"], at["r"]])
+    power = state @ mass_matrix(HULL) @ model.settled(state[None], np.zeros(1), np.zeros((1, 2)))[0]
+    assert power == pytest.approx(ruling.value, rel=1e-3)
+    assert np.abs(state - centre).max() < 0.4
+
+
+def test_honest_models_are_not_accused(study: ModuleType, tmp_path: Path):
+    for make, log in study.honest(tmp_path, 7)[:8]:
+        model = make()
+        found, _ = study.judged(model, 0, log)
+        assert found.verdict == "pass", (model.name, [r.sentence for r in found.violations])
+
+
+def test_what_cannot_create_energy_is_proved(study: ModuleType):
+    beside = study.NetworkModel(HULL, study.quiet("dissipative", 1, spread=0.5), 0.1)
+    assert judged(Dissipation(), beside).proof == "by construction"
+    broken = study.NetworkModel(HULL.with_values({"X_u": 5.0}), study.quiet("dissipative", 1), 0.1)
+    assert judged(Dissipation(), broken).proof == "search"
+
+
+def test_a_formula_takes_under_two_seconds():
+    audit(formula(), BOX)
+    begun = time.perf_counter()
+    audit(formula(), BOX, motions=[MOTION])
+    taken = time.perf_counter() - begun
+    print(f"{taken:.2f} s")
+    assert taken < 2.0
+
+
+# The file
+
+
+def test_the_file_says_all_and_equal_seeds_give_equal_files():
+    first, again = (audit(formula(X_u=30.0), BOX, seed=5).to_dict() for _ in range(2))
+    assert first == again
+    assert first["schema"] == "undertow.audit/1"
+    assert (first["verdict"], first["envelope"]) == ("fail", BOX.to_dict())
+    assert [law["law"] for law in first["laws"]] == [law.name for law in LAWS]
+    law = next(x for x in first["laws"] if x["law"] == "dissipation")
+    assert set(law) == {"law", "verdict", "counts", "violating_share", "proof", "worst", "margin", "sentence"}
+    assert law["worst"]["unit"] == law["margin"]["unit"] == "W"
+    assert set(law["worst"]["at"]) == {"u", "v", "r"}
+    assert law["margin"]["value"] < 0.0 < law["violating_share"]
+
+
+# Foreign functions
+
+
+def test_a_function_rolls_out_like_the_vehicle_it_copies():
+    model, true = pushed(lambda nu: 0.0 * nu), VehicleModel(HULL, "hull")
+    starts = np.array([0, 50, 100])
+    one, other = (m.rollout(MOTION, starts, 100).states for m in (model, true))
+    assert one == pytest.approx(other, abs=6e-2), "it meets commands held over a step"
+    assert model.acceleration(MOTION) == pytest.approx(true.acceleration(MOTION), abs=1e-9)
+    assert audit(model, BOX).verdict == "pass"
+
+
+@pytest.mark.parametrize(
+    ("answer", "text"),
+    [
+        (lambda nu, psi, commands: nu[:, :2], r"expected accelerations of shape \(.*, 3\).*got \(.*, 2\)"),
+        (lambda nu, psi, commands: nu / 0.0, "expected finite accelerations, got .* at u = "),
+        (lambda nu, psi, commands: nu + missing, "failed on .* states: NameError"),  # type: ignore[name-defined] # noqa: F821
+    ],
+)
+def test_a_function_that_does_not_answer_is_told_so(answer: Callable[..., Array], text: str):
+    with np.errstate(all="ignore"), pytest.raises(RequestError, match=text):
+        audit(FunctionModel(answer, HULL, "poor"), BOX)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("no_such_module:f", "cannot import no_such_module"), ("math:no_such", "math has no function no_such")],
+)
+def test_a_function_that_is_not_there(name: str, text: str):
+    with pytest.raises(RequestError, match=text):
+        load_function(name, HULL)
+
+
+# Interval bounds
+
+
+@pytest.mark.parametrize("pure", [False, True])
+@pytest.mark.parametrize("layers", [1, 2])
+def test_bounds_enclose_the_power_in_every_cell(study: ModuleType, layers: int, pure: bool):
+    from undertow.residuals import bounds
+    from undertow.residuals.network_model import NetworkModel
+    from undertow.residuals.networks.registry import build
+
+    boat = HULL.with_values({"N_v": 3.0, "yaw:|u|r": -4.0, "sway:ur": 2.0, "surge:|v|u": -3.0})
+    network = build("mlp", study.scaling(boat), {"layers": layers, "units": 24})
+    generator = study.torch.Generator().manual_seed(layers)
+    for parameter in network.parameters():
+        parameter.data.uniform_(-0.4, 0.4, generator=generator)
+    model = NetworkModel(boat, network.double(), 0.1, pure=pure)
+    cells = bounds._orthants(BOX)
+    for _ in range(5):
+        cells = bounds._halved(cells, np.array([3.2, 1.2, 2.2]))
+    middle, half = cells
+    layered = bounds._layers(model)
+    assert layered is not None
+    terms = [] if pure else bounds._monomials(boat)
+    least, upper = bounds._power(mass_matrix(boat), terms, middle, half, *bounds._affine(layered, middle, half))
+    rng = np.random.default_rng(0)
+    idle = np.zeros((len(middle), 2))
+    witness = witness_of(model, BOX)
+    highest = np.full(len(middle), -np.inf)
+    for k in range(60):
+        nu = middle + half * (rng.uniform(-1.0, 1.0, middle.shape) if k else 0.0)
+        power = witness.power(np.column_stack([nu, 0.0 * idle[:, 0]]))
+        assert (power <= upper + 1e-5).all(), "constants are in single precision"
+        if k == 0:
+            assert (power >= least - 1e-5).all()
+        highest = np.maximum(highest, power)
+    gap = (upper - highest) / np.abs(highest).max()
+    assert np.median(gap) < 0.25, "bounds that tell something"
+
+
+def test_a_quiet_perceptron_is_proved_and_a_pyramid_is_not(study: ModuleType):
+    from undertow.residuals.bounds import bound_power
+    from undertow.residuals.network_model import NetworkModel
+
+    quiet = NetworkModel(HULL, study.quiet("mlp", 1), 0.1)
+    assert judged(Dissipation(), quiet).proof == "interval bounds"
+    for share in (0.02, 1e-5):
+        hidden = study.hinged(share, 3)
+        assert not bound_power(hidden, BOX, 0.3).proved, share
+        ruling = judged(Dissipation(), hidden)
+        assert ruling.verdict == "fail", f"the needle of {share} is met where sampling would miss it"
+    assert not bound_power(study.bumped("lstm", 0.02, 3), BOX, 0.3).proved

@@ -1,0 +1,219 @@
+"""The verb `check` as a user meets it: any model, its envelope, exit codes, and what it writes."""
+
+import importlib.util
+import json
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NoReturn
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import undertow
+from undertow.__main__ import app
+from undertow.physics.errors import RequestError
+from undertow.physics.laws import Envelope, envelope_of
+from undertow.physics.vehicle import load_vehicle
+from undertow.reports.audit import audit
+from undertow.residuals.models import VehicleModel
+from undertow.residuals.onnx_model import OnnxModel
+
+HULL = load_vehicle("blueboat")
+HAS_ONNX = importlib.util.find_spec("onnxruntime") is not None
+FOREIGN = """
+import numpy as np
+def drag(velocity, heading, commands):
+    return -0.5 * velocity
+def push(velocity, heading, commands):
+    return 0.5 * velocity
+"""
+
+
+def call(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def strict(text: str) -> Any:
+    def refuse(constant: str) -> NoReturn:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    assert call("simulate", "-v", "blueboat", "--duration", "60", "--out", path).exit_code == 0
+    return path
+
+
+def test_a_lawful_vehicle_passes_and_nothing_is_written(here: Path):
+    result = call("check", "blueboat")
+    said = " ".join(result.stdout.split())
+    assert (result.exit_code, result.exception, list(here.iterdir())) == (0, None, [])
+    for text in (
+        "blueboat breaks no law. Judged for u from -2.17 to 2.17 m/s",
+        "from the speeds that the vehicle reaches with its thrusters",
+        "Without thrust the model loses energy everywhere in the envelope (proved (vertex LMI)).",
+        "Coriolis forces do no work.",
+    ):
+        assert text in said
+
+
+def test_a_violation_is_exit_code_one_with_the_state(here: Path):
+    result = call("check", "cybership2", "--out", "audit.json")
+    said = " ".join(result.stdout.split())
+    assert result.exit_code == 1
+    assert "cybership2 breaks the law 'dissipation'" in said
+    assert "it creates energy" in said
+    assert "u = 0.00 m/s, v = " in said
+    written = strict((here / "audit.json").read_text())
+    assert (written["schema"], written["verdict"]) == ("undertow.audit/1", "fail")
+    assert strict(call("check", "cybership2", "--json").stdout) == written
+
+
+def test_the_table_fits_a_narrow_terminal(here: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = call("check", "cybership2").stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert "…" not in "".join(lines)
+
+
+def test_the_log_gives_the_envelope_and_the_energy_balance(log: Path, here: Path):
+    found = strict(call("check", "blueboat", log, "--json").stdout)
+    assert found["envelope_from"] == "the speeds of the log"
+    balance = next(law for law in found["laws"] if law["law"] == "energy balance")
+    assert (balance["verdict"], balance["proof"]) == ("pass", "data only")
+    assert set(balance["worst"]["at"]) == {"from", "to", "u", "v", "r"}
+    motions = undertow.read_inputs(log, HULL, judge="all").parts.judged.motions
+    assert found["envelope"] == envelope_of(motions, HULL).to_dict()
+
+
+def test_a_run_folder_keeps_the_envelope_of_its_log(here: Path):
+    HULL.save(here / "model.yaml")
+    box = {"u": [-0.5, 1.5], "v": [-0.3, 0.3], "r": [-0.9, 0.9]}
+    (here / "findings.json").write_text(json.dumps({"passivity": {"envelope": box}}))
+    found = undertow.check(here)
+    assert found.envelope.to_dict() == box
+    assert found.envelope_from == "the run folder: the speeds of its log"
+    (here / "findings.json").write_text("{}")
+    assert undertow.check(here).envelope_from.startswith("the speeds that the vehicle reaches")
+
+
+def test_a_network_is_judged_where_it_was_trained(here: Path):
+    torch = pytest.importorskip("torch")
+    from undertow.measurements.standardisation import Standardisation
+    from undertow.residuals.inputs import input_names
+    from undertow.residuals.model_files import save_network
+    from undertow.residuals.network_model import NetworkModel, scaling_of
+    from undertow.residuals.networks.registry import build
+
+    inputs = Standardisation(input_names(HULL, True), np.zeros(7), np.array([0.8, 0.2, 0.4, 8.0, 8.0, 0.7, 0.7]))
+    network = build("lstm", scaling_of(HULL, inputs, np.array([0.1, 0.05, 0.1])))
+    save_network(NetworkModel(HULL, network, 0.1), here / "net", {})
+    begun = time.perf_counter()
+    result = call("check", "net")
+    assert time.perf_counter() - begun < 30.0
+    assert result.exit_code == 0, result.stdout
+    assert "from the network: 2 deviations about the mean of its training" in " ".join(result.stdout.split())
+    with torch.no_grad():
+        network.get_parameter("head.bias").copy_(torch.tensor([0.0, 0.0, 5.0]))
+    found = audit(NetworkModel(HULL, network, 0.1), Envelope((-1.0, -0.5, -1.0), (2.0, 0.5, 1.0)))
+    assert found.ruling("rest stays at rest").verdict == "fail"
+
+
+def test_a_function_is_imported_because_the_user_names_it(here: Path):
+    (here / "foreign_boat.py").write_text(FOREIGN)
+    assert call("check", "foreign_boat:drag", "-v", "blueboat").exit_code == 0
+    result = call("check", "foreign_boat:push", "-v", "blueboat", "--json")
+    found = strict(result.stdout)
+    assert (result.exit_code, found["model"]) == (1, "foreign_boat:push")
+    assert next(law for law in found["laws"] if law["law"] == "dissipation")["violating_share"] > 0.9
+    assert str(here) not in sys.path
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("check",), "Missing argument 'MODEL'"),
+        (("check", "foreign_boat:drag"), "foreign_boat:drag: it carries no mass and no thrusters; give --vehicle V"),
+        (("check", "net.onnx"), "net.onnx: it carries no mass and no thrusters; give --vehicle V"),
+        (("check", "no_module:f", "-v", "blueboat"), "cannot import no_module"),
+        (("check", "nowhere.yaml"), "nowhere.yaml: no such file"),
+        (("check", "blueboat", "nowhere.csv"), "nowhere.csv"),
+        (("check", "blueboat", "--out", "no/audit.json"), "the folder no does not exist"),
+    ],
+)
+def test_wrong_usage_is_exit_code_two(words: tuple[str, ...], text: str, here: Path):
+    result = call(*words)
+    assert result.exit_code == 2
+    assert text in " ".join(result.stderr.split())
+    assert list(here.iterdir()) == []
+
+
+@pytest.mark.skipif(HAS_ONNX, reason="onnxruntime is installed")
+def test_without_onnxruntime_the_message_says_how_to_get_it(here: Path):
+    (here / "net.onnx").write_bytes(b"")
+    result = call("check", "net.onnx", "-v", "blueboat")
+    assert result.exit_code == 2
+    assert "an ONNX model needs onnxruntime" in result.stderr
+    assert "pip install 'undertow[export]'" in result.stderr
+
+
+@pytest.mark.skipif(not HAS_ONNX, reason="needs onnxruntime")
+def test_a_broken_onnx_file_is_refused(here: Path):
+    (here / "net.onnx").write_bytes(b"no network")
+    result = call("check", "net.onnx", "-v", "blueboat")
+    assert (result.exit_code, "onnxruntime cannot read it" in result.stderr) == (2, True)
+
+
+class Session:
+    """What onnxruntime's session is to us: inputs with name, type and shape, and a run."""
+
+    def __init__(self, *shapes: tuple[Any, ...], kind: str = "tensor(float)") -> None:
+        self.inputs = [SimpleNamespace(name=f"in{k}", type=kind, shape=shape) for k, shape in enumerate(shapes)]
+        self.fed: dict[str, Any] = {}
+
+    def get_inputs(self) -> list[Any]:
+        return self.inputs
+
+    def run(self, names: None, feed: dict[str, Any]) -> list[Any]:
+        self.fed = feed
+        return [-0.5 * feed["in0"][:, :3]]
+
+
+@pytest.mark.parametrize(
+    ("shapes", "fed"),
+    [
+        ((("n", 3), ("n",), ("n", 2)), [(5, 3), (5,), (5, 2)]),
+        ((("n", 3), ("n", 1), ("n", 2)), [(5, 3), (5, 1), (5, 2)]),
+        ((("n", 6),), [(5, 6)]),
+    ],
+)
+def test_an_onnx_model_is_fed_side_by_side_or_apart(shapes: tuple[tuple[Any, ...], ...], fed: list[tuple[int, ...]]):
+    session = Session(*shapes)
+    model = OnnxModel(session, HULL, "net")
+    nu = np.arange(15.0).reshape(5, 3)
+    assert model.settled(nu, np.zeros(5), np.ones((5, 2))) == pytest.approx(-0.5 * nu)
+    assert [x.shape for x in session.fed.values()] == fed
+    assert {x.dtype for x in session.fed.values()} == {np.dtype("float32")}
+    assert audit(model, Envelope((-1.0, -0.5, -1.0), (2.0, 0.5, 1.0))).verdict == "pass"
+
+
+def test_an_onnx_model_with_other_inputs_is_refused():
+    with pytest.raises(RequestError, match="expected inputs velocity, heading and commands.*got in0 tensor.int64."):
+        OnnxModel(Session(("n", 6), kind="tensor(int64)"), HULL, "net")
+
+
+def test_a_model_that_is_in_memory_is_judged_like_a_file():
+    assert undertow.check(VehicleModel(HULL, "blueboat")).to_dict() == undertow.check("blueboat").to_dict()
