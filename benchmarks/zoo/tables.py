@@ -1,5 +1,6 @@
 """The tables of the neural study, and the sentences that their figures make."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -52,7 +53,8 @@ def table(records: Records, part: str) -> str:
     lines = [head, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
     for name in dict.fromkeys(r["name"] for r in records):
         mine = [r for r in records if r["name"] == name]
-        cells = [name]
+        fewer = len(mine) < max(Counter(r["name"] for r in records).values())
+        cells = [f"{name} ({len(mine)} seed{'s' * (len(mine) > 1)})" if fewer else name]
         for key, digits in (("rmse", 3), ("mae", 3), ("r2", 2)):
             found = values(records, name, part, "acceleration", key)
             cells.append(", ".join(cell(column, digits) for column in found.T))
