@@ -10,10 +10,12 @@ import pandas as pd
 from ..measurements.dataset import DataSet
 from ..measurements.derive import accelerations
 from ..measurements.split import PARTS, Split
+from ..physics.laws import envelope_of
 from ..physics.motion import Motion
 from ..residuals.models import Model, VehicleModel
 from ..residuals.residual import residuals, same_filter
 from ..residuals.scores import acceleration_score, rollout_scores
+from .audit import Audit, audit
 from .plotted import ENOUGH_SECONDS
 from .regimes import failures
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
@@ -61,8 +63,15 @@ def score_step(model: Model, data: DataSet) -> dict[str, Any]:
     }
 
 
-def scored(model: Model, data: DataSet) -> dict[str, Any]:
-    """A row of `comparison.json`: a model's errors on a data set.
+def audit_along(model: Model, parts: Parts) -> Audit:
+    """Judge a model by the laws along all parts of the logs, in the envelope of their speeds."""
+    motions = [motion for part in PARTS for motion in parts.data(part).motions]
+    envelope = envelope_of(motions, model.vehicle)
+    return audit(model, envelope, motions=motions, envelope_from="the speeds of the log")
+
+
+def scored(model: Model, data: DataSet, verdict: str = "not run") -> dict[str, Any]:
+    """A row of `comparison.json`: a model's errors on a data set, and what the laws say of it.
 
     `seconds_to_fit` is null: a wall time would make equal inputs give unequal files.
     """
@@ -72,18 +81,20 @@ def scored(model: Model, data: DataSet) -> dict[str, Any]:
         "acceleration": acceleration_score(model, data).to_dict(),
         "rollout": {name: score.to_dict() for name, score in rollout_scores(model, data).items()},
         "units": {"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
-        "audit": "not run",
+        "audit": verdict,
         "parameters": model.parameters,
         "seconds_to_fit": None,
     }
 
 
-def comparison(models: Sequence[Model], parts: Parts, logs: Sequence[str], table: pd.DataFrame) -> dict[str, Any]:
+def comparison(
+    models: Sequence[Model], audits: Sequence[Audit], parts: Parts, logs: Sequence[str], table: pd.DataFrame
+) -> dict[str, Any]:
     """Every model on the same held-out rows, as `comparison.json` says it, failures of the first and last included.
 
-    `table` is the series of the first and the last model.
+    `audits` is what the laws say of each, `table` is the series of the first and the last model.
     """
-    rows = [scored(model, parts.judged) for model in models]
+    rows = [scored(model, parts.judged, told.verdict) for model, told in zip(models, audits, strict=True)]
     places = model_failures(table, models[0], "before", parts.judge)
     if len(models) > 1:
         places += model_failures(table, models[-1], "after", parts.judge)

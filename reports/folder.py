@@ -20,6 +20,7 @@ FILES = (
     "findings.json",
     "model.yaml",
     "comparison.json",
+    "audit.json",
     "series.csv",
     "nominal.yaml",
     "standardisation.json",
@@ -99,6 +100,7 @@ def _replace_files(work: Path, target: Path, aside: Path) -> None:
 def _write_files(run: Run, folder: Path) -> None:
     write_json(folder / "findings.json", run.findings.to_dict())
     write_json(folder / "comparison.json", run.comparison)
+    write_json(folder / "audit.json", run.audit.to_dict())
     run.discovery.nominal.save(folder / "nominal.yaml")
     run.discovery.corrected.save(folder / "model.yaml")
     write_text(folder / "series.csv", run.series.to_csv(index=False, lineterminator="\n"))

@@ -20,7 +20,8 @@ from ..residuals.model_files import load_network
 from ..residuals.models import Model, VehicleModel
 from ..residuals.neural import SETTINGS, WEIGHTS, is_network_folder
 from ..residuals.onnx_model import load_onnx
-from .assess import comparison, model_failures, score_step, series
+from .assess import audit_along, comparison, model_failures, score_step, series
+from .audit import Audit
 from .inputs import Inputs, PathLike
 
 Say = Callable[[str], None]
@@ -28,7 +29,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A finished main job, before it is written."""
+    """A finished main job, before it is written; `audit` is of the corrected model."""
 
     inputs: Inputs
     discovery: Discovery
@@ -36,6 +37,7 @@ class Run:
     comparison: dict[str, Any]
     series: pd.DataFrame
     settings: DiscoverySettings
+    audit: Audit
 
 
 def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:
@@ -88,7 +90,10 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         for (label, _), model in zip(found.steps, models, strict=True)
     )
     ends = [models[0], models[-1]] if len(models) > 1 else [models[0], _renamed(models[0])]
-    judged = comparison(ends, inputs.parts, inputs.paths, table)
+    if progress is not None:
+        progress("judging both models by the laws of a hull")
+    audits = [audit_along(model, inputs.parts) for model in ends]
+    judged = comparison(ends, audits, inputs.parts, inputs.paths, table)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
     data = {
         "rows": sum(part.rows for part in weak),
@@ -103,7 +108,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         failures=tuple(model_failures(table, models[0], "before", inputs.parts.judge)),
         data=data,
     )
-    return Run(inputs, found, findings, judged, table, settings)
+    return Run(inputs, found, findings, judged, table, settings, audits[-1])
 
 
 def _unexplained(found: Discovery) -> dict[str, dict[str, Any]]:
@@ -166,7 +171,8 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
             raise RequestError(f"model {path} is given twice; give it once")
         found.append(_comparable(path, inputs, [model.name for model in found]))
     table = series(found[0], found[-1], inputs.parts, inputs.channels)
-    return comparison(found, inputs.parts, inputs.paths, table)
+    audits = [audit_along(model, inputs.parts) for model in found]
+    return comparison(found, audits, inputs.parts, inputs.paths, table)
 
 
 def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:

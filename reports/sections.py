@@ -198,7 +198,7 @@ def _compared(comparison: Mapping[str, Any]) -> list[Html]:
             ]
         )
     rows.append(["parameters", *(typeset(model.get("parameters")) for model in models), ""])
-    rows.append(["laws of energy", *(str(model.get("audit", "not run")) for model in models), ""])
+    rows.append(["laws of a hull", *(str(model.get("audit", "not run")) for model in models), ""])
     head = ["", *(words(str(model["name"])) for model in models), ""]
     note = element("p", f"Root-mean-square errors on the {comparison.get('split', 'held-out')} part.", cls="facts")
     return [element("h3", "Models compared"), table(head, rows, "l" + "r" * len(models) + "l"), note]

@@ -219,7 +219,7 @@ def _compared(models: Sequence[Mapping[str, Any]], title: str) -> Table:
         if any(error.get("diverged") for error in errors):
             cells = [f"{error.get('diverged', 0)} of {error.get('starts', '?')}" for error in errors]
             table.add_row(f"{horizon} s diverged", "", *cells, end_section=True)
-    table.add_row("laws of energy", "", *(Text(str(model.get("audit", "not run"))) for model in models))
+    table.add_row("laws of a hull", "", *(Text(str(model.get("audit", "not run"))) for model in models))
     return table
 
 

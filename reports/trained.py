@@ -13,7 +13,7 @@ from ..residuals.model_files import save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
-from .assess import scored
+from .assess import audit_along, scored
 from .inputs import Inputs
 from .run import Say
 from .wording import percent
@@ -165,8 +165,8 @@ def train(
         save_network(found.model, target, {"logs": logs, **found.to_dict()})
         for stale in (CHECKPOINT, DISTILLATION):
             (target / stale).unlink(missing_ok=True)
-    nominal = scored(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts.judged)
-    network = scored(found.model, inputs.parts.judged)
+    both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)
+    nominal, network = (scored(m, inputs.parts.judged, audit_along(m, inputs.parts).verdict) for m in both)
     return TrainRun(inputs, found, (nominal, network))
 
 

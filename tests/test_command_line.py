@@ -410,7 +410,7 @@ def check_comparison(comparison: dict[str, Any]) -> None:
 
 def test_the_run_folder_holds_what_was_promised(place: Path) -> None:
     run = place / "run"
-    assert {"findings.json", "model.yaml", "comparison.json", "report.html", "series.csv"} <= set(files(run))
+    assert {"findings.json", "model.yaml", "comparison.json", "audit.json", "report.html"} <= set(files(run))
     for path in run.glob("*.json"):
         content = strict(path.read_text("utf-8"))
         name = "inspections" if path.stem == "inspection" else path.stem  # one for each log

@@ -59,7 +59,7 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         "surge acceleration",
         "2 s position",
         "hybrid mlp",
-        "laws of energy not run not run",
+        "laws of a hull pass fail",
         "(model.yaml, weights.safetensors)",
     ):
         assert text in said
