@@ -4,6 +4,7 @@ from pathlib import Path
 
 from ..physics.files import write_text
 from .context import advice, calibrated, data, energy, made, parameter_table
+from .laws_section import laws
 from .markup import Html, element, render
 from .missing import missing_effects
 from .run_folder import RunFolder, read_run
@@ -56,6 +57,7 @@ def page(run: RunFolder) -> str:
         calibrated(run),
         parameter_table(run),
         energy(run),
+        laws(run),
         data(run),
         advice(run),
         made(run),

@@ -39,6 +39,8 @@ class RunFolder:
         `series.csv`, SI units, one row per time step (10 Hz).
     inspections : list of dict
         One of each log, as in `inspection.json`; none where that was not written.
+    audit : dict
+        As in `audit.json`; empty where that was not written.
     digests : dict
         The first 12 hexadecimal digits of each file's SHA-256.
     """
@@ -50,6 +52,7 @@ class RunFolder:
     corrected: Vehicle
     series: pd.DataFrame
     inspections: list[dict[str, Any]]
+    audit: dict[str, Any]
     digests: dict[str, str]
 
 
@@ -81,6 +84,10 @@ def read_run(folder: Path) -> RunFolder:
     inspections: dict[str, Any] = {"logs": []}
     if (folder / "inspection.json").exists():
         inspections = _json(text("inspection.json"), "inspections", folder / "inspection.json")
+    audit: dict[str, Any] = {}
+    if (folder / "audit.json").exists():
+        audit = _json(text("audit.json"), "audit", folder / "audit.json")
+        _check_records(audit, "laws", ("law", "verdict"), folder / "audit.json")
     _check_findings(findings, folder / "findings.json")
     _check_comparison(comparison, folder / "comparison.json")
     _check_inspections(inspections, folder / "inspection.json")
@@ -92,6 +99,7 @@ def read_run(folder: Path) -> RunFolder:
         corrected=_vehicle(text("model.yaml"), folder / "model.yaml"),
         series=_series(text("series.csv"), folder / "series.csv"),
         inspections=inspections["logs"],
+        audit=audit,
         digests=digests,
     )
 

@@ -413,6 +413,7 @@ def test_missing_folder_is_named(tmp_path):
         ),
         ("comparison.json", '{"schema": "undertow.comparison/1"}', "expected a list of objects under 'models'"),
         ("inspection.json", '{"schema": "undertow.inspection/1"}', "expected schema 'undertow.inspections/1'"),
+        ("audit.json", '{"schema": "undertow.audit/1"}', "expected a list of objects under 'laws'"),
         *(
             ("inspection.json", f'{{"schema": "undertow.inspections/1", "logs": {logs}}}', message)
             for logs, message in (
@@ -446,3 +447,32 @@ def test_series_without_numbers_is_explained(run):
     series.assign(u=0.0).iloc[:0].to_csv(run / "series.csv", index=False)
     with pytest.raises(RequestError, match=r"series\.csv has no rows"):
         write_page(run)
+
+
+def test_the_laws_stand_on_the_page_what_is_broken_first(run):
+    law = {
+        "verdict": "pass",
+        "margin": {"value": 0.5, "unit": "W"},
+        "proof": "search",
+        "sentence": "It loses <energy>.",
+    }
+    broken = {**law, "law": "bounded speed", "verdict": "fail", "margin": {"value": -2.0, "unit": "times the envelope"}}
+    noted = {**law, "law": "mirror symmetry", "verdict": "fail", "counts": False, "proof": "none", "margin": None}
+    audit = {
+        "schema": "undertow.audit/1",
+        "model": "corrected",
+        "verdict": "fail",
+        "envelope": {"u": [-1.0, 2.0]},
+        "units": {"u": "m/s"},
+        "envelope_from": "the speeds of the log",
+        "laws": [{**law, "law": "dissipation"}, broken, noted],
+    }
+    (run / "audit.json").write_text(json.dumps(audit))
+    page = write_page(run).read_text()
+    assert "Laws of a hull: fail" in page
+    assert "<loses>" not in page
+    assert "u from -1.00 to 2.00 m/s: the speeds of the log" in page
+    assert page.index(">bounded speed<") < page.index(">mirror symmetry<") < page.index(">dissipation<")
+    assert ">noted<" in page
+    (run / "audit.json").unlink()
+    assert "Laws of a hull" not in write_page(run).read_text()

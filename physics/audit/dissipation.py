@@ -47,7 +47,7 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
             told &= np.abs(states[:, :3] / reach).max(axis=1) > 1.0
     k = int(np.flatnonzero(told)[np.argmax(powers[told])])
     at, worst = witness.place(states[k]), float(powers[k])
-    how = f"proved ({proof})" if proof else f"searched, {powers.size} states"
+    how = f"proved: {proof}" if proof else f"searched, {powers.size} states"
     return law.rule(
         value=worst,
         limit=limit,
