@@ -49,7 +49,7 @@ class SearchSettings:
 
 def spread(box: Box, count: int, seed: int) -> Array:
     """Sobol points (count, d): evenly over the box, `count` rounded up to a power of two (Sobol 1967)."""
-    points = qmc.Sobol(box.low.size, seed=seed).random_base2(int(np.ceil(np.log2(max(count, 2)))))
+    points = qmc.Sobol(box.low.size, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(max(count, 2)))))
     return box.low + box.width * points
 
 
