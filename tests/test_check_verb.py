@@ -64,7 +64,7 @@ def test_a_lawful_vehicle_passes_and_nothing_is_written(here: Path):
     for text in (
         "blueboat breaks no law. Judged for u from -2.17 to 2.17 m/s",
         "from the speeds that the vehicle reaches with its thrusters",
-        "Without thrust the model loses energy everywhere in the envelope (proved (vertex LMI)).",
+        "Without thrust the model loses energy everywhere in the envelope (proved: vertex LMI).",
         "Coriolis forces do no work.",
     ):
         assert text in said
