@@ -123,9 +123,8 @@ class NetworkModel(Model):
         thrust, _ = held_thrust(self.vehicle, commands)
         seen = stacked_inputs(self.vehicle, heading, tuple(velocity.T), thrust, self.heading)
         parts = []
-        with torch.inference_mode():
-            remembers = bool(self.network(self.tensor(seen[:1])[:, None])[1])
-            rows = max(1, round(SETTLE / self.time_step)) if remembers else 1
+        rows = max(1, round(SETTLE / self.time_step)) if self.remembers else 1
+        with torch.inference_mode(), one_thread():
             for block in self.tensor(seen).split(_STATES):
                 parts.append(self.network(block[:, None].expand(-1, rows, -1))[0][:, -1])
         said = numbers(torch.cat(parts))

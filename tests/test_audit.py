@@ -304,9 +304,9 @@ def test_what_cannot_create_energy_is_proved(study: ModuleType):
 
 def test_a_formula_takes_under_two_seconds():
     audit(formula(), BOX)
-    begun = time.perf_counter()
+    begun = time.process_time()
     audit(formula(), BOX, motions=[MOTION])
-    taken = time.perf_counter() - begun
+    taken = time.process_time() - begun
     print(f"{taken:.2f} s")
     assert taken < 2.0
 
