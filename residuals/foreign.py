@@ -49,8 +49,17 @@ class FunctionModel(Model):
         return self.settled(motion.velocity, motion.heading, motion.commands)
 
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
-        """See `Model.rollout`."""
-        return open_loop(self.settled, motion, starts, steps)
+        """See `Model.rollout`; the acceleration is held over a step at 1.5 a_k - 0.5 a_(k-1), the first one at a_0."""
+        starts = np.asarray(starts, dtype=int)
+        last: list[Array] = []
+
+        def added(k: int, state: Array) -> Array:
+            now = self.settled(state[3:].T, state[2], motion.commands[starts + k]).T
+            held = 1.5 * now - 0.5 * last[0] if last else now
+            last[:] = [now]
+            return held
+
+        return rollout(None, motion, starts, steps, added)
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """See `Model.settled`.
@@ -64,37 +73,12 @@ class FunctionModel(Model):
             said = np.asarray(self.answer(velocity.copy(), heading.copy(), np.array(commands)), dtype=float)
         except Exception as error:
             raise RequestError(f"model {self.name}: failed on {velocity.shape[0]} states: {error!r}") from error
-        return checked_shape(said, velocity, self.name)
-
-
-def checked_shape(said: Array, velocity: Array, name: str) -> Array:
-    """What a foreign model said, if it has the shape that was asked for.
-
-    Raises
-    ------
-    RequestError
-        when it has another one.
-    """
-    if said.shape != velocity.shape:
-        raise RequestError(
-            f"model {name}: expected accelerations of shape {velocity.shape} (surge, sway, yaw by state), got "
-            f"{said.shape}"
-        )
-    return said
-
-
-def open_loop(answer: Answer, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
-    """Rollouts of a model without memory: its acceleration is held over a step at 1.5 a_k - 0.5 a_(k-1)."""
-    starts = np.asarray(starts, dtype=int)
-    last: list[Array] = []
-
-    def added(k: int, state: Array) -> Array:
-        now = answer(state[3:].T, state[2], motion.commands[starts + k]).T
-        held = 1.5 * now - 0.5 * last[0] if last else now
-        last[:] = [now]
-        return held
-
-    return rollout(None, motion, starts, steps, added)
+        if said.shape != velocity.shape:
+            raise RequestError(
+                f"model {self.name}: expected accelerations of shape {velocity.shape} (surge, sway, yaw by state), got "
+                f"{said.shape}"
+            )
+        return said
 
 
 def is_function_name(text: str) -> bool:

@@ -17,14 +17,12 @@ from ..physics.vehicle import Vehicle
 from .coasting import SETTLE
 from .inputs import network_inputs, stacked_inputs
 from .models import Kind, Model
-from .networks.base import Memory, Network, Scaling
+from .networks.base import Memory, Network, Scaling, through
 from .networks.dissipative import Dissipative
 from .threads import one_thread
 
 _RATE_SLACK = 0.01
 """Share by which a motion's time step may differ from the network's."""
-_BLOCK = 256
-"""Rows that go through a network at once along a motion, so that attention costs no more than a block squared."""
 _SPREAD = 2.0
 """Deviations from the mean within which inputs count as seen in training."""
 _STATES = 2048
@@ -90,12 +88,8 @@ class NetworkModel(Model):
         """
         self._check_rate(motion)
         seen = self.tensor(network_inputs(self.vehicle, motion, self.heading))[None]
-        said, memory = [], None
         with torch.inference_mode(), one_thread():
-            for block in seen.split(_BLOCK, dim=1):
-                part, memory = self.network(block, memory)
-                said.append(part[0])
-        return numbers(torch.cat(said))
+            return numbers(through(self.network, seen)[0][0])
 
     def acceleration(self, motion: Motion) -> Array:
         """See `Model.acceleration`; raises as `correction` does."""
@@ -169,8 +163,7 @@ class _OpenLoop:
         stops, where = np.unique(self.starts, return_inverse=True)
         said, kept, memory, done = [], [], None, 0
         for stop in stops.tolist():
-            for block in seen[:, done : stop + 1].split(_BLOCK, dim=1):
-                part, memory = model.network(block, memory)
+            part, memory = through(model.network, seen[:, done : stop + 1], memory)
             said.append(part[0, -1])
             kept.append(memory)
             done = stop + 1

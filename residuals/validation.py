@@ -10,12 +10,9 @@ from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
 from .coasting import Coasting
 from .inputs import network_inputs
-from .networks.base import Network
+from .networks.base import Network, through
 from .residual import same_filter
 from .windows import target_acceleration
-
-_BLOCK = 256
-"""Rows that go through a network at once, so that attention along a long motion costs no more than a block squared."""
 
 
 @final
@@ -42,12 +39,8 @@ class Judge:
 
     def error(self, network: Network) -> float:
         """Root mean square error of the acceleration, each axis in its unit; the axes count alike."""
-        parts, memory = [], None
         with torch.no_grad():
-            for block in self.inputs.split(_BLOCK, dim=1):
-                part, memory = network(block, memory)
-                parts.append(part)
-        said = torch.cat(parts, dim=1).double().cpu().numpy()
+            said = through(network, self.inputs)[0].double().cpu().numpy()
         if not np.isfinite(said).all():
             return float("nan")
         rows = [

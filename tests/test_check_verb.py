@@ -19,7 +19,7 @@ from undertow.physics.laws import Envelope, envelope_of
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.audit import audit
 from undertow.residuals.models import VehicleModel
-from undertow.residuals.onnx_model import OnnxModel
+from undertow.residuals.onnx_model import onnx_model
 
 HULL = load_vehicle("blueboat")
 HAS_ONNX = importlib.util.find_spec("onnxruntime") is not None
@@ -202,7 +202,7 @@ class Session:
 )
 def test_an_onnx_model_is_fed_side_by_side_or_apart(shapes: tuple[tuple[Any, ...], ...], fed: list[tuple[int, ...]]):
     session = Session(*shapes)
-    model = OnnxModel(session, HULL, "net")
+    model = onnx_model(session, HULL, "net")
     nu = np.arange(15.0).reshape(5, 3)
     assert model.settled(nu, np.zeros(5), np.ones((5, 2))) == pytest.approx(-0.5 * nu)
     assert [x.shape for x in session.fed.values()] == fed
@@ -212,7 +212,7 @@ def test_an_onnx_model_is_fed_side_by_side_or_apart(shapes: tuple[tuple[Any, ...
 
 def test_an_onnx_model_with_other_inputs_is_refused():
     with pytest.raises(RequestError, match="expected inputs velocity, heading and commands.*got in0 tensor.int64."):
-        OnnxModel(Session(("n", 6), kind="tensor(int64)"), HULL, "net")
+        onnx_model(Session(("n", 6), kind="tensor(int64)"), HULL, "net")
 
 
 def test_a_model_that_is_in_memory_is_judged_like_a_file():

@@ -21,6 +21,9 @@ Memory = tuple[Tensor, ...]
 
 Its shapes depend on the network and the batch, not on how many rows have gone by, so that batches can be joined."""
 
+BLOCK = 256
+"""Rows that go through a network at once; see `through`."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scaling:
@@ -100,6 +103,26 @@ class Network(nn.Module, ABC):
         standardised, inputs : (batch, rows, inputs), without and with their units
         memory : as `forward` has it
         """
+
+
+def through(network: Network, inputs: Tensor, memory: Memory | None = None) -> tuple[Tensor, Memory | None]:
+    """Send a long stretch of rows through a network block by block, so that attention costs no more than a block squared.
+
+    Parameters
+    ----------
+    inputs : (batch, rows, inputs) in SI units, at least one row
+    memory : of the rows before
+
+    Returns
+    -------
+    (correction, memory)
+        (batch, rows, 3) [m/s^2, m/s^2, rad/s^2], as one call would give it
+    """
+    parts = []
+    for block in inputs.split(BLOCK, dim=1):
+        part, memory = network(block, memory)
+        parts.append(part)
+    return torch.cat(parts, dim=1), memory
 
 
 def quiet_head(inputs: int) -> nn.Linear:
