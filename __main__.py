@@ -1,17 +1,16 @@
 """The command line: the verbs of undertow, each loading only what it needs."""
 
 import io
-import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .physics.effects import EFFECTS
+from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show
 
 if TYPE_CHECKING:
     from .reports.inputs import Inputs
@@ -28,8 +27,6 @@ VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle fil
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
-_WIDEST = 120
-"""Columns beyond which nothing is spread out."""
 SeedOption = Annotated[
     int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
 ]
@@ -39,7 +36,7 @@ def _print_version(wanted: bool) -> None:
     if wanted:
         from importlib.metadata import version
 
-        _say(f"undertow {version('undertow')}")
+        say(f"undertow {version('undertow')}")
         raise typer.Exit
 
 
@@ -66,14 +63,14 @@ def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")
     """Tell the whole story on a log recorded from a Gazebo BlueBoat."""
     from importlib import resources
 
-    with _failing_clearly():
+    with failing_clearly():
         folder = resources.files(__package__ or "undertow") / "data"
         with (
             resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
             resources.as_file(folder / "demo.yaml") as car,
         ):
             _check_folder(out)
-            _say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
+            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
             _discover(out, partial(_read, [log], str(car), None, None), report=True, seed=0)
 
 
@@ -86,7 +83,7 @@ def inspect(
     as_json: JsonOption = False,
 ) -> None:
     """Show channels, rates, gaps, time alignment, excitation, and what undertow would do with a log."""
-    with _failing_clearly():
+    with failing_clearly():
         from .measurements.inspection import inspect_log
         from .measurements.log import read_log
         from .physics.vehicle import load_vehicle
@@ -95,11 +92,11 @@ def inspect(
         model = None if vehicle is None else load_vehicle(vehicle)
         found = inspect_log(read_log(log, frame=check_frame(frame), channel_map=channels), model).to_dict()
         if as_json:
-            _print_json(found)
+            print_json(found)
         else:
             from .reports.inspected import inspection_screen
 
-            _show(inspection_screen(found, model))
+            show(inspection_screen(found, model))
 
 
 @app.command()
@@ -115,16 +112,16 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """Compare models with measurements, by axis, horizon and regime, and show where they fail."""
-    with _failing_clearly():
+    with failing_clearly():
         from .reports.run import compare as compare_models
 
         found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
         if as_json:
-            _print_json(found)
+            print_json(found)
         else:
             from .reports.terminal import comparison_table, failures_table
 
-            _show(comparison_table(found), failures_table(found))
+            show(comparison_table(found), failures_table(found))
 
 
 @app.command()
@@ -148,24 +145,24 @@ def check(
     as_json: JsonOption = False,
 ) -> None:
     """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
-    with _failing_clearly():
+    with failing_clearly():
         from .physics.files import write_json
         from .reports.checked import check as judge
 
         if out is not None:
-            _check_file(out, model)
+            check_file(out, model)
         found = judge(model, logs or [], vehicle, frame=frame, channel_map=channels, seed=seed)
         if out is not None:
             write_json(out, found.to_dict())
         if as_json:
-            _print_json(found.to_dict())
+            print_json(found.to_dict())
         else:
             from .reports.audited import audit_screen, headline
 
-            _prose(headline(found))
-            _show(*audit_screen(found))
+            prose(headline(found))
+            show(*audit_screen(found))
             if out is not None:
-                _say(f"Audit: {out}")
+                say(f"Audit: {out}")
     if found.verdict == "fail":
         raise typer.Exit(1)
 
@@ -185,7 +182,7 @@ def discover(
     as_json: JsonOption = False,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
-    with _failing_clearly():
+    with failing_clearly():
         _check_folder(out)
         read = partial(_read, logs, vehicle, frame, channels)
         _discover(out, read, report=not no_report, seed=seed, refit=refit, as_json=as_json)
@@ -206,27 +203,27 @@ def fit(
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
-    with _failing_clearly():
+    with failing_clearly():
         from .discovery.discover import DiscoverySettings
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
         if out is not None:
-            _check_file(out, vehicle)
+            check_file(out, vehicle)
         inputs = _read(logs, vehicle, frame, channels)
-        done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=_progress)
+        done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out)
         told = done.to_dict()
         if as_json:
-            _print_json(told)
+            print_json(told)
             return
-        _say("")
-        _prose(" ".join(told["sentences"]))
-        _show(terminal.calibrated_table(told["parameters"]), terminal.left_list(told))
+        say("")
+        prose(" ".join(told["sentences"]))
+        show(terminal.calibrated_table(told["parameters"]), terminal.left_list(told))
         _show_steps(told)
-        _show(terminal.energy_text(told["passivity"]))
-        _say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")
+        show(terminal.energy_text(told["passivity"]))
+        say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")
 
 
 @app.command(epilog=_catalogue())
@@ -244,7 +241,7 @@ def add(
     as_json: JsonOption = False,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
-    with _failing_clearly():
+    with failing_clearly():
         from .physics.errors import RequestError
         from .reports.folder import read_run_inputs
         from .reports.run import add as add_named
@@ -252,7 +249,7 @@ def add(
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
         if out is not None:
-            _check_file(out, vehicle)
+            check_file(out, vehicle)
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
@@ -268,23 +265,23 @@ def add(
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
-        found = add_named(names, _read(paths, nominal, frame, channels), progress=_progress)
+        found = add_named(names, _read(paths, nominal, frame, channels), progress=progress)
         if out is not None:
             found.discovery.corrected.save(out)
         findings = found.findings.to_dict()
         if as_json:
             wanted = {key: findings[key] for key in ("steps", "candidates", "unnamed")}
-            _print_json({"schema": "undertow.added/1", **wanted})
+            print_json({"schema": "undertow.added/1", **wanted})
             return
         from .reports.terminal import added_table, energy_text, unnamed_table
 
-        _say("")
-        _prose(findings["headline"])
+        say("")
+        prose(findings["headline"])
         tables = [added_table(findings)] if findings["candidates"] else []
-        _show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
+        show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
         _show_steps(findings)
-        _show(energy_text(findings["passivity"]))
-        _say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
+        show(energy_text(findings["passivity"]))
+        say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
 
 
 @app.command()
@@ -324,7 +321,7 @@ def train(
     as_json: JsonOption = False,
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
-    with _failing_clearly():
+    with failing_clearly():
         from .reports import trained
         from .reports.training_progress import training_progress
 
@@ -334,7 +331,7 @@ def train(
         chosen = trained.parsed_options(option or [])
         inputs = _read(logs, vehicle, frame, channels)
         try:
-            with training_progress(settings.epochs, _progress) as told:
+            with training_progress(settings.epochs, progress) as told:
                 done = trained.train(
                     inputs,
                     residual,
@@ -350,20 +347,20 @@ def train(
             print(f"\nundertow: interrupted; the same command with --resume goes on from {out}", file=sys.stderr)
             raise typer.Exit(130) from None
         if explain:
-            done = trained.explained(done, out, _progress)
+            done = trained.explained(done, out, progress)
         if as_json:
-            _print_json(done.to_dict())
+            print_json(done.to_dict())
             return
         from .reports.terminal import comparison_table
 
-        _say("")
-        _prose(" ".join(done.sentences))
-        _show(comparison_table(done.to_dict()))
+        say("")
+        prose(" ".join(done.sentences))
+        show(comparison_table(done.to_dict()))
         if done.distilled is not None:
             from .reports.distilled import distilled_table
 
-            _show(distilled_table(done.distilled))
-        _say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
+            show(distilled_table(done.distilled))
+        say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
 
 
 @app.command()
@@ -377,15 +374,15 @@ def explain(
     as_json: JsonOption = False,
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
-    with _failing_clearly():
+    with failing_clearly():
         from .discovery.discover import DiscoverySettings
         from .reports.distilled import distil, distilled_table
 
-        found = distil(model, _read(logs, vehicle, frame, channels), DiscoverySettings(seed=seed), _progress)
+        found = distil(model, _read(logs, vehicle, frame, channels), DiscoverySettings(seed=seed), progress)
         if as_json:
-            _print_json(found.to_dict())
+            print_json(found.to_dict())
         else:
-            _show(distilled_table(found))
+            show(distilled_table(found))
 
 
 @app.command()
@@ -403,12 +400,12 @@ def simulate(
     seed: SeedOption = 0,
 ) -> None:
     """Write the log of a world with hidden effects."""
-    with _failing_clearly():
+    with failing_clearly():
         from .physics.errors import RequestError
         from .physics.vehicle import load_vehicle
         from .physics.worlds import parse_effect, simulate_world
 
-        _check_file(out)
+        check_file(out)
         hidden: dict[str, tuple[float, ...]] = {}
         for text in effect or []:
             name, values = parse_effect(text)
@@ -423,17 +420,17 @@ def simulate(
         before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
         changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
         listed = ", ".join(changed) or "nothing"
-        _say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
+        say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
 
 
 @app.command()
 def report(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.")]) -> None:
     """Write the HTML page of run folders again."""
-    with _failing_clearly():
+    with failing_clearly():
         from .reports.page import write_page
 
         for run in runs:
-            _say(f"{write_page(run)}")
+            say(f"{write_page(run)}")
 
 
 def main() -> None:
@@ -444,16 +441,7 @@ def main() -> None:
     try:
         app()
     finally:
-        _flush()
-
-
-def _flush() -> None:
-    """Send what is still buffered; when the reader has left (a closed pipe), end without a word, with exit code 1."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its own last flush
-        raise SystemExit(1) from None
+        flush()
 
 
 def _discover(
@@ -468,36 +456,36 @@ def _discover(
     from .reports.folder import write_run
     from .reports.run import discover as find
 
-    run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=_progress)
+    run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
     write_run(run, out, report=report)
     findings = run.findings.to_dict()
     if as_json:
-        _print_json(findings)
+        print_json(findings)
         return
-    _say("")
-    _prose(findings["headline"])
-    _show(terminal.failures_table(findings), terminal.candidates_table(findings))
-    _show(terminal.missing_in_words(findings))
+    say("")
+    prose(findings["headline"])
+    show(terminal.failures_table(findings), terminal.candidates_table(findings))
+    show(terminal.missing_in_words(findings))
     if findings["unnamed"]:
-        _show(terminal.unnamed_table(findings))
+        show(terminal.unnamed_table(findings))
     if findings["calibrated"]:
-        _show(terminal.calibrated_table(findings["calibrated"]), terminal.left_list(findings))
+        show(terminal.calibrated_table(findings["calibrated"]), terminal.left_list(findings))
     _show_steps(findings)
-    _show(terminal.energy_text(findings["passivity"]))
-    _prose(terminal.not_judged(findings))
-    _show(terminal.advice_list(findings))
-    _say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
+    show(terminal.energy_text(findings["passivity"]))
+    prose(terminal.not_judged(findings))
+    show(terminal.advice_list(findings))
+    say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
     if len(run.findings.steps) > 1:
-        _say(f"Corrected vehicle: {out / 'model.yaml'}")
+        say(f"Corrected vehicle: {out / 'model.yaml'}")
     if report:
-        _say(f"Report: {out / 'report.html'}")
+        say(f"Report: {out / 'report.html'}")
 
 
 def _show_steps(findings: dict[str, Any]) -> None:
     from .reports.terminal import error_left, steps_table
 
-    _show(steps_table(findings))
-    _prose(error_left(findings))
+    show(steps_table(findings))
+    prose(error_left(findings))
 
 
 def _read(
@@ -532,71 +520,6 @@ def _check_folder(out: Path) -> None:
     from .reports.folder import check_target
 
     check_target(out)
-
-
-def _check_file(out: Path, source: Any = None) -> None:
-    """Refuse a file that cannot be written, or that is the one read, before the work on it begins."""
-    from .physics.errors import RequestError
-
-    if source is not None and out.exists() and Path(source).exists() and out.samefile(source):
-        raise RequestError(f"--out {out} is the vehicle file that is read; give another name, so that it is not lost")
-    if out.is_dir():
-        raise RequestError(f"cannot write {out}: it is a folder; give the name of a file")
-    if not out.parent.is_dir():
-        raise RequestError(f"cannot write {out}: the folder {out.parent} does not exist; create it first")
-
-
-def _progress(line: str) -> None:
-    print(f"  {line}", file=sys.stderr, flush=True)
-
-
-def _say(text: str) -> None:
-    print(text)
-
-
-def _prose(text: str) -> None:
-    """Print a paragraph, wrapped at the terminal's width, and a blank line; nothing for an empty text."""
-    from .reports.layout import Prose
-
-    _show(Prose(text) if text else None)
-
-
-def _show(*parts: Any) -> None:
-    """Print tables and texts, each with a blank line after it; None is passed over."""
-    from rich.console import Console
-
-    console = Console()
-    console.width = min(console.width, _WIDEST)
-    for part in parts:
-        if part is not None:
-            console.print(part)
-            console.print()
-
-
-def _print_json(data: dict[str, Any]) -> None:
-    from .physics.files import strict_json
-
-    print(strict_json(data))
-
-
-@contextmanager
-def _failing_clearly() -> Iterator[None]:
-    """Turn undertow's own errors, and files that cannot be opened, into one message on stderr and exit code 2."""
-    from .physics.errors import LogError, RequestError, VehicleError
-
-    try:
-        yield
-    except (LogError, RequestError, VehicleError) as error:
-        _fail(str(error))
-    except BrokenPipeError:
-        raise  # whoever read the output has left; typer ends without a word
-    except OSError as error:
-        _fail(f"{error.filename2 or error.filename or 'output'}: {error.strerror or error}")
-
-
-def _fail(text: str) -> NoReturn:
-    print(f"undertow: {text}", file=sys.stderr)
-    raise typer.Exit(2)
 
 
 if __name__ == "__main__":

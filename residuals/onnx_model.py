@@ -19,8 +19,8 @@ class OnnxAnswer:
     """A network in an ONNX file, without memory, as `foreign.Answer`.
 
     It has three inputs in this order, velocity over ground (n, 3) [m/s, m/s, rad/s], heading (n,) or (n, 1) [rad], and
-    commands (n, thrusters), or one with these side by side (n, 4 + thrusters); its first output is the acceleration over
-    ground (n, 3) [m/s^2, m/s^2, rad/s^2].
+    commands (n, thrusters), or one with these side by side (n, 4 + thrusters); its first output is the acceleration
+    over ground (n, 3) [m/s^2, m/s^2, rad/s^2].
 
     Raises
     ------

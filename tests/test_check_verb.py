@@ -6,14 +6,13 @@ import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from verbs import call, strict
 
 import undertow
-from undertow.__main__ import app
 from undertow.physics.errors import RequestError
 from undertow.physics.laws import Envelope, envelope_of
 from undertow.physics.vehicle import load_vehicle
@@ -30,17 +29,6 @@ def drag(velocity, heading, commands):
 def push(velocity, heading, commands):
     return 0.5 * velocity
 """
-
-
-def call(*words: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
-
-
-def strict(text: str) -> Any:
-    def refuse(constant: str) -> NoReturn:
-        raise AssertionError(f"{constant} is not JSON")
-
-    return json.loads(text, parse_constant=refuse)
 
 
 @pytest.fixture

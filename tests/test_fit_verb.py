@@ -1,36 +1,16 @@
 """The verb `fit` and `discover --refit` as a user meets them, and the law of dissipation on screen and page."""
 
-import json
 from pathlib import Path
-from typing import Any, NoReturn
 
 import pytest
 import yaml
-from typer.testing import CliRunner, Result
+from verbs import call, done, strict
 
 import undertow
-from undertow.__main__ import app
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.wording import energy_lines
 
 HULL = load_vehicle("blueboat")
-
-
-def call(*words: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
-
-
-def done(*words: str | Path) -> str:
-    result = call(*words)
-    assert (result.exit_code, result.exception) == (0, None), result.stderr
-    return result.stdout
-
-
-def strict(text: str) -> Any:
-    def refuse(constant: str) -> NoReturn:
-        raise AssertionError(f"{constant} is not JSON")
-
-    return json.loads(text, parse_constant=refuse)
 
 
 @pytest.fixture(scope="module")

@@ -1,38 +1,19 @@
 """The verb `train` as a user meets it, and what it writes."""
 
-import json
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 import pytest
 import yaml
-from typer.testing import CliRunner, Result
+from verbs import call, done, strict
 
 import undertow
-from undertow.__main__ import app
 from undertow.physics.errors import RequestError
 from undertow.reports.trained import parsed_options, settings_with
 from undertow.reports.training_progress import epoch_words, training_progress
 from undertow.residuals.model_files import load_network
 from undertow.residuals.training import Epoch
-
-
-def call(*words: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
-
-
-def done(*words: str | Path) -> str:
-    result = call(*words)
-    assert (result.exit_code, result.exception) == (0, None), result.stderr
-    return result.stdout
-
-
-def strict(text: str) -> Any:
-    def refuse(constant: str) -> NoReturn:
-        raise AssertionError(f"{constant} is not JSON")
-
-    return json.loads(text, parse_constant=refuse)
 
 
 @pytest.fixture(scope="module")

@@ -106,7 +106,7 @@ class Network(nn.Module, ABC):
 
 
 def through(network: Network, inputs: Tensor, memory: Memory | None = None) -> tuple[Tensor, Memory | None]:
-    """Send a long stretch of rows through a network block by block, so that attention costs no more than a block squared.
+    """Send many rows through a network block by block, so that attention costs no more than a block squared.
 
     Parameters
     ----------

@@ -1,0 +1,66 @@
+"""Running the command line in tests."""
+
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+from typing import Any, NoReturn
+
+from typer.testing import CliRunner, Result
+
+from undertow.__main__ import app
+
+
+def call(*words: str | Path) -> Result:
+    """Run the command line in this process."""
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def done(*words: str | Path) -> str:
+    """Run the command line, expect it to succeed, and give back what it printed."""
+    result = call(*words)
+    assert (result.exit_code, result.exception) == (0, None), result.stderr
+    return result.stdout
+
+
+def strict(text: str) -> Any:
+    """Read JSON as RFC 8259 has it, without NaN and Infinity."""
+
+    def refuse(constant: str) -> NoReturn:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def process(*words: str | Path, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run the command line as users do, in a process of its own."""
+    return subprocess.run(
+        [str(word) for word in words],
+        cwd=cwd,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        check=False,
+    )
+
+
+def files(folder: Path) -> dict[str, bytes | None]:
+    """Everything below a folder, hidden and temporary files too."""
+    return {p.relative_to(folder).as_posix(): p.read_bytes() if p.is_file() else None for p in folder.rglob("*")}
+
+
+def refused(*words: str | Path, match: str) -> str:
+    """Run the command line in an unchanged working folder, and expect one clear message."""
+    before = files(Path.cwd())
+    result = call(*words)
+    assert isinstance(result.exception, SystemExit), repr(result.exception)
+    assert (result.exit_code, result.stdout) == (2, ""), result.output
+    progress = [line for line in result.stderr.splitlines() if line.startswith("  ")]
+    (message,) = [line for line in result.stderr.splitlines() if line not in progress]
+    assert message.startswith("undertow: ")
+    assert re.search(match, message), message
+    assert files(Path.cwd()) == before
+    return message
