@@ -3,12 +3,17 @@
 from pathlib import Path
 
 from ..physics.files import write_text
-from .context import advice, calibrated, data, energy, made, parameter_table
-from .laws_section import laws
+from .chapters.agreement import agreement
+from .chapters.equations import equations
+from .chapters.identified import identified
+from .chapters.laws import laws
+from .chapters.made import made
+from .chapters.models import models
+from .context import calibrated, data, energy, parameter_table
 from .markup import Html, element, render
 from .missing import missing_effects
 from .run_folder import RunFolder, read_run
-from .sections import falling_error, headline, predictions, where_it_fails
+from .sections import falling_error, headline, where_it_fails
 from .style import CSS
 
 WAVE = Html(
@@ -51,15 +56,17 @@ def page(run: RunFolder) -> str:
         brand,
         headline(run),
         falling_error(run),
-        predictions(run),
+        agreement(run),
         where_it_fails(run),
         missing_effects(run),
-        calibrated(run),
+        equations(run),
         parameter_table(run),
+        calibrated(run),
         energy(run),
+        models(run),
         laws(run),
+        identified(run),
         data(run),
-        advice(run),
         made(run),
     )
     head = element(

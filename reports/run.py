@@ -29,7 +29,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A finished main job, before it is written; `audit` is of the corrected model."""
+    """A finished main job, before it is written; `audit` is of the corrected model, `verb` what asked for the run."""
 
     inputs: Inputs
     discovery: Discovery
@@ -38,6 +38,7 @@ class Run:
     series: pd.DataFrame
     settings: DiscoverySettings
     audit: Audit
+    verb: tuple[str, ...] = ("discover",)
 
 
 def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:
@@ -76,7 +77,7 @@ def add(
     """
     settings = DiscoverySettings()
     found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
-    return assess(inputs, found, settings, progress)
+    return replace(assess(inputs, found, settings, progress), verb=("add", *effects))
 
 
 def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .figures import regime_bars, speeds, step_bars, track
+from .figures import regime_bars, step_bars
 from .markup import Html, element, figure, lines, render, table
-from .plotted import held_out_stretch, regime_rows
+from .plotted import regime_rows
 from .regimes import regime_table
 from .run_folder import RunFolder
 from .wording import (
@@ -42,7 +42,10 @@ def headline(run: RunFolder) -> Html:
             f"{done.capitalize()} removes {percent(1.0 - after / before)} of the {metric} "
             f"error of {horizon} s predictions on motion that the fit never saw."
         )
-    for place in (findings.get("failures") or [])[:1]:
+    best = (run.comparison.get("best") or {}).get("sentence")
+    if best:
+        sentences.append(unit_text(str(best)))
+    for place in (findings.get("failures") or [])[: 0 if best else 1]:
         share = f"{percent(place.get('share_of_error'))} of the {place.get('axis')} error"
         sentences.append(f"The nominal model fails most here: {place.get('where')} ({share}).")
     changed = len(steps) > 1
@@ -109,26 +112,6 @@ def falling_error(run: RunFolder) -> Html:
     )
 
 
-def predictions(run: RunFolder) -> Html:
-    """Measured against predicted: speeds over time, the track, and the table of all compared models."""
-    stretch = held_out_stretch(run.series)
-    seconds = stretch["time"].iloc[-1] - stretch["time"].iloc[0]
-    over_time = figure(
-        [speeds(stretch)],
-        f"{typeset(float(seconds), 2)} s of motion that the fit never saw. At each dotted line the predictions start "
-        "again from the measured state and then run open loop: the farther a coloured line strays before the next one, "
-        "the worse the model. Lines that leave the frame go on outside it.",
-        cls="wide",
-    )
-    from_above = figure(
-        [track(stretch)],
-        "The same motion from above. Every branch that leaves the measured track is one prediction; circles mark "
-        "the starts.",
-    )
-    beside = element("div", from_above, element("div", *_compared(run.comparison), cls="card"), cls="columns")
-    return render(element("h2", "Measured against predicted"), legend(), over_time, beside)
-
-
 def where_it_fails(run: RunFolder) -> Html:
     """The error by regime before and after, and the worst places in words."""
     rows, held_out = regime_rows(run.series)
@@ -179,26 +162,3 @@ def _hero(steps: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
 
 def _big(value: float, unit: str, cls: str, label: str) -> Html:
     return element("div", element("b", f"{typeset(value, 2)} {unit}"), element("small", label), cls=f"big {cls}")
-
-
-def _compared(comparison: Mapping[str, Any]) -> list[Html]:
-    """One column per model, one row per error."""
-    models = comparison["models"]
-    rows: list[list[str]] = []
-    for seconds in sorted({key for model in models for key in model.get("rollout") or {}}, key=float):
-        errors = [(model.get("rollout") or {}).get(seconds) or {} for model in models]
-        rows.append([f"position, {seconds} s prediction", *(typeset(error.get("position")) for error in errors), "m"])
-    for axis in AXES:
-        errors = [(model.get("acceleration") or {}).get("rmse") or {} for model in models]
-        rows.append(
-            [
-                f"{axis} acceleration",
-                *(typeset(error.get(axis)) for error in errors),
-                unit_text(ACCELERATION_UNITS[axis]),
-            ]
-        )
-    rows.append(["parameters", *(typeset(model.get("parameters")) for model in models), ""])
-    rows.append(["laws of a hull", *(str(model.get("audit", "not run")) for model in models), ""])
-    head = ["", *(words(str(model["name"])) for model in models), ""]
-    note = element("p", f"Root-mean-square errors on the {comparison.get('split', 'held-out')} part.", cls="facts")
-    return [element("h3", "Models compared"), table(head, rows, "l" + "r" * len(models) + "l"), note]

@@ -26,6 +26,7 @@ h1 {{ font-size: clamp(1.5rem, 4vw, 2.15rem); line-height: 1.2; margin: .3em 0 .
 h1 {{ letter-spacing: -.015em; text-wrap: balance; }}
 h2 {{ font-size: 1.35rem; letter-spacing: -.01em; margin: 2.6em 0 .7em; }}
 h3 {{ font-size: 1.05rem; margin: 0 0 .3em; }}
+p, li, summary, h1, h2, h3, figcaption {{ overflow-wrap: break-word; }}
 p {{ margin: .4em 0; max-width: 46em; }}
 ul {{ padding-left: 1.2em; margin: .4em 0; }}
 li {{ margin: .3em 0; max-width: 48em; }}
@@ -66,18 +67,37 @@ svg {{ display: block; width: 100%; height: auto; overflow: visible; }}
 .plots.pair svg {{ max-width: 560px; }}
 .plots.wide {{ overflow-x: auto; }}
 .plots.wide svg {{ min-width: 620px; }}
+.plots.one svg {{ max-width: 560px; }}
+figure.card:has(> .plots.one) {{ display: grid; gap: 8px 24px; align-items: center; }}
+figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 300px), 1fr)); }}
+.plots.three {{ display: grid; gap: 14px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 260px), 1fr)); }}
+.plots.three svg {{ max-width: 400px; }}
 .columns {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); gap: 14px; }}
 .columns {{ margin: 14px 0; }}
 .columns > .card {{ margin: 0; min-width: 0; }}
+.scroll + h3, .facts + h3 {{ margin-top: 1.6em; }}
 .effect {{ border-left: 5px solid var(--after); }}
 .equation {{
   display: inline-block; font-family: var(--mono); font-size: .95rem; background: var(--tint); border-radius: 7px;
   padding: 5px 11px; margin: 5px 0; overflow-wrap: anywhere;
 }}
+.balance {{ display: flex; flex-wrap: wrap; align-items: first baseline; gap: 8px 6px; margin: 4px 0 20px; }}
+.term {{ display: inline-flex; flex-direction: column; align-items: center; padding: 3px 2px; border-radius: 7px; }}
+.term > math {{ font-size: 1.18rem; line-height: 1.5; white-space: nowrap; }}
+.term small {{ font-size: .74rem; color: var(--muted); white-space: nowrap; }}
+.term.new {{ background: var(--tint); padding: 3px 8px; box-shadow: inset 0 -2.5px var(--after); }}
+.term.new > math {{ color: var(--after); }}
+.term.new small {{ color: var(--ink); }}
+.verdict {{ font-size: 1.1rem; }}
+.mark {{ color: var(--muted); font-weight: 700; }}
+.mark.better, b.pass {{ color: var(--after); }}
+.mark.worse, b.fail {{ color: var(--before); }}
+b.noted {{ color: var(--muted); }}
 .facts {{ color: var(--muted); font-size: .92rem; }}
 .warn {{ border-left: 3px solid var(--before); padding-left: 10px; font-size: .92rem; }}
 .scroll {{ overflow-x: auto; }}
 table {{ border-collapse: collapse; min-width: min(100%, 36rem); font-size: .9rem; }}
+td.text small {{ display: block; color: var(--muted); }}
 table {{ font-variant-numeric: tabular-nums; }}
 caption {{ text-align: left; color: var(--muted); padding: 4px 0 8px; }}
 th {{ font-weight: 600; color: var(--muted); font-size: .82rem; vertical-align: bottom; }}
@@ -100,11 +120,13 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   .plots.steps {{ grid-template-columns: 1fr 1fr 1fr; gap: 6px; }}
   .plots.steps > :first-child {{ grid-column: 1 / -1; text-align: left; padding: 0; }}
 }}
+@page {{ size: A4; margin: 14mm 12mm; }}
 @media print {{
   body {{ font-size: 10.5pt; }}
   main {{ max-width: none; padding: 0; }}
-  .card {{ break-inside: avoid; }}
-  h2 {{ break-after: avoid; margin-top: 1.6em; }}
+  .card, .balance, tr {{ break-inside: avoid; }}
+  h2, h3 {{ break-after: avoid; }}
+  h2 {{ margin-top: 1.6em; }}
   .scroll, .plots.wide {{ overflow: visible; }}
   th, td {{ padding: 3px 6px; }}
 }}
