@@ -424,13 +424,26 @@ def simulate(
 
 
 @app.command()
-def report(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.")]) -> None:
-    """Write the HTML page of run folders again."""
+def report(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Run folders; several give a page for all, too.")
+    ],
+    model: Annotated[
+        list[str] | None, typer.Option("--model", help="Model to compare with the run's own; as in compare.")
+    ] = None,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Print every page to a PDF, through a browser that is there.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Page of several runs (./report.html), or a copy of the one.")
+    ] = None,
+) -> None:
+    """Write the HTML page of run folders, one page of several, and PDF."""
     with failing_clearly():
-        from .reports.page import write_page
+        from .reports.reported import report as report_runs
 
-        for run in runs:
-            say(f"{write_page(run)}")
+        for path in report_runs(runs, models=model or [], pdf=pdf, out=out, progress=progress):
+            say(f"{path}")
 
 
 def main() -> None:

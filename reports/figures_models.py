@@ -38,6 +38,7 @@ def trust(rivals: Sequence[Rival], horizon: str, reference: str) -> Html:
         _errors(errors, rivals, reference)
         errors.set_xlabel(f"position error of {horizon} s predictions [m], logarithmic: left is better")
         if laws:
+            _legend(panel(figure, LEFT, 0, DOTS, top - 24))
             _laws(panel(figure, LEFT + DOTS + GAP, top, CELL * len(laws), ROW * len(rivals)), rivals, laws)
         return drawn(figure, "prediction error and laws kept by each model")
 
@@ -75,6 +76,17 @@ def _errors(axes: Axes, rivals: Sequence[Rival], reference: str) -> None:
         side = {"ha": "left"} if inside else {"ha": "right"}
         place = place if inside else max(min([rival.error, *ends]), low)
         axes.annotate(text, (place, row), (11 if inside else -11, 0), **beside, **side, weight=strong)
+
+
+def _legend(axes: Axes) -> None:
+    """What the marks mean, above the errors."""
+    axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+    axes.set_axis_off()
+    for row, (audit, text) in enumerate((("pass", "keeps the laws"), ("fail", "breaks a law"), ("", "not asked"))):
+        colour, height = COLOURS.get(audit, ROLES["muted"]), 0.62 - 0.26 * row
+        look = {"color": colour if audit else ROLES["surface"], "mec": colour, "mew": 2.0}
+        axes.plot(0.02, height, SHAPES.get(audit, "o"), ms=9, **look)
+        axes.annotate(text, (0.02, height), (12, 0), textcoords="offset points", va="center", color=ROLES["muted"])
 
 
 def _look(rival: Rival) -> dict[str, Any]:

@@ -27,11 +27,10 @@ LEGEND = (("measured", "measured"), ("before", "before: the nominal model"), ("a
 LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 
 
-def headline(run: RunFolder) -> Html:
+def headline(run: RunFolder, *, title: str = "h1") -> Html:
     """The verdict in at most three sentences, and the rollout error before and after as big figures."""
     findings, steps = run.findings, run.findings["steps"]
-    horizon, metric = _hero(steps)
-    before, after = (finite(step["rollout_rmse"].get(horizon, {}).get(metric)) for step in (steps[0], steps[-1]))
+    before, after, horizon, metric, _ = hero_errors(run)
     missing = [words(str(name)) for name in findings["missing"]]
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
     sentences = []
@@ -65,10 +64,18 @@ def headline(run: RunFolder) -> Html:
         cls="what",
     )
     return render(
-        element("h1", str(findings.get("headline") or lacking)),
+        element(title, str(findings.get("headline") or lacking)),
         *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
         element("div", *figures, what, cls="card numbers"),
     )
+
+
+def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
+    """The error that the page leads with: before, after, the horizon [s], what it is of, and its unit."""
+    steps = run.findings["steps"]
+    horizon, metric = _hero(steps)
+    before, after = (finite(step["rollout_rmse"].get(horizon, {}).get(metric)) for step in (steps[0], steps[-1]))
+    return before, after, horizon, metric, ROLLOUT_UNITS[metric]
 
 
 def falling_error(run: RunFolder) -> Html:

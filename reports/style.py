@@ -31,6 +31,7 @@ p {{ margin: .4em 0; max-width: 46em; }}
 ul {{ padding-left: 1.2em; margin: .4em 0; }}
 li {{ margin: .3em 0; max-width: 48em; }}
 code {{ font-family: var(--mono); font-size: .88em; overflow-wrap: anywhere; }}
+a {{ color: var(--after); }}
 summary {{ cursor: pointer; color: var(--muted); margin: 10px 0; }}
 .brand {{ color: var(--muted); font-size: .88rem; display: flex; gap: .6em; align-items: center; }}
 .brand svg {{ width: 32px; flex: none; }}
@@ -104,6 +105,7 @@ th {{ font-weight: 600; color: var(--muted); font-size: .82rem; vertical-align: 
 th, td {{ padding: 6px 9px; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }}
 th:first-child, td:first-child {{ padding-left: 0; }}
 th.text, td.text {{ text-align: left; white-space: normal; }}
+.wordy table {{ min-width: min(58rem, max(100%, 46rem)); }}
 td div {{ white-space: nowrap; }}
 tbody tr:last-child td {{ border-bottom: 0; }}
 .tag {{
@@ -125,7 +127,8 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   body {{ font-size: 10.5pt; }}
   main {{ max-width: none; padding: 0; }}
   .card, .balance, tr {{ break-inside: avoid; }}
-  h2, h3 {{ break-after: avoid; }}
+  h2, h3, .key {{ break-after: avoid; }}
+  .wordy table {{ min-width: 0; }}
   h2 {{ margin-top: 1.6em; }}
   .scroll, .plots.wide {{ overflow: visible; }}
   th, td {{ padding: 3px 6px; }}

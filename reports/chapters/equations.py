@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from ...physics.balance import Balance, BalanceTerm, balances, beside_the_balance
 from ...physics.effects import EFFECTS, PARAMETERS
-from ...physics.vehicle import Vehicle
+from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from .. import mathml
 from ..markup import Html, element, render, table
 from ..plotted import coefficient_rows, vehicle_value
@@ -25,10 +25,11 @@ def equations(run: RunFolder) -> Html:
         for symbol in changed
         if symbol in PARAMETERS and run.corrected.value(symbol) == PARAMETERS[symbol].null != run.nominal.value(symbol)
     ]
-    caption = "Blue terms are new or changed; below each stand the symbol and unit and, where it was fitted, the 95 % interval."
-    if not changed:
-        caption = "Below each term stand symbol and unit of its coefficient. The corrected model has the numbers of the nominal one."
-    notes = [caption, _axes_note(run.corrected)]
+    notes = [
+        "Blue terms are new or changed." if changed else "The corrected model has the numbers of the nominal one.",
+        "Below a term stand symbol and unit of its coefficient and, where it was fitted, the 95 % interval.",
+        _axes_note(run.corrected),
+    ]
     if removed:
         notes.append(f"No longer there: {listing(removed)}.")
     beside = _beside(run, ends)
@@ -89,17 +90,23 @@ def _term(term: BalanceTerm, first: bool, run: RunFolder, ends: Intervals) -> Ht
     if amount != 1.0 or not term.factors:
         parts.append(mathml.number(trimmed(amount)))
     parts.append(mathml.product(term.factors))
-    moved = any(_moved(run, name, vehicle_value(run.corrected, name)) for name in term.symbols)
+    within = [symbol for name in term.factors for symbol in _of_thruster(name)]
+    moved = any(_moved(run, name, vehicle_value(run.corrected, name)) for name in (*term.symbols, *within))
     below = []
     if len(term.symbols) == 1:
         name = term.symbols[0]
         label = [mathml.formula(mathml.symbol(name))] if ":" not in name else ["no name"]
         below.append(element("small", *label, f" [{unit_text(run.corrected.parameter(name).unit)}]"))
         below += [element("small", interval(list(ends[name])))] if name in ends else []
-    elif moved:
+    elif moved and term.symbols:
         named = [name for name in term.symbols if _moved(run, name, vehicle_value(run.corrected, name))]
         below.append(element("small", *[mathml.formula(mathml.symbol(name)) for name in named]))
     return element("span", mathml.formula(*parts), *below, cls="term new" if moved else "term")
+
+
+def _of_thruster(factor: str) -> tuple[str, ...]:
+    """The parameters that act on the force of a thruster; none for any other factor."""
+    return (f"{factor[2:]}_scale", *SHARED_THRUSTER_KEYS) if factor.startswith("T:") else ()
 
 
 def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
@@ -112,7 +119,7 @@ def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
         was = "" if before == after else f"was {trimmed(before)}"
         amount = element("b" if was else "span", f"{trimmed(after)} {unit_text(parameter.unit)}".rstrip())
         span = interval(list(ends[name])) if name in ends else ""
-        rows.append((mathml.formula(mathml.symbol(name)), amount, span, was, element("code", law)))
+        rows.append((element("code", name), amount, span, was, element("code", law)))
     if not rows:
         return []
     head = ("within the terms", "value", "95 % interval", "", "what it does")

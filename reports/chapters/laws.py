@@ -32,7 +32,7 @@ def laws(run: RunFolder) -> Html:
     parts: list[Html] = []
     if broken:
         head = ("model", "broken law", "worst value", "in words, and the state in which it was found")
-        parts += [element("h3", "Counterexamples"), table(head, broken, "llrl")]
+        parts += [element("h3", "Counterexamples"), element("div", table(head, broken, "llrl"), cls="wordy")]
     else:
         parts.append(element("p", f"{_listed(judged)}: no law that counts is broken."))
     for name, told in judged.items():
@@ -69,7 +69,7 @@ def _table(told: Sequence[Law], units: Mapping[str, Any]) -> Html:
         "how it is known",
         "in words, and where it is nearest to breaking",
     )
-    return table(head, rows, "llrrll")
+    return element("div", table(head, rows, "llrrll"), cls="wordy")
 
 
 def _ordered(told: Sequence[Law]) -> list[Law]:

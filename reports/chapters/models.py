@@ -19,8 +19,8 @@ MEANING = {
 Model = Mapping[str, Any]
 
 
-def models(run: RunFolder) -> Html:
-    """The picture, the tables, and every paired difference folded away."""
+def models(run: RunFolder, *, title: str = "h2", tables: bool = True) -> Html:
+    """The picture, then, unless it is the short form, the tables, with every paired difference folded away."""
     comparison = run.comparison
     horizon, reference = hero_horizon(comparison), reference_of(comparison)
     audits = {"corrected": run.audit} if run.audit else {}
@@ -39,10 +39,10 @@ def models(run: RunFolder) -> Html:
     best = comparison.get("best") or {}
     told = [element("p", unit_text(str(best["sentence"])), cls="verdict")] if best.get("sentence") else []
     return render(
-        element("h2", "Which model to trust"),
+        element(title, "Which model to trust"),
         *told,
         figure([trust(shown, horizon, reference)], caption, cls="wide"),
-        element("div", *_tables(comparison), cls="card"),
+        *([element("div", *_tables(comparison), cls="card")] if tables else []),
     )
 
 
