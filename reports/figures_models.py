@@ -20,7 +20,7 @@ COLOURS = {"pass": ROLES["after"], "fail": ROLES["before"]}
 SHAPES = {"pass": "o", "fail": "D"}
 
 
-def trust(rivals: Sequence[Rival], horizon: str, reference: str) -> Html:
+def trust(rivals: Sequence[Rival], horizon: str, reference: str, of: str = "") -> Html:
     """One row a model: the position error of its predictions with the paired interval, then the laws, one a column.
 
     Parameters
@@ -28,6 +28,7 @@ def trust(rivals: Sequence[Rival], horizon: str, reference: str) -> Html:
     rivals : best first
     horizon : of the predictions [s]
     reference : the model to which the intervals are paired
+    of : the run, where a page has more than one such drawing
     """
     laws = list(dict.fromkeys(law for rival in rivals for law in rival.laws))
     top = 132 if laws else 40
@@ -40,7 +41,7 @@ def trust(rivals: Sequence[Rival], horizon: str, reference: str) -> Html:
         if laws:
             _legend(panel(figure, LEFT, 0, DOTS, top - 24))
             _laws(panel(figure, LEFT + DOTS + GAP, top, CELL * len(laws), ROW * len(rivals)), rivals, laws)
-        return drawn(figure, "prediction error and laws kept by each model")
+        return drawn(figure, f"prediction error and laws kept by each model{f' of {of}' if of else ''}")
 
 
 def _errors(axes: Axes, rivals: Sequence[Rival], reference: str) -> None:

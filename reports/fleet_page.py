@@ -128,6 +128,6 @@ def _short(run: RunFolder, name: str, index: int) -> Html:
         "section",
         element("h2", f"Run {index + 1}: {name}"),
         headline(run, title="h3"),
-        models(run, title="h3", tables=False),
+        models(run, title="h3", short_of=name),
         attributes={"id": f"run-{index + 1}"},
     )

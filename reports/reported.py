@@ -3,24 +3,27 @@
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from ..physics.errors import RequestError
-from ..physics.files import write_text
+from ..physics.files import write_json, write_text
 from .browser import find_browser, print_pdf
 from .fleet_page import fleet_page
 from .page import TITLE, write_page
 from .run_folder import read_run
 
+PathLike = str | os.PathLike[str]
+Say = Callable[[str], None]
 FLEET = Path("report.html")
 
 
 def report(
-    runs: Sequence[str | os.PathLike[str]],
+    runs: Sequence[PathLike],
     *,
-    models: Sequence[str | os.PathLike[str]] = (),
+    models: Sequence[PathLike] = (),
     pdf: bool = False,
-    out: str | os.PathLike[str] | None = None,
-    progress: Callable[[str], None] | None = None,
+    out: PathLike | None = None,
+    progress: Say | None = None,
 ) -> list[Path]:
     """Write the page of each run folder, and of several runs one page for all.
 
@@ -41,7 +44,7 @@ def report(
     ------
     RequestError, VehicleError, LogError
         when a run cannot be read, a model cannot be compared, `out` holds something else than a page of undertow, or
-        no browser for `pdf` is there; nothing is written then but the comparisons that were finished.
+        no browser for `pdf` is there; nothing is written then.
     """
     folders = [Path(run) for run in runs]
     twice = sorted({str(folder) for folder in folders if folders.count(folder) > 1})
@@ -57,13 +60,8 @@ def report(
             check_pdf(folder / "report.pdf")
     if target is not None and pdf:
         check_pdf(target.with_suffix(".pdf"))
-    if models:
-        from .compared import compare_run
-
-        for folder in folders:
-            if progress is not None:
-                progress(f"comparing models on the logs of {folder}")
-            compare_run(folder, models)
+    for folder, comparison in _compared(folders, models, progress).items():
+        write_json(folder / "comparison.json", comparison)
     pages = [write_page(folder) for folder in folders]
     if target is not None:
         read = [read_run(folder) for folder in folders]
@@ -72,6 +70,20 @@ def report(
     if browser is None:
         return pages
     return [*pages, *(print_pdf(page, page.with_suffix(".pdf"), browser) for page in pages)]
+
+
+def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say | None) -> dict[Path, dict[str, Any]]:
+    """The new comparison of each run, before any is written; none without models."""
+    if not models:
+        return {}
+    from .compare import compare_run  # reads logs and models, which a page alone does not need
+
+    found = {}
+    for folder in folders:
+        if progress is not None:
+            progress(f"comparing models on the logs of {folder}")
+        found[folder] = compare_run(folder, models)
+    return found
 
 
 def check_page(path: Path) -> None:

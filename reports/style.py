@@ -84,7 +84,7 @@ figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(
 }}
 .balance {{ display: flex; flex-wrap: wrap; align-items: first baseline; gap: 8px 6px; margin: 4px 0 20px; }}
 .term {{ display: inline-flex; flex-direction: column; align-items: center; padding: 3px 2px; border-radius: 7px; }}
-.term > math {{ font-size: 1.18rem; line-height: 1.5; white-space: nowrap; }}
+.term > math {{ font-size: 1.28rem; line-height: 1.5; white-space: nowrap; }}
 .term small {{ font-size: .74rem; color: var(--muted); white-space: nowrap; }}
 .term.new {{ background: var(--tint); padding: 3px 8px; box-shadow: inset 0 -2.5px var(--after); }}
 .term.new > math {{ color: var(--after); }}
@@ -102,7 +102,8 @@ td.text small {{ display: block; color: var(--muted); }}
 table {{ font-variant-numeric: tabular-nums; }}
 caption {{ text-align: left; color: var(--muted); padding: 4px 0 8px; }}
 th {{ font-weight: 600; color: var(--muted); font-size: .82rem; vertical-align: bottom; }}
-th, td {{ padding: 6px 9px; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }}
+th, td {{ padding: 6px 9px; border-bottom: 1px solid var(--line); text-align: right; }}
+td {{ white-space: nowrap; }}
 th:first-child, td:first-child {{ padding-left: 0; }}
 th.text, td.text {{ text-align: left; white-space: normal; }}
 .wordy table {{ min-width: min(58rem, max(100%, 46rem)); }}
@@ -128,7 +129,9 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   main {{ max-width: none; padding: 0; }}
   .card, .balance, tr {{ break-inside: avoid; }}
   h2, h3, .key {{ break-after: avoid; }}
-  .wordy table {{ min-width: 0; }}
+  table, .wordy table {{ min-width: 0; font-size: 8pt; }}
+  td, td div {{ white-space: normal; overflow-wrap: anywhere; }}
+  .term small {{ font-size: 7pt; }}
   h2 {{ margin-top: 1.6em; }}
   .scroll, .plots.wide {{ overflow: visible; }}
   th, td {{ padding: 3px 6px; }}

@@ -45,7 +45,8 @@ def laws(run: RunFolder) -> Html:
         notes.append("Noted: broken, but a real boat may, so the audit does not fail by it.")
     notes += [str(note) for note in run.audit.get("notes") or []]
     parts += [element("p", note, cls="facts") for note in notes]
-    verdict = run.audit.get("verdict") or ("fail" if broken else "pass")
+    own = [verdict_of(law) for law in judged.get("corrected") or []]
+    verdict = run.audit.get("verdict") or ("fail" if "fail" in own else "pass" if own else "see below")
     return render(element("h2", f"Laws of a hull: {verdict}"), element("div", *parts, cls="card"))
 
 

@@ -19,8 +19,8 @@ MEANING = {
 Model = Mapping[str, Any]
 
 
-def models(run: RunFolder, *, title: str = "h2", tables: bool = True) -> Html:
-    """The picture, then, unless it is the short form, the tables, with every paired difference folded away."""
+def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
+    """The picture, then the tables, with every paired difference folded away; without tables where `short_of` a run."""
     comparison = run.comparison
     horizon, reference = hero_horizon(comparison), reference_of(comparison)
     audits = {"corrected": run.audit} if run.audit else {}
@@ -41,8 +41,8 @@ def models(run: RunFolder, *, title: str = "h2", tables: bool = True) -> Html:
     return render(
         element(title, "Which model to trust"),
         *told,
-        figure([trust(shown, horizon, reference)], caption, cls="wide"),
-        *([element("div", *_tables(comparison), cls="card")] if tables else []),
+        figure([trust(shown, horizon, reference, short_of)], caption, cls="wide"),
+        *([] if short_of else [element("div", *_tables(comparison), cls="card")]),
     )
 
 
@@ -88,7 +88,7 @@ def _rollouts(comparison: Mapping[str, Any], base: str) -> Html:
 
         def cell(seconds: str, axis: str, name: str = name, score: Model = score) -> str:
             errors = score.get(seconds) or {}
-            value = typeset(errors.get(axis)) if errors.get("starts", 1) else "n/a"
+            value = typeset(errors.get(axis), blank="diverged" if errors.get("diverged") else "n/a")
             return _marked(value, difference(comparison, name, base, "rollout", axis, seconds))
 
         away = [(score.get(s) or {}).get("diverged") for s in horizons]
