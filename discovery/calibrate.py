@@ -151,11 +151,18 @@ def calibrate(
     )
 
 
-def calibrate_once(motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings | None = None) -> Fitted:
+def calibrate_once(
+    motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings | None = None
+) -> tuple[Vehicle, tuple[str, ...]]:
     """Fit the parameters of a nominal model to the rollouts of measured motions, without trying it on held-out parts.
 
     The numbers are those of `calibrate` where it ends with the output-error step, at a fifth of its time. Where no
     rollout can be fitted, they are those of the weak form.
+
+    Returns
+    -------
+    (vehicle, symbols)
+        the calibrated vehicle, and what was fitted
 
     Raises
     ------
@@ -173,7 +180,7 @@ def calibrate_once(motions: Sequence[Motion], nominal: Vehicle, settings: Discov
         except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
             fitted = convex
         _demand_lawful(fitted.lawful, ground.known.symbols)
-        return _rounded(fitted, nominal, ground.known.symbols)
+        return _rounded(fitted, nominal, ground.known.symbols).lawful.vehicle, ground.known.symbols
 
 
 def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:
