@@ -113,7 +113,7 @@ def compare(
 ) -> None:
     """Compare models with measurements, by axis, horizon and regime, and show where they fail."""
     with failing_clearly():
-        from .reports.run import compare as compare_models
+        from .reports.compare import compare as compare_models
 
         found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
         if as_json:
