@@ -50,8 +50,7 @@ def rivals(comparison: Mapping[str, Any], audits: Mapping[str, Mapping[str, Any]
     for model in models:
         name = str(model["name"])
         score = (model.get("rollout") or {}).get(horizon) or {}
-        told = difference(comparison, name, reference, "rollout", "position", horizon)
-        low, high = (finite(end) for end in ((told or {}).get("ci95") or (None, None)))
+        low, high = _paired(comparison, name, reference, horizon)
         interval = (max(base + low, 0.0), max(base + high, 0.0)) if low <= high and base == base else None
         found.append(
             Rival(
@@ -91,8 +90,18 @@ def hero_horizon(comparison: Mapping[str, Any]) -> str:
 def reference_of(comparison: Mapping[str, Any]) -> str:
     """The model against which the others are told: the corrected one where there is one, else the first."""
     names = [str(model["name"]) for model in comparison["models"]]
-    against = [str(item.get("against")) for item in comparison.get("differences") or []]
-    return next((name for name in ("corrected", "calibrated", "nominal") if name in against), names[0] if names else "")
+    paired = {str(item.get(key)) for item in comparison.get("differences") or [] for key in ("model", "against")}
+    return next((name for name in ("corrected", "calibrated", "nominal") if name in paired), names[0] if names else "")
+
+
+def _paired(comparison: Mapping[str, Any], model: str, reference: str, horizon: str) -> tuple[float, float]:
+    """The 95 % interval of the difference in position error to the reference [m], told either way; NaN without."""
+    for name, against, turned in ((model, reference, False), (reference, model, True)):
+        told = difference(comparison, name, against, "rollout", "position", horizon) or {}
+        low, high = (finite(end) for end in (told.get("ci95") or (None, None)))
+        if low <= high:
+            return (-high, -low) if turned else (low, high)
+    return float("nan"), float("nan")
 
 
 def difference(

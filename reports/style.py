@@ -107,6 +107,7 @@ td {{ white-space: nowrap; }}
 th:first-child, td:first-child {{ padding-left: 0; }}
 th.text, td.text {{ text-align: left; white-space: normal; }}
 .wordy table {{ min-width: min(58rem, max(100%, 46rem)); }}
+.wordy td.text:last-child {{ min-width: 12rem; }}
 td div {{ white-space: nowrap; }}
 tbody tr:last-child td {{ border-bottom: 0; }}
 .tag {{
@@ -130,8 +131,13 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   .card, .balance, tr {{ break-inside: avoid; }}
   h2, h3, .key {{ break-after: avoid; }}
   table, .wordy table {{ min-width: 0; font-size: 8pt; }}
-  td, td div {{ white-space: normal; overflow-wrap: anywhere; }}
+  td, .wordy td.text:last-child {{ min-width: 12rem; }}
+td div {{ white-space: normal; overflow-wrap: anywhere; }}
+  .wordy td.text:last-child {{ min-width: 0; }}
   .term small {{ font-size: 7pt; }}
+  .plots.three {{ grid-template-columns: repeat(3, 1fr); }}
+  .plots.pair, .columns {{ grid-template-columns: repeat(2, minmax(0, 1fr)); }}
+  .plots.wide svg {{ min-width: 0; }}
   h2 {{ margin-top: 1.6em; }}
   .scroll, .plots.wide {{ overflow: visible; }}
   th, td {{ padding: 3px 6px; }}

@@ -107,7 +107,7 @@ def _rollouts(comparison: Mapping[str, Any], base: str) -> Html:
 
 def _accelerations(comparison: Mapping[str, Any], base: str) -> Html:
     models = comparison["models"]
-    domain = any(model.get("domain") for model in models)
+    domain = any(_rows(model, "outside") and _rows(model, "inside") for model in models)
     units = {axis: unit_text(ACCELERATION_UNITS[axis]) for axis in AXES}
     head = ["model", *(f"{axis} [{units[axis]}]" for axis in AXES), *(f"R², {axis}" for axis in AXES)]
     head += [f"{axis}, outside / inside" for axis in AXES] * domain
@@ -120,7 +120,8 @@ def _accelerations(comparison: Mapping[str, Any], base: str) -> Html:
         ]
         row = [words(str(model["name"])), *rmse, *(goodness((score.get("r2") or {}).get(axis)) for axis in AXES)]
         rows.append(row + [_domain(model, axis) for axis in AXES] * domain)
-    return render(table(head, rows), element("p", _domain_note(models), cls="facts")) if domain else table(head, rows)
+    note = _domain_note(models)
+    return render(table(head, rows), *[element("p", note, cls="facts")] * bool(note))
 
 
 def _domain(model: Model, axis: str) -> str:
@@ -132,9 +133,22 @@ def _domain(model: Model, axis: str) -> str:
     return " / ".join(parts)
 
 
+def _rows(model: Model, where: str) -> int:
+    """How many judged rows lie inside or outside of what the training part spans; 0 where that was not asked."""
+    rows = finite(((model.get("domain") or {}).get(where) or {}).get("rows"))
+    return int(rows) if rows == rows else 0
+
+
 def _domain_note(models: Sequence[Model]) -> str:
-    rows = next(model["domain"] for model in models if model.get("domain"))
-    outside, inside = (int(finite((rows.get(name) or {}).get("rows") or 0)) for name in ("outside", "inside"))
+    """What inside and outside mean, with the number of rows; nothing where that was not asked."""
+    told = next((model for model in models if model.get("domain")), None)
+    if told is None:
+        return ""
+    outside, inside = _rows(told, "outside"), _rows(told, "inside")
+    if not outside:
+        return "Every judged row lies within the speeds and thrusts that the training part spans."
+    if not inside:
+        return "Every judged row leaves the speeds and thrusts that the training part spans."
     return (
         f"Outside: {outside} rows with speeds or thrusts that the training part does not span, against {inside} rows "
         "inside. A model that knows the physics errs alike on both."
