@@ -21,8 +21,10 @@ from ..physics.frames import Array
 
 Verdict = Literal["better", "worse", "no difference", "too short to tell"]
 
-FEWEST = 3.0
-"""Blocks below which nothing is said."""
+FEWEST = 2.0
+"""Blocks below which nothing is said: one spread cannot be judged by itself."""
+_SHORTEST = 3.0
+"""Blocks that autocorrelation alone leaves at least."""
 MATERIAL = 0.01
 """Share of the error below which a difference, however sure, is none."""
 _MOST = 6
@@ -104,7 +106,7 @@ def paired_ratio(model: Array, reference: Array, shortest: int = 1) -> Differenc
 def _half_width(series: Array, shortest: int) -> tuple[float | None, int]:
     """Half of the 95 % interval of a mean, None where the rows are too few; and how many blocks long they are."""
     rows = series.size
-    wanted = min(_LONGER * block_length(series), rows / FEWEST)
+    wanted = min(_LONGER * block_length(series), rows / _SHORTEST)
     length = max(int(wanted), int(np.ceil(rows / _MOST)), shortest)
     blocks = rows / length
     if blocks < FEWEST or not np.isfinite(series).all():

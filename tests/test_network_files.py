@@ -20,8 +20,8 @@ from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
-from undertow.reports.inputs import Inputs, read_inputs
 from undertow.reports.compare import compare
+from undertow.reports.inputs import Inputs, read_inputs
 from undertow.reports.models import load_model
 from undertow.residuals import model_files
 from undertow.residuals.inputs import input_names, network_inputs
