@@ -7,9 +7,10 @@ import pytest
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
+from undertow.reports.compare import compare
 from undertow.reports.folder import write_run
 from undertow.reports.inputs import Inputs, read_inputs
-from undertow.reports.run import add, compare, discover
+from undertow.reports.run import add, discover
 
 HULL = load_vehicle("blueboat")
 

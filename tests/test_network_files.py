@@ -20,8 +20,9 @@ from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
+from undertow.reports.compare import compare
 from undertow.reports.inputs import Inputs, read_inputs
-from undertow.reports.run import compare, load_model
+from undertow.reports.models import load_model
 from undertow.residuals import model_files
 from undertow.residuals.inputs import input_names, network_inputs
 from undertow.residuals.model_files import load_network, save_network
