@@ -126,13 +126,12 @@ footer {{ color: var(--muted); font-size: .9rem; }}
 }}
 @page {{ size: A4; margin: 14mm 12mm; }}
 @media print {{
-  body {{ font-size: 10.5pt; }}
+  body {{ font-size: 9.5pt; }}
   main {{ max-width: none; padding: 0; }}
   .card, .balance, tr {{ break-inside: avoid; }}
   h2, h3, .key {{ break-after: avoid; }}
   table, .wordy table {{ min-width: 0; font-size: 8pt; }}
-  td, .wordy td.text:last-child {{ min-width: 12rem; }}
-td div {{ white-space: normal; overflow-wrap: anywhere; }}
+  td, td div {{ white-space: normal; overflow-wrap: break-word; }}
   .wordy td.text:last-child {{ min-width: 0; }}
   .term small {{ font-size: 7pt; }}
   .plots.three {{ grid-template-columns: repeat(3, 1fr); }}
