@@ -131,7 +131,8 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   .card, .balance, tr {{ break-inside: avoid; }}
   h2, h3, .key {{ break-after: avoid; }}
   table, .wordy table {{ min-width: 0; font-size: 8pt; }}
-  td, td div {{ white-space: normal; overflow-wrap: break-word; }}
+  td, td div {{ white-space: normal; }}
+  td.text {{ overflow-wrap: anywhere; min-width: 7em; }}
   .wordy td.text:last-child {{ min-width: 0; }}
   .term small {{ font-size: 7pt; }}
   .plots.three {{ grid-template-columns: repeat(3, 1fr); }}
