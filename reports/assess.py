@@ -16,8 +16,7 @@ from ..residuals.models import Model, VehicleModel
 from ..residuals.residual import residuals, same_filter
 from ..residuals.scores import acceleration_score, rollout_scores
 from .audit import Audit, audit
-from .plotted import ENOUGH_SECONDS
-from .regimes import failures
+from .failing.tell import where_they_fail
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
 
 COMPARISON_SCHEMA = "undertow.comparison/1"
@@ -90,36 +89,20 @@ def scored(model: Model, data: DataSet, verdict: str = "not run") -> dict[str, A
 def comparison(
     models: Sequence[Model], audits: Sequence[Audit], parts: Parts, logs: Sequence[str], table: pd.DataFrame
 ) -> dict[str, Any]:
-    """Every model on the same held-out rows, as `comparison.json` says it, failures of the first and last included.
+    """Every model on the same held-out rows, as `comparison.json` says it, and where the first and last fail.
 
     `audits` is what the laws say of each, `table` is the series of the first and the last model.
     """
     rows = [scored(model, parts.judged, told.verdict) for model, told in zip(models, audits, strict=True)]
-    places = model_failures(table, models[0], "before", parts.judge)
-    if len(models) > 1:
-        places += model_failures(table, models[-1], "after", parts.judge)
+    after = models[-1] if len(models) > 1 else None
+    data = [parts.data(part) for part in PARTS]
     return {
         "schema": COMPARISON_SCHEMA,
         "split": parts.judge,
         "logs": list(logs),
         "models": rows,
-        "failures": places,
+        **where_they_fail(table, models[0], after, data, parts.judge),
     }
-
-
-def model_failures(table: pd.DataFrame, model: Model, which: str, judge: str) -> list[dict[str, Any]]:
-    """Where a model fails, on the judged rows if they are long enough to fill the regimes, else on the whole log.
-
-    `rows_of` of each place says which: the part's name, or "all".
-    """
-    rows, rows_of = table[table["part"] == judge], judge
-    if judge == "all" or len(rows) * _step(table) < ENOUGH_SECONDS:
-        rows, rows_of = table, "all"
-    return [{**place, "model": model.name, "rows_of": rows_of} for place in failures(rows, which)]
-
-
-def _step(table: pd.DataFrame) -> float:
-    return float(np.median(np.diff(table["time"].to_numpy()[:50])))
 
 
 def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from ..residuals.model_files import load_network
 from ..residuals.models import Model, VehicleModel
 from ..residuals.neural import SETTINGS, WEIGHTS, is_network_folder
 from ..residuals.onnx_model import load_onnx
-from .assess import audit_along, comparison, model_failures, score_step, series
+from .assess import audit_along, comparison, score_step, series
 from .audit import Audit
 from .inputs import Inputs, PathLike
 
@@ -105,7 +105,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     findings = replace(
         found.findings,
         steps=steps,
-        failures=tuple(model_failures(table, models[0], "before", inputs.parts.judge)),
+        failures=tuple(place for place in judged["failures"] if place["model"] == models[0].name),
         data=data,
     )
     return Run(inputs, found, findings, judged, table, settings, audits[-1])

@@ -6,7 +6,7 @@ from typing import Any
 from .figures import regime_bars, speeds, step_bars, track
 from .markup import Html, element, figure, lines, render, table
 from .plotted import held_out_stretch, regime_rows
-from .regimes import regime_table
+from .failing.regimes import regime_table
 from .run_folder import RunFolder
 from .wording import (
     ACCELERATION_UNITS,

@@ -1,0 +1,95 @@
+"""When a model fails: the few seconds with the largest error, and what the boat was doing then."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..wording import ACCELERATION_UNITS, AXES
+from .evidence import contiguous
+from .features import doing
+from .scene import Scene, mean_square
+
+LIMIT = 5
+LENGTH = 5.0
+"""Length of a segment [s]."""
+_STRIDE = 0.5
+_TIMES = 2.5
+"""A segment's mean square error is so many times that of the whole log on its axis."""
+_DEVIATIONS = 5.0
+"""Standard deviations by which it lies above that, were the error even noise of the colour it has."""
+_MATERIAL = 0.1
+"""Its error, as a share of the usual acceleration on its axis."""
+_MEMORY = 3.0
+"""Lags [s] up to which the error's colour is looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Some seconds on one axis (0 to 2): the rows in it (n,)."""
+
+    rows: NDArray[np.bool_]
+    axis: int
+
+    def told(self, stage: Scene) -> dict[str, Any]:
+        """As `comparison.json` has it, without what removes its error."""
+        index = np.flatnonzero(self.rows)
+        time, error = stage.column("time"), stage.error[:, self.axis]
+        squares = np.square(np.where(np.isfinite(error), error, 0.0))
+        return {
+            "log": int(stage.log[index[0]]),
+            "from": round(float(time[index[0]]), 2),
+            "to": round(float(time[index[-1]]), 2),
+            "axis": AXES[self.axis],
+            "rmse": round(float(np.sqrt(squares[index].mean())), 6),
+            "unit": ACCELERATION_UNITS[AXES[self.axis]],
+            "share_of_error": round(float(squares[index].sum() / squares.sum()), 4),
+            "doing": doing(stage, self.rows),
+        }
+
+
+def segments(stage: Scene, limit: int = LIMIT) -> list[Segment]:
+    """The stretches of 5 s with the largest error, worst first: those that stand out of even noise of the same colour.
+
+    They do not overlap on an axis; those on an axis that the model predicts badly come first.
+    """
+    length, stride = round(LENGTH / stage.step), max(1, round(_STRIDE / stage.step))
+    whole = mean_square(stage.error)
+    badness = np.minimum(np.sqrt(whole) / np.maximum(stage.spread, 1e-12), 1.0)
+    trials: list[tuple[float, int, int]] = []
+    starts = [int(first) for rows in contiguous(stage) for first in rows[: max(rows.size - length + 1, 0) : stride]]
+    if not starts:
+        return []
+    for axis in range(3):
+        error = np.nan_to_num(stage.error[:, axis])
+        if whole[axis] <= 0.0:
+            continue
+        above = max(_TIMES, 1.0 + _DEVIATIONS * _even(stage, error, length))
+        total = np.concatenate([[0.0], np.cumsum(error**2)])
+        there = (total[np.array(starts) + length] - total[np.array(starts)]) / length
+        for start, square in zip(starts, there, strict=True):
+            if square > above * whole[axis] and np.sqrt(square) > _MATERIAL * stage.spread[axis]:
+                trials.append((float(square / whole[axis] * badness[axis]), axis, start))
+    found: list[Segment] = []
+    for _, axis, start in sorted(trials, key=lambda trial: (-trial[0], trial[1:])):
+        rows = np.zeros(stage.stretch.size, bool)
+        rows[start : start + length] = True
+        if len(found) < limit and not any(one.axis == axis and (one.rows & rows).any() for one in found):
+            found.append(Segment(rows, axis))
+    return found
+
+
+def _even(stage: Scene, error: NDArray[np.float64], length: int) -> float:
+    """Relative standard deviation of the mean square of a window of even Gaussian noise with the error's colour.
+
+    For a Gaussian series with autocorrelation rho_k it is sqrt(2 / n sum_k (1 - |k| / n) rho_k^2) (Isserlis 1918).
+    """
+    lags = min(round(_MEMORY / stage.step), length - 1)
+    # In units of the local size, lest a single burst make the colour of everything.
+    size = np.sqrt(np.convolve(error**2, np.ones(length) / length, "same")) + 1e-300
+    even = error / size
+    power = float((even**2).mean())
+    rho = [float((even[k:] * even[: even.size - k]).mean()) / max(power, 1e-300) for k in range(1, lags + 1)]
+    weight = 1.0 - np.arange(1, lags + 1) / length
+    return float(np.sqrt(2.0 / length * (1.0 + 2.0 * (weight * np.square(rho)).sum())))
