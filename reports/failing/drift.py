@@ -10,8 +10,8 @@ from .scene import Array, Scene, shorter
 
 _SHORTEST = 60.0
 """Span of time [s] over which a drift can be told."""
-_CLEAR = 3.0
-"""Standard errors from which a trend is told."""
+_CLEAR, _CLEARLY_GROWN = 3.5, 5.0
+"""Standard errors from which a trend of the error, and of its size, is told; the size changes with all that is done."""
 _MATERIAL, _GROWTH = 0.1, 0.3
 """Change over the log, as a share of the usual acceleration, and of the size of the error, that matters."""
 _FREE = 0.1
@@ -69,7 +69,7 @@ def _judged(
         "unit": unit,
     }
     drifts = abs(slope) > _CLEAR * mean.errors[0] and abs(slope) * span > _MATERIAL * usual
-    grows = abs(grown.values[0]) > _CLEAR * grown.errors[0] and abs(growth) * span > _GROWTH and size > _MATERIAL * usual
+    grows = abs(grown.values[0]) > _CLEARLY_GROWN * grown.errors[0] and abs(growth) * span > _GROWTH and size > _MATERIAL * usual
     if drifts:
         sentence = f"the error drifts by {number(slope, 2)} {unit_text(unit)} a minute at equal speeds and commands"
         return found | {"verdict": "drifts", "sentence": sentence}

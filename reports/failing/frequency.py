@@ -9,7 +9,7 @@ from scipy.signal.windows import hann
 
 from ..wording import AXES, NARROW, number
 from .evidence import contiguous
-from .scene import Array, Scene, shorter
+from .scene import Array, Scene, mean_square, shorter
 
 _LENGTHS = (25.6, 12.8, 6.4)
 """Lengths of a spectrum's windows [s]; the first that gives `_FEWEST` of them is taken."""
@@ -22,6 +22,8 @@ _COHERENT = 0.3
 """Mean coherence from which the error is said to move with a signal."""
 _CLEAR = 4.5
 """Standard deviations above what independent signals would show."""
+_NEGLIGIBLE = 0.03
+"""Error, as a share of the usual acceleration, of which there is nothing to tell."""
 _HANN = 1.056
 """Windows that overlap by half count for so many times fewer (Welch 1967, eq. 13, for a Hann window)."""
 _HIGHEST = 2.0
@@ -37,10 +39,11 @@ def against_frequency(stage: Scene) -> dict[str, dict[str, Any]]:
     -------
     By axis: `hz`, `error`, `measured` (power spectral densities [unit^2/Hz]), `coherence` with `coherent_with` (the
     signal with the largest coherence, null where there is none), `below_hz` (80 % of the error's power lies below),
-    `verdict` ("slow force", "answer to commands", "slow, of unknown origin", "like noise", "this log cannot tell"),
+    `verdict` ("slow force", "answer to commands", "slow, of unknown origin", "like noise", "negligible", "this log
+    cannot tell"),
     `unit` of the spectra, `sentence`.
     """
-    windows, seconds = _windows(stage)
+    windows = _windows(stage)
     if windows is None:
         return {axis: _untold() for axis in AXES}
     signals = _signals(stage)
@@ -56,7 +59,8 @@ def against_frequency(stage: Scene) -> dict[str, dict[str, Any]]:
         energy = (np.abs(others) ** 2).mean(axis=0)
         coherence = np.abs(cross) ** 2 / np.maximum(power[:, None] * energy, 1e-300)
         spread = (np.abs(measured[..., k]) ** 2).mean(axis=0)
-        known = _known(hz, power, coherence, windows.shape[0], list(signals), shown)
+        small = bool(mean_square(stage.error)[k] < (_NEGLIGIBLE * stage.spread[k]) ** 2)
+        known = _known(hz, power, coherence, windows.shape[0], list(signals), shown, small)
         told[axis] = {
             "hz": shorter(hz[shown], 4),
             "error": shorter(scale * power[shown], 4),
@@ -68,12 +72,19 @@ def against_frequency(stage: Scene) -> dict[str, dict[str, Any]]:
 
 
 def _known(
-    hz: Array, power: Array, coherence: Array, windows: int, names: list[str], shown: NDArray[np.bool_]
+    hz: Array,
+    power: Array,
+    coherence: Array,
+    windows: int,
+    names: list[str],
+    shown: NDArray[np.bool_],
+    negligible: bool,
 ) -> dict[str, Any]:
     """What the spectra of one axis say."""
     total = power[shown].sum()
-    if total <= 0.0:
-        return {**_untold(), "coherence": [0.0] * int(shown.sum()), "sentence": "there is no error to speak of"}
+    if negligible or total <= 0.0:
+        nothing = {"verdict": "negligible", "sentence": "there is no error to speak of"}
+        return {"coherence": [0.0] * int(shown.sum()), "coherent_with": None, "below_hz": None, **nothing}
     below = float(hz[shown][np.searchsorted(np.cumsum(power[shown]) / total, _SHARE)])
     slow = below <= _SLOW
     band = shown & (hz <= below)
@@ -122,15 +133,15 @@ def _untold() -> dict[str, Any]:
     }
 
 
-def _windows(stage: Scene) -> tuple[NDArray[np.intp] | None, float]:
+def _windows(stage: Scene) -> NDArray[np.intp] | None:
     """Rows of each window, (windows, length), of the longest length of which there are enough."""
     stretches = contiguous(stage)
     for seconds in _LENGTHS:
         length = round(seconds / stage.step)
         starts = [rows[k] for rows in stretches for k in range(0, rows.size - length + 1, length // 2)]
         if len(starts) >= _FEWEST:
-            return np.array(starts)[:, None] + np.arange(length), seconds
-    return None, 0.0
+            return np.array(starts)[:, None] + np.arange(length)
+    return None
 
 
 def _signals(stage: Scene) -> dict[str, Array]:

@@ -13,8 +13,9 @@ from .scene import Array, Scene, shorter
 SECTORS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 _SECTOR_SECONDS, _FEWEST_SECTORS = 3.0, 5
 """Time [s] in a sector for it to count as sailed, and sectors that must be."""
-_FREE = 0.2
-"""Share of a harmonic of the heading that speeds and commands must leave unexplained."""
+_FREE = 0.02
+"""Share of a harmonic of the heading that speeds and commands must leave unexplained; a current leaves little, for it
+moves the boat along with the heading, and the standard errors know it."""
 _CHANCE = 0.002
 """Chance of calling noise a dependence on heading, on one axis."""
 _MATERIAL = 0.06

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from ..wording import ACCELERATION_UNITS, AXES
 from .evidence import contiguous
@@ -15,12 +16,14 @@ LIMIT = 5
 LENGTH = 5.0
 """Length of a segment [s]."""
 _STRIDE = 0.5
-_TIMES = 2.5
+_SMOOTH = 1.0
+"""Errors are averaged over so many seconds first: what is left of a missing force is slow, sensor noise goes."""
+_TIMES = 1.5
 """A segment's mean square error is so many times that of the whole log on its axis."""
+_PLAIN, _MATERIAL = 0.35, 0.15
+"""Its error, as a share of the usual acceleration on its axis: plainly a failure, or one if it stands out of noise."""
 _DEVIATIONS = 5.0
-"""Standard deviations by which it lies above that, were the error even noise of the colour it has."""
-_MATERIAL = 0.1
-"""Its error, as a share of the usual acceleration on its axis."""
+"""Standard deviations by which it then lies above what even noise of the error's colour would have."""
 _MEMORY = 3.0
 """Lags [s] up to which the error's colour is looked at."""
 
@@ -50,26 +53,28 @@ class Segment:
 
 
 def segments(stage: Scene, limit: int = LIMIT) -> list[Segment]:
-    """The stretches of 5 s with the largest error, worst first: those that stand out of even noise of the same colour.
+    """The stretches of 5 s with the largest slow error, worst first: those that stand out of even noise of its colour.
 
     They do not overlap on an axis; those on an axis that the model predicts badly come first.
     """
     length, stride = round(LENGTH / stage.step), max(1, round(_STRIDE / stage.step))
-    whole = mean_square(stage.error)
-    badness = np.minimum(np.sqrt(whole) / np.maximum(stage.spread, 1e-12), 1.0)
+    slow, moved = _slow(stage, np.nan_to_num(stage.error)), _slow(stage, stage.measured - stage.measured.mean(axis=0))
+    whole, usual = mean_square(slow), np.sqrt(mean_square(moved))
+    badness = np.minimum(np.sqrt(whole) / np.maximum(usual, 1e-12), 1.0)
     trials: list[tuple[float, int, int]] = []
     starts = [int(first) for rows in contiguous(stage) for first in rows[: max(rows.size - length + 1, 0) : stride]]
     if not starts:
         return []
     for axis in range(3):
-        error = np.nan_to_num(stage.error[:, axis])
+        error = slow[:, axis]
         if whole[axis] <= 0.0:
             continue
-        above = max(_TIMES, 1.0 + _DEVIATIONS * _even(stage, error, length))
+        noisy = whole[axis] * (1.0 + _DEVIATIONS * _even(stage, error, length))
         total = np.concatenate([[0.0], np.cumsum(error**2)])
         there = (total[np.array(starts) + length] - total[np.array(starts)]) / length
         for start, square in zip(starts, there, strict=True):
-            if square > above * whole[axis] and np.sqrt(square) > _MATERIAL * stage.spread[axis]:
+            share = np.sqrt(square) / max(usual[axis], 1e-12)
+            if square > _TIMES * whole[axis] and (share > _PLAIN or (share > _MATERIAL and square > noisy)):
                 trials.append((float(square / whole[axis] * badness[axis]), axis, start))
     found: list[Segment] = []
     for _, axis, start in sorted(trials, key=lambda trial: (-trial[0], trial[1:])):
@@ -78,6 +83,11 @@ def segments(stage: Scene, limit: int = LIMIT) -> list[Segment]:
         if len(found) < limit and not any(one.axis == axis and (one.rows & rows).any() for one in found):
             found.append(Segment(rows, axis))
     return found
+
+
+def _slow(stage: Scene, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Running means over a second, (n, 3); a window that reaches into the next stretch is no harm to a mean of 5 s."""
+    return uniform_filter1d(values, max(1, round(_SMOOTH / stage.step)), axis=0)
 
 
 def _even(stage: Scene, error: NDArray[np.float64], length: int) -> float:
