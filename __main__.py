@@ -113,15 +113,16 @@ def compare(
 ) -> None:
     """Compare models with measurements, by axis, horizon and regime, and show where they fail."""
     with failing_clearly():
-        from .reports.run import compare as compare_models
+        from .reports.compare import compare as compare_models
 
         found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
         if as_json:
             print_json(found)
         else:
-            from .reports.terminal import comparison_table, failures_table
+            from .reports.failing.screen import failures_table, structure_list
+            from .reports.terminal import comparison_table
 
-            show(comparison_table(found), failures_table(found))
+            show(comparison_table(found), failures_table(found), structure_list(found))
 
 
 @app.command()
@@ -424,13 +425,26 @@ def simulate(
 
 
 @app.command()
-def report(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.")]) -> None:
-    """Write the HTML page of run folders again."""
+def report(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Run folders; several give a page for all, too.")
+    ],
+    model: Annotated[
+        list[str] | None, typer.Option("--model", help="Model to compare with the run's own; as in compare.")
+    ] = None,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Print every page to a PDF, through a browser that is there.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Page of several runs (./report.html), or a copy of the one.")
+    ] = None,
+) -> None:
+    """Write the HTML page of run folders, one page of several, and PDF."""
     with failing_clearly():
-        from .reports.page import write_page
+        from .reports.reported import report as report_runs
 
-        for run in runs:
-            say(f"{write_page(run)}")
+        for path in report_runs(runs, models=model or [], pdf=pdf, out=out, progress=progress):
+            say(f"{path}")
 
 
 def main() -> None:
@@ -453,6 +467,7 @@ def _discover(
     begun = time.perf_counter()
     from .discovery.discover import DiscoverySettings
     from .reports import terminal
+    from .reports.failing import screen
     from .reports.folder import write_run
     from .reports.run import discover as find
 
@@ -464,7 +479,7 @@ def _discover(
         return
     say("")
     prose(findings["headline"])
-    show(terminal.failures_table(findings), terminal.candidates_table(findings))
+    show(screen.failures_table(findings), terminal.candidates_table(findings))
     show(terminal.missing_in_words(findings))
     if findings["unnamed"]:
         show(terminal.unnamed_table(findings))

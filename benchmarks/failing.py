@@ -60,7 +60,9 @@ def judged(found: Run, effect: str | None) -> dict[str, Any]:
     odd = [] if effect in OUTSIDE else odd
     if effect not in LATE:
         odd += [f"lag:{axis}" for axis, one in nominal["lag"].items() if one["suspects"]]
-    odd += [f"drift:{axis}" for axis, one in nominal["drift"].items() if one["verdict"] in ("drifts", "grows", "shrinks")]
+    odd += [
+        f"drift:{axis}" for axis, one in nominal["drift"].items() if one["verdict"] in ("drifts", "grows", "shrinks")
+    ]
     named = {name for link in links for name in link}
     return {
         "effect": effect,
@@ -99,15 +101,21 @@ def main(worlds: int, empty: int) -> None:
     found = [one for one in seen if one["effect"] in one["missing"]]
     links = Counter(one["top"] for one in seen)
     print(f"\n{len(hidden)} worlds with one hidden effect, {time.perf_counter() - began:.0f} s")
-    print(f"  a failure of the nominal model is told in {len(seen)}; discovery names the effect in {len(found)} of these")
-    print("  the worst failure is linked to the hidden effect in {true}, to a look-alike in {look-alike}, to a wrong one "
-          "in {wrong}, to none in {none}".format_map({k: links[k] for k in ("true", "look-alike", "wrong", "none")}))
+    print(
+        f"  a failure of the nominal model is told in {len(seen)}; discovery names the effect in {len(found)} of these"
+    )
+    print(
+        "  the worst failure is linked to the hidden effect in {true}, to a look-alike in {look-alike}, to a wrong one "
+        "in {wrong}, to none in {none}".format_map({k: links[k] for k in ("true", "look-alike", "wrong", "none")})
+    )
     print(f"  any place or stretch of time is linked to a wrong effect in {sum(bool(one['wrong']) for one in hidden)}")
     print(f"  the corrected model still has a failure in {sum(bool(one['after']) for one in hidden)}")
     print(f"  odd claims about lag, heading or drift in {sum(bool(one['odd']) for one in hidden)}")
     print(f"{len(nothing)} worlds with nothing hidden")
-    print(f"  a failure is told in {sum(bool(one['told']) for one in nothing)}, a stretch of time in "
-          f"{sum(bool(one['segments']) for one in nothing)}, an odd claim in {sum(bool(one['odd']) for one in nothing)}")
+    print(
+        f"  a failure is told in {sum(bool(one['told']) for one in nothing)}, a stretch of time in "
+        f"{sum(bool(one['segments']) for one in nothing)}, an odd claim in {sum(bool(one['odd']) for one in nothing)}"
+    )
 
 
 if __name__ == "__main__":

@@ -16,39 +16,33 @@ from typing import Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..measurements.compass import compass_of
 from ..physics.errors import RequestError
 from ..physics.frames import Array
 from ..physics.laws import mass_margin
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .calibratable import calibratable, nuisance_candidates
-from .colour import why_rollouts
+from .calibratable import nuisance_candidates
 from .discover import DiscoverySettings
 from .findings import Calibrated
 from .folds import FOLDS, as_good, parted
 from .gram import GramScores
-from .identified import Identified, identified
-from .nuisance import Nuisances, nuisances, part_by_sight
-from .options import Candidate, Linearisation, candidates, measurable
+from .groundwork import ROLLOUTS, SEEING, groundwork
+from .options import Candidate, Linearisation
 from .passivity import Lawful, judge, lawful_model
 from .polish import polish
-from .refit import BLIND, calibrated, limit_at
+from .refit import calibrated, limit_at
 from .rollouts import HORIZON, WHOLE_HORIZON, rollouts_object
 from .search import Search
-from .shooting import Shooting, ShootingSettings
+from .shooting import Shooting
 from .uncertainty import Interval, intervals
 from .weak import WeakForm
 
 Method = Literal["weak form", "output error"]
-ROLLOUTS = ShootingSettings(step=0.05)
-"""Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""
 _ROUNDS = 6
 _SPACING = 1.0
 """Distance between the starts of rollouts by which the steps are compared [s]."""
 _DIGITS = 9
 _NAMED = ", calibrated"
-_SEEING = (False, False, False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,43 +118,23 @@ def calibrate(
     settings = settings or DiscoverySettings()
     say = progress or (lambda text: None)
     with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        symbols = calibratable(nominal, free, hold)
-        if not symbols:
-            raise RequestError(
-                f"fit: {nominal.name} has no parameter to calibrate (damping, added mass, ...); free one, for example "
-                "--free X_u"
-            )
-        weak = WeakForm(motions, settings.weak)
-        search = Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search)
-        coloured = bool(why_rollouts(search))
-        clear = _cleared(motions) if coloured else Nuisances(tuple(motions), _SEEING, ())
-        if clear.notes:
-            motions, weak = clear.motions, WeakForm(clear.motions, settings.weak)
-        seen, unseen = part_by_sight(nuisance_candidates(nominal, symbols), clear.blind)
-        visible = [s for c in seen for s in c.symbols]
-        known = identified(weak, nominal, visible, settings.search)
-        if coloured and visible:
-            about = polish(motions, nominal, visible, ROLLOUTS, blind=clear.blind).vehicle
-            form = Shooting(motions, about, ROLLOUTS, clear.blind)
-            known = identified(form, about, visible, settings.search)
-        known = replace(known, reasons={s: BLIND for c in unseen for s in c.symbols} | known.reasons)
-        if not known.symbols:
-            raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
+        ground = groundwork(motions, nominal, settings, free, hold)
+        motions, known, clear = ground.motions, ground.known, ground.clear
         say(f"calibrating {', '.join(known.symbols)}")
         pool = nuisance_candidates(nominal, known.symbols)
         long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
         horizon = WHOLE_HORIZON if long else HORIZON
         fitted = convex_step(motions, nominal, pool, settings)
         _demand_lawful(fitted.lawful, known.symbols)
-        held_out = _held_out(motions, nominal, pool, settings, horizon, clear.blind if coloured else None, say)
+        held_out = _held_out(motions, nominal, pool, settings, horizon, clear.blind if ground.coloured else None, say)
         best: Method = "weak form"
         if held_out and as_good(held_out["weak form"], held_out["output error"], horizon / _SPACING):
-            start = nominal if coloured else fitted.lawful.vehicle
+            start = nominal if ground.coloured else fitted.lawful.vehicle
             best, fitted = "output error", rollout_step(motions, start, nominal, pool, clear.blind)
             _demand_lawful(fitted.lawful, known.symbols)
         fitted = _rounded(fitted, nominal, known.symbols)
-        search = Search(weak, nominal, (), settings.search)
-        error = np.sqrt((weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
+        search = Search(ground.weak, nominal, (), settings.search)
+        error = np.sqrt((ground.weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
     return Calibration(
         nominal,
         fitted.lawful,
@@ -175,6 +149,38 @@ def calibrate(
         search.force_scale,
         clear.notes,
     )
+
+
+def calibrate_once(
+    motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings | None = None
+) -> tuple[Vehicle, tuple[str, ...]]:
+    """Fit the parameters of a nominal model to the rollouts of measured motions, without trying it on held-out parts.
+
+    The numbers are those of `calibrate` where it ends with the output-error step, at a fifth of its time. Where no
+    rollout can be fitted, they are those of the weak form.
+
+    Returns
+    -------
+    (vehicle, symbols)
+        the calibrated vehicle, and what was fitted
+
+    Raises
+    ------
+    RequestError
+        as `calibrate` does.
+    """
+    settings = settings or DiscoverySettings()
+    with threadpool_limits(limits=1, user_api="blas"):
+        ground = groundwork(motions, nominal, settings)
+        pool = nuisance_candidates(nominal, ground.known.symbols)
+        convex = convex_step(ground.motions, nominal, pool, settings)
+        start = nominal if ground.coloured else convex.lawful.vehicle
+        try:
+            fitted = rollout_step(ground.motions, start, nominal, pool, ground.clear.blind)
+        except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
+            fitted = convex
+        _demand_lawful(fitted.lawful, ground.known.symbols)
+        return _rounded(fitted, nominal, ground.known.symbols).lawful.vehicle, ground.known.symbols
 
 
 def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:
@@ -196,10 +202,6 @@ def _rounded(fitted: Fitted, nominal: Vehicle, symbols: Sequence[str]) -> Fitted
     vehicle = nominal.with_values(values, name=lawful.vehicle.name)
     still = judge(vehicle, lawful.passivity.envelope).verdict == "pass"
     return replace(fitted, lawful=replace(lawful, vehicle=vehicle)) if still else fitted
-
-
-def _listed(known: Identified) -> str:
-    return "; ".join(f"{symbol}: {why}" for symbol, why in known.reasons.items())
 
 
 def _held_out(
@@ -227,7 +229,7 @@ def _held_out(
         try:
             convex = convex_step(outside, nominal, pool, settings)
             start = convex.lawful.vehicle if blind is None else nominal
-            rolled = rollout_step(outside, start, nominal, pool, _SEEING if blind is None else blind)
+            rolled = rollout_step(outside, start, nominal, pool, SEEING if blind is None else blind)
             judge_by = Shooting(inside, rolled.lawful.vehicle, shooting)
         except RequestError:
             return {}
@@ -256,7 +258,7 @@ def rollout_step(
     start: Vehicle,
     nominal: Vehicle,
     pool: Sequence[Candidate],
-    blind: Sequence[bool] = _SEEING,
+    blind: Sequence[bool] = SEEING,
 ) -> Fitted:
     """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws."""
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
@@ -266,15 +268,6 @@ def rollout_step(
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
     return Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
-
-
-def _cleared(motions: Sequence[Motion]) -> Nuisances:
-    """The motions without a compass deviation that shows; sway stays out then.
-
-    Where the runs do not show that the compass is right, it is taken to be: its owner says what to calibrate.
-    """
-    compass = compass_of(motions)
-    return nuisances(motions) if compass.deviates else Nuisances(tuple(motions), _SEEING, ())
 
 
 def _name(nominal: Vehicle) -> str:

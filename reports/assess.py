@@ -14,12 +14,10 @@ from ..physics.laws import envelope_of
 from ..physics.motion import Motion
 from ..residuals.models import Model, VehicleModel
 from ..residuals.residual import residuals, same_filter
-from ..residuals.scores import acceleration_score, rollout_scores
+from ..residuals.scores import Errors
 from .audit import Audit, audit
-from .failing.tell import where_they_fail
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
 
-COMPARISON_SCHEMA = "undertow.comparison/1"
 RESTART = 10.0
 """Open-loop rollouts in the series start again from the measured state every so often [s]."""
 _DIGITS = 7
@@ -51,13 +49,11 @@ class Parts:
         )
 
 
-def score_step(model: Model, data: DataSet) -> dict[str, Any]:
+def score_step(errors: Errors) -> dict[str, Any]:
     """Held-out errors of one step of the story: acceleration and rollout root mean squares by axis."""
-    acceleration = acceleration_score(model, data).to_dict()["rmse"]
-    rollouts = {name: score.to_dict() for name, score in rollout_scores(model, data).items()}
     return {
-        "acceleration_rmse": acceleration,
-        "rollout_rmse": rollouts,
+        "acceleration_rmse": errors.acceleration_score.to_dict()["rmse"],
+        "rollout_rmse": {name: score.to_dict() for name, score in errors.rollout_scores.items()},
         "units": {"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
     }
 
@@ -67,42 +63,6 @@ def audit_along(model: Model, parts: Parts) -> Audit:
     motions = [motion for part in PARTS for motion in parts.data(part).motions]
     envelope = envelope_of(motions, model.vehicle)
     return audit(model, envelope, motions=motions, envelope_from="the speeds of the log")
-
-
-def scored(model: Model, data: DataSet, verdict: str = "not run") -> dict[str, Any]:
-    """A row of `comparison.json`: a model's errors on a data set, and what the laws say of it.
-
-    `seconds_to_fit` is null: a wall time would make equal inputs give unequal files.
-    """
-    return {
-        "name": model.name,
-        "kind": model.kind,
-        "acceleration": acceleration_score(model, data).to_dict(),
-        "rollout": {name: score.to_dict() for name, score in rollout_scores(model, data).items()},
-        "units": {"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
-        "audit": verdict,
-        "parameters": model.parameters,
-        "seconds_to_fit": None,
-    }
-
-
-def comparison(
-    models: Sequence[Model], audits: Sequence[Audit], parts: Parts, logs: Sequence[str], table: pd.DataFrame
-) -> dict[str, Any]:
-    """Every model on the same held-out rows, as `comparison.json` says it, and where the first and last fail.
-
-    `audits` is what the laws say of each, `table` is the series of the first and the last model.
-    """
-    rows = [scored(model, parts.judged, told.verdict) for model, told in zip(models, audits, strict=True)]
-    after = models[-1] if len(models) > 1 else None
-    data = [parts.data(part) for part in PARTS]
-    return {
-        "schema": COMPARISON_SCHEMA,
-        "split": parts.judge,
-        "logs": list(logs),
-        "models": rows,
-        **where_they_fail(table, models[0], after, data, parts.judge),
-    }
 
 
 def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:

@@ -19,7 +19,7 @@ from ..residuals.models import Model
 from ..residuals.neural import is_network_folder
 from .audit import Audit, audit
 from .inputs import PathLike, read_inputs
-from .run import load_model
+from .models import load_model
 
 _LEAST = 0.05
 """Least reach of an envelope that a network's standardisation gives [m/s, m/s, rad/s]."""

@@ -1,4 +1,4 @@
-"""The sections of the report page around the verdict: corrected parameters, the log, advice, how it was made."""
+"""The sections of the report page around the verdict: corrected parameters, the log."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from .wording import (
     interval,
     listing,
     number,
-    typeset,
+    trimmed,
     unit_text,
     words,
 )
@@ -31,9 +31,9 @@ def parameter_table(run: RunFolder) -> Html:
         unit = unit_text(_unit(run.corrected if symbol in after else run.nominal, symbol))
         if abs(new - old) > 1e-9 * max(abs(old), abs(new)):
             change = f"{100.0 * (new / old - 1.0):+.0f} %".replace("-", MINUS) if old else "new"
-            changed.append((symbol, _number(old), element("b", _number(new)), unit, change))
+            changed.append((symbol, trimmed(old), element("b", trimmed(new)), unit, change))
         elif old:
-            same.append((symbol, _number(old), unit))
+            same.append((symbol, trimmed(old), unit))
     parts = [element("h2", "Corrected parameters")]
     if changed:
         inner = [table(("symbol", "nominal", "corrected", "unit", "change"), changed, "lrrl")]
@@ -51,8 +51,8 @@ def calibrated(run: RunFolder) -> Html:
     rows = [
         (
             str(item["symbol"]),
-            _number(item["before"]),
-            element("b", _number(item["after"])),
+            trimmed(item["before"]),
+            element("b", trimmed(item["after"])),
             "at its limit"
             if item.get("at_limit")
             else interval(item.get("ci95")) + " *" * bool(item.get("held_by_law")),
@@ -73,7 +73,7 @@ def calibrated(run: RunFolder) -> Html:
         "that is missing."
     )
     head = ("symbol", "nominal", "calibrated", "95 % interval", "unit")
-    inner = [element("p", text, cls="facts"), table(head, rows, "lrrll"), *_bullets(notes)]
+    inner = [element("p", text, cls="facts"), table(head, rows, "lrrll"), *bullets(notes)]
     return render(element("h2", "Calibrated parameters"), element("div", *inner, cls="card"))
 
 
@@ -104,47 +104,12 @@ def data(run: RunFolder) -> Html:
     ]
     rows = [(name, value) for name, value in facts if value]
     notes = [str(note) for note in (*(about.get("notes") or []), *(run.findings.get("notes") or []))]
-    inner = [table(("the log", ""), rows, "ll"), *_bullets(notes)]
+    inner = [table(("the log", ""), rows, "ll"), *bullets(notes)]
     if run.inspections:
         inner.append(_quality(run.inspections))
     for inspection in run.inspections:
         inner.append(element("details", element("summary", f"inspection of {inspection['path']}"), *_tree(inspection)))
     return render(element("h2", "The log"), element("div", *inner, cls="card"))
-
-
-def advice(run: RunFolder) -> Html:
-    """Which manoeuvres would settle what this log leaves open."""
-    items = run.findings.get("advice") or []
-    if not items:
-        return Html("")
-    lines = [element("li", element("b", str(item.get("manoeuvre", ""))), f": {item.get('why', '')}") for item in items]
-    return render(element("h2", "What to record next"), element("div", element("ul", *lines), cls="card"))
-
-
-def made(run: RunFolder) -> Html:
-    """How the page was made: what was demanded of an effect, and the files with their digests."""
-    criterion = run.findings.get("criterion") or {}
-    demands = [f"{words(str(name))}: {_plain(value)}" for name, value in criterion.items()]
-    files = [(element("code", name), element("code", digest)) for name, digest in sorted(run.digests.items())]
-    return render(
-        element("h2", "How this was made"),
-        element(
-            "footer",
-            element(
-                "p",
-                "The measured force is compared with the force of the nominal model. Every effect of the catalogue "
-                "competes to explain the difference, effects are selected together, and each must lower the error on "
-                "data it was not fitted to. This page is made only from the files below.",
-            ),
-            *([element("p", element("b", "Demanded of an effect")), *_bullets(demands)] if demands else []),
-            element(
-                "details",
-                element("summary", "files and the start of their SHA-256"),
-                table(("file", "digest"), files, "ll"),
-            ),
-            cls="card",
-        ),
-    )
 
 
 def _unit(vehicle: Vehicle, symbol: str) -> str:
@@ -154,22 +119,19 @@ def _unit(vehicle: Vehicle, symbol: str) -> str:
         return ""
 
 
-def _number(value: Any) -> str:
-    text = typeset(value, 4)
-    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
-
-
-def _plain(value: Any) -> str:
+def plain(value: Any) -> str:
+    """Any plain data as text."""
     if isinstance(value, float | int) and not isinstance(value, bool):
-        return _number(value)
+        return trimmed(value)
     if isinstance(value, Mapping):
-        return "; ".join(f"{words(str(name))} {_plain(inner)}" for name, inner in value.items())
+        return "; ".join(f"{words(str(name))} {plain(inner)}" for name, inner in value.items())
     if isinstance(value, list | tuple):
-        return ", ".join(map(_plain, value))
+        return ", ".join(map(plain, value))
     return "n/a" if value is None else str(value)
 
 
-def _bullets(texts: list[str]) -> list[Html]:
+def bullets(texts: list[str]) -> list[Html]:
+    """A list of sentences; nothing for none."""
     return [element("ul", *(element("li", text) for text in texts))] if texts else []
 
 
@@ -211,8 +173,8 @@ def _tree(inspection: Mapping[str, Any]) -> list[Html]:
         )
         if records:
             head = list(dict.fromkeys(str(key) for item in records for key in item))
-            body = [[_plain(item.get(key, "")) for key in head] for item in records]
+            body = [[plain(item.get(key, "")) for key in head] for item in records]
             tables.append(table([words(key) for key in head], body, caption=words(str(name))))
         elif name != "schema":
-            facts.append((words(str(name)), _plain(value)))
+            facts.append((words(str(name)), plain(value)))
     return [*([table(("", ""), facts, "ll")] if facts else []), *tables]

@@ -10,7 +10,8 @@ from ..discovery.distilled import Distilled
 from ..residuals.models import Model
 from .inputs import Inputs, PathLike
 from .layout import Prose, bullets, plain_table, section, stacked
-from .run import Say, check_commands, load_model
+from .models import check_commands, load_model
+from .run import Say
 from .wording import number, percent, unit_text, words
 
 

@@ -1,6 +1,5 @@
 """The figures of the report: matplotlib drawings as inline SVG whose colours are the page's CSS variables."""
 
-import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,12 +7,10 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
 from .markup import Html
 from .plotted import CoefficientRow, rollouts
-from .svg import ROLES, STYLE, inline
+from .svg import ROLES, STYLE, canvas, drawn, panel
 from .wording import MINUS, cannot_tell, finite, number, percent, unit_text, words
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
@@ -48,8 +45,8 @@ def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str]
     left, width = (214, 472) if names else (22, 162)
     height = 34 + 27 * len(values)
     with matplotlib.rc_context(STYLE):
-        figure = _figure(width, height)
-        axes = _panel(figure, left, 30, width - left - 52, height - 34)
+        figure = canvas(width, height)
+        axes = panel(figure, left, 30, width - left - 52, height - 34)
         shown = np.array([finite(value) for value in values])
         lengths = np.nan_to_num(shown)
         colours = [ROLES["before"], *[ROLES["between"]] * (len(values) - 2), ROLES["after"]][: len(values)]
@@ -66,7 +63,7 @@ def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str]
         axes.grid(visible=False)
         axes.spines["bottom"].set_visible(False)
         figure.text(left / width, 1 - 18 / height, f"{title} [{unit_text(unit)}]", color=ROLES["muted"])
-        return _svg(figure, f"{title} error after each step, {unit}")
+        return drawn(figure, f"{title} error after each step, {unit}")
 
 
 def speeds(series: pd.DataFrame) -> Html:
@@ -75,9 +72,9 @@ def speeds(series: pd.DataFrame) -> Html:
     runs = rollouts(series)
     restarts = runs.loc[runs["restart"], "time"]
     with matplotlib.rc_context(STYLE):
-        figure = _figure(width, height)
+        figure = canvas(width, height)
         for row, (name, title, unit) in enumerate(SPEEDS):
-            axes = _panel(figure, left, 22 + row * (tall + 32), width - left - 8, tall)
+            axes = panel(figure, left, 22 + row * (tall + 32), width - left - 8, tall)
             for role, suffix, thickness in LINES:
                 axes.plot(runs["time"], runs[f"{name}{suffix}"], color=ROLES[role], linewidth=thickness)
             _limit(axes, runs, name)
@@ -89,7 +86,7 @@ def speeds(series: pd.DataFrame) -> Html:
             if row < 2:
                 axes.set_xticklabels([])
         axes.set_xlabel("time in the log [s]")
-        return _svg(figure, "measured and predicted speeds over time")
+        return drawn(figure, "measured and predicted speeds over time")
 
 
 def track(series: pd.DataFrame) -> Html:
@@ -98,8 +95,8 @@ def track(series: pd.DataFrame) -> Html:
     runs = rollouts(series)
     north, east = runs["north"].mean(), runs["east"].mean()
     with matplotlib.rc_context(STYLE):
-        figure = _figure(width, height)
-        axes = _panel(figure, 56, 6, width - 62, height - 52)
+        figure = canvas(width, height)
+        axes = panel(figure, 56, 6, width - 62, height - 52)
         for role, suffix, thickness in LINES:
             axes.plot(runs[f"east{suffix}"], runs[f"north{suffix}"], color=ROLES[role], linewidth=thickness)
         starts = runs[runs["restart"]]
@@ -111,7 +108,7 @@ def track(series: pd.DataFrame) -> Html:
             axes.set(xlim=(east - span, east + span), ylim=(north - span, north + span))
         axes.locator_params(nbins=6)
         axes.set(xlabel="east [m]", ylabel="north [m]")
-        return _svg(figure, "measured and predicted track")
+        return drawn(figure, "measured and predicted track")
 
 
 def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
@@ -134,9 +131,9 @@ def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
 
 def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Mapping[Any, float]) -> Html:
     width, left, tall, height = 460, 46, 62, 332
-    figure = _figure(width, height)
+    figure = canvas(width, height)
     for row, (axis, rows) in enumerate(before.groupby("axis", sort=False)):
-        axes = _panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
+        axes = panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
         places = np.arange(len(rows))
         axes.bar(places - 0.2, rows["rmse"], 0.38, color=ROLES["before"])
         axes.bar(places + 0.2, after.loc[after["axis"] == axis, "rmse"], 0.38, color=ROLES["after"])
@@ -147,7 +144,7 @@ def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Ma
         if row == 2:
             _regime_labels(axes, rows)
     figure.text(2 / width, 1 - 16 / height, REGIME_TITLES.get(by, f"by {by}"), weight="bold", fontsize=12.5)
-    return _svg(figure, f"acceleration error by {by}, before and after")
+    return drawn(figure, f"acceleration error by {by}, before and after")
 
 
 def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
@@ -176,8 +173,8 @@ def ranked_effects(candidates: Sequence[Mapping[str, Any]], most: int = 12) -> H
     colours = {"missing": ROLES["after"], "possible": ROLES["between"]}
     drops = np.nan_to_num(np.array([finite(item.get("error_drop")) for item in shown]))
     with matplotlib.rc_context(STYLE):
-        figure = _figure(width, height)
-        axes = _panel(figure, left, 30, width - left - 112, height - 34)
+        figure = canvas(width, height)
+        axes = panel(figure, left, 30, width - left - 112, height - 34)
         fill = [colours.get(str(item["verdict"]), ROLES["grid"]) for item in shown]
         axes.barh(np.arange(len(shown)), np.maximum(drops, 0.0), height=0.56, color=fill)
         for index, item in enumerate(shown):
@@ -192,15 +189,15 @@ def ranked_effects(candidates: Sequence[Mapping[str, Any]], most: int = 12) -> H
         axes.spines["bottom"].set_visible(False)
         for place, text in ((-64, "error removed"), (-2, "sure")):
             figure.text(1 + place / width, 1 - 18 / height, text, ha="right", color=ROLES["muted"], size=11)
-        return _svg(figure, "effects ranked by the held-out error they remove")
+        return drawn(figure, "effects ranked by the held-out error they remove")
 
 
 def coefficients(rows: Sequence[CoefficientRow]) -> Html:
     """Coefficients before and after, with 95 % intervals of the value after; each row on its own scale from zero."""
     width, height = 460, 8 + 52 * len(rows)
     with matplotlib.rc_context(STYLE):
-        figure = _figure(width, height)
-        axes = _panel(figure, 2, 4, width - 4, height - 8)
+        figure = canvas(width, height)
+        axes = panel(figure, 2, 4, width - 4, height - 8)
         lowest = highest = 0.0
         for index, row in enumerate(rows):
             reach = max(abs(value) for value in (row.before, row.after, *row.interval)) or 1.0
@@ -219,20 +216,7 @@ def coefficients(rows: Sequence[CoefficientRow]) -> Html:
         axes.set(ylim=(len(rows) - 0.65, -0.65), xlim=(lowest - margin, highest + margin), xticks=[], yticks=[])
         axes.grid(visible=False)
         axes.spines[:].set_visible(False)
-        return _svg(figure, "coefficients before and after with 95 % intervals")
-
-
-def _figure(width: int, height: int) -> Figure:
-    """A figure whose SVG user unit is one pixel of the page."""
-    figure = Figure(figsize=(width / 72.0, height / 72.0), facecolor="none")
-    FigureCanvasSVG(figure)
-    return figure
-
-
-def _panel(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
-    """Axes placed in pixels from the upper left corner."""
-    wide, tall = figure.get_size_inches() * 72.0
-    return figure.add_axes((left / wide, 1.0 - (top + height) / tall, width / wide, height / tall))
+        return drawn(figure, "coefficients before and after with 95 % intervals")
 
 
 def _limit(axes: Axes, runs: pd.DataFrame, name: str) -> None:
@@ -241,10 +225,3 @@ def _limit(axes: Axes, runs: pd.DataFrame, name: str) -> None:
     margin = max(0.6 * (high - low), 1e-3)
     bottom, top = axes.get_ylim()
     axes.set_ylim(max(bottom, low - margin), min(top, high + margin))
-
-
-def _svg(figure: Figure, label: str) -> Html:
-    stream = io.StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": label}):
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return inline(stream.getvalue(), label)

@@ -10,6 +10,7 @@ from ..discovery.discover import DiscoverySettings
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.vehicle import Vehicle
 from ..residuals.models import VehicleModel
+from ..residuals.scores import evaluate
 from .assess import score_step
 from .inputs import Inputs
 from .run import Say
@@ -125,7 +126,7 @@ def fit(
         VehicleModel(found.vehicle, "calibrated", "physics", parameters=len(found.parameters)),
     )
     steps = tuple(
-        {"added": label, **score_step(model, inputs.parts.judged)}
+        {"added": label, **score_step(evaluate(model, inputs.parts.judged))}
         for label, model in zip((None, "calibrated"), models, strict=True)
     )
     return FitRun(inputs, found, steps)

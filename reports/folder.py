@@ -11,6 +11,7 @@ from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError
 from ..physics.files import write_json, write_text
 from ..physics.vehicle import Vehicle, load_vehicle
+from .made_from import command, log_digests, versions
 from .page import write_page
 from .run import Run
 
@@ -107,16 +108,19 @@ def _write_files(run: Run, folder: Path) -> None:
     Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
     inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
     write_json(folder / "inspection.json", {"schema": INSPECTIONS_SCHEMA, "logs": inspections})
+    paths, how = list(run.inputs.paths), {"frame": run.inputs.frame, "channel_map": run.inputs.channel_map}
     write_json(
         folder / "run.json",
         {
             "schema": RUN_SCHEMA,
-            "logs": list(run.inputs.paths),
-            "frame": run.inputs.frame,
-            "channel_map": run.inputs.channel_map,
+            "logs": paths,
+            **how,
             "seed": run.settings.seed,
             "refit": run.settings.refit,
             "judged_on": run.inputs.parts.judge,
+            "command": command(run.verb, paths, seed=run.settings.seed, refit=run.settings.refit, **how),
+            "versions": versions(),
+            "log_sha256": log_digests(paths),
         },
     )
 

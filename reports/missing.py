@@ -31,9 +31,7 @@ def missing_effects(run: RunFolder) -> Html:
     parts.append(element("div", *drawings, cls="columns"))
     if candidates:
         parts.append(
-            element(
-                "div", element("h3", "Every effect that was tried, best first"), _candidates(candidates), cls="card"
-            )
+            element("div", element("h3", "Every effect that was tried, best first"), *_tried(candidates), cls="card")
         )
     unnamed = findings.get("unnamed") or []
     if unnamed:
@@ -60,6 +58,17 @@ def _effect(item: Mapping[str, Any]) -> Html:
         *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
         cls="card effect",
     )
+
+
+def _tried(candidates: Sequence[Mapping[str, Any]]) -> list[Html]:
+    """What has evidence, or cannot be judged; then what has none, folded away."""
+    without = [item for item in candidates if item["verdict"] == "no evidence"]
+    others = [item for item in candidates if item["verdict"] != "no evidence"]
+    parts = [_candidates(others)] * bool(others)
+    if without:
+        summary = element("summary", f"{len(without)} effects without evidence")
+        parts.append(element("details", summary, _candidates(without)))
+    return parts
 
 
 def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:

@@ -1,16 +1,25 @@
 """The report: one self-contained HTML page, a pure function of the files in a run folder."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..physics.files import write_text
-from .context import advice, calibrated, data, energy, made, parameter_table
-from .laws_section import laws
+from .chapters.agreement import agreement
+from .chapters.equations import equations
+from .chapters.identified import identified
+from .chapters.laws import laws
+from .chapters.made import made
+from .chapters.models import models
+from .context import calibrated, data, energy, parameter_table
+from .failing.section import where_it_fails
 from .markup import Html, element, render
 from .missing import missing_effects
 from .run_folder import RunFolder, read_run
-from .sections import falling_error, headline, predictions, where_it_fails
+from .sections import falling_error, headline
 from .style import CSS
 
+TITLE = "undertow: "
+"""How the title of every page begins."""
 WAVE = Html(
     '<svg viewBox="0 0 32 18" aria-hidden="true"><g fill="none" stroke-width="2.4" stroke-linecap="round">'
     '<path d="M2 6q5-6 10 0t10 0 8-2" stroke="var(--before)"/>'
@@ -43,29 +52,33 @@ def write_page(run: Path) -> Path:
 def page(run: RunFolder) -> str:
     """The HTML text of the report."""
     name = run.nominal.name
-    brand = element(
-        "div", WAVE, element("b", "undertow"), element("span", f"what the model of {name} is missing"), cls="brand"
-    )
-    body = element(
-        "main",
-        brand,
+    sections = [
         headline(run),
         falling_error(run),
-        predictions(run),
+        agreement(run),
         where_it_fails(run),
         missing_effects(run),
-        calibrated(run),
+        equations(run),
         parameter_table(run),
+        calibrated(run),
         energy(run),
+        models(run),
         laws(run),
+        identified(run),
         data(run),
-        advice(run),
         made(run),
-    )
+    ]
+    return document(name, f"what the model of {name} is missing", sections)
+
+
+def document(title: str, subject: str, sections: Sequence[Html]) -> str:
+    """A whole page: the style sheet in its head, the sign of undertow on top, then the sections."""
+    brand = element("div", WAVE, element("b", "undertow"), element("span", subject), cls="brand")
     head = element(
         "head",
         Html('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
-        element("title", f"undertow: {name}"),
+        element("title", f"{TITLE}{title}"),
         element("style", Html(CSS)),
     )
-    return "<!doctype html>\n" + render(element("html", head, element("body", body), attributes={"lang": "en"})) + "\n"
+    body = element("body", element("main", brand, *sections))
+    return "<!doctype html>\n" + render(element("html", head, body, attributes={"lang": "en"})) + "\n"

@@ -15,6 +15,7 @@ from .wording import finite
 SHOWN_SECONDS = 120.0  # longest stretch of held-out motion drawn as lines
 SHOWN_POINTS = 600  # points per line after thinning
 ENOUGH_SECONDS = 60.0  # held-out motion shorter than this cannot fill the regimes
+ACCELERATIONS = {"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}  # columns of the series
 PREDICTED = ("u", "v", "r", "north", "east")
 
 
@@ -31,11 +32,16 @@ class CoefficientRow:
 
 def held_out_stretch(series: pd.DataFrame) -> pd.DataFrame:
     """The first `SHOWN_SECONDS` of the longest held-out log; of the whole series when nothing is marked as held out."""
-    test = series[series["part"] == "test"]
-    test = series if test.empty else test
+    test, _ = held_out_rows(series)
     longest = test["log"].value_counts(sort=False).idxmax()
     stretch = test[test["log"] == longest]
     return stretch[stretch["time"] <= stretch["time"].iloc[0] + SHOWN_SECONDS]
+
+
+def held_out_rows(series: pd.DataFrame) -> tuple[pd.DataFrame, bool]:
+    """The rows that no fit saw, and True; the whole series and False when nothing is marked as held out."""
+    test = series[series["part"] == "test"]
+    return (series, False) if test.empty else (test, True)
 
 
 def regime_rows(series: pd.DataFrame) -> tuple[pd.DataFrame, bool]:

@@ -1,10 +1,7 @@
 """The main job: from logs and a vehicle to findings, scores and the story of the falling error."""
 
-import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -12,24 +9,21 @@ import pandas as pd
 from ..discovery.add import add_effects
 from ..discovery.discover import Discovery, DiscoverySettings, find_missing
 from ..discovery.findings import Findings
-from ..physics.errors import RequestError
 from ..physics.frames import AXES, FORCE_UNITS
-from ..physics.vehicle import Vehicle, load_vehicle
-from ..residuals.foreign import is_function_name, load_function
-from ..residuals.model_files import load_network
-from ..residuals.models import Model, VehicleModel
-from ..residuals.neural import SETTINGS, WEIGHTS, is_network_folder
-from ..residuals.onnx_model import load_onnx
-from .assess import audit_along, comparison, score_step, series
+from ..residuals.models import VehicleModel
+from ..residuals.scores import evaluate
+from .assess import score_step, series
 from .audit import Audit
-from .inputs import Inputs, PathLike
+from .comparison import comparison, judge, reference_models
+from .inputs import Inputs
+from .models import CORRECTED
 
 Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A finished main job, before it is written; `audit` is of the corrected model."""
+    """A finished main job, before it is written; `audit` is of the corrected model, `verb` what asked for the run."""
 
     inputs: Inputs
     discovery: Discovery
@@ -38,6 +32,7 @@ class Run:
     series: pd.DataFrame
     settings: DiscoverySettings
     audit: Audit
+    verb: tuple[str, ...] = ("discover",)
 
 
 def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:
@@ -76,7 +71,7 @@ def add(
     """
     settings = DiscoverySettings()
     found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
-    return assess(inputs, found, settings, progress)
+    return replace(assess(inputs, found, settings, progress), verb=("add", *effects))
 
 
 def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
@@ -85,15 +80,19 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         progress("scoring every step on held-out data")
     models = _models(found)
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
+    errors = [evaluate(model, inputs.parts.judged) for model in models]
     steps = tuple(
-        {"added": None if label is None else label.split("[")[0], **score_step(model, inputs.parts.judged)}
-        for (label, _), model in zip(found.steps, models, strict=True)
+        {"added": None if label is None else label.split("[")[0], **score_step(error)}
+        for (label, _), error in zip(found.steps, errors, strict=True)
     )
-    ends = [models[0], models[-1]] if len(models) > 1 else [models[0], _renamed(models[0])]
     if progress is not None:
-        progress("judging both models by the laws of a hull")
-    audits = [audit_along(model, inputs.parts) for model in ends]
-    judged = comparison(ends, audits, inputs.parts, inputs.paths, table)
+        progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
+    corrected = models[-1] if len(models) > 1 else _renamed(models[0])
+    known = {models[0].name: errors[0], corrected.name: errors[-1]}
+    every, notes = reference_models(inputs, [corrected])
+    judged = [judge(model, inputs.parts, known.get(model.name)) for model in every]
+    audit = next(each.audit for each in judged if each.audit is not None and each.model is corrected)
+    compared = comparison(judged, inputs, table, notes=notes)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
     data = {
         "rows": sum(part.rows for part in weak),
@@ -105,10 +104,10 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     findings = replace(
         found.findings,
         steps=steps,
-        failures=tuple(place for place in judged["failures"] if place["model"] == models[0].name),
+        failures=tuple(place for place in compared["failures"] if place["model"] == models[0].name),
         data=data,
     )
-    return Run(inputs, found, findings, judged, table, settings, audits[-1])
+    return Run(inputs, found, findings, compared, table, settings, audit)
 
 
 def _unexplained(found: Discovery) -> dict[str, dict[str, Any]]:
@@ -136,103 +135,10 @@ def _models(found: Discovery) -> list[VehicleModel]:
     models = [VehicleModel(found.nominal, "nominal", "physics")]
     for k, (label, vehicle) in enumerate(found.steps[1:], start=1):
         fitted = len(terms) + len(found.findings.unnamed) + len(found.findings.calibrated)
-        name, size = ("corrected", fitted) if k == last else (f"+ {label}", 0)
+        name, size = (CORRECTED, fitted) if k == last else (f"+ {label}", 0)
         models.append(VehicleModel(vehicle, name, "symbolic", parameters=size))
     return models
 
 
 def _renamed(model: VehicleModel) -> VehicleModel:
-    return VehicleModel(model.vehicle, "corrected", "symbolic")
-
-
-def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
-    """Models against measurements: the nominal vehicle and any others, on the same rows.
-
-    Parameters
-    ----------
-    inputs : logs and nominal vehicle, with the part to judge on
-    models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
-
-    Returns
-    -------
-    dict
-        As `comparison.json`.
-
-    Raises
-    ------
-    RequestError, VehicleError
-        when a model cannot be read, takes other commands than the nominal vehicle, is given twice, or is a network
-        that was trained at another rate than that of the comparison, 10 Hz.
-    """
-    found: list[Model] = [VehicleModel(inputs.vehicle, "nominal", "physics")]
-    paths = [os.fspath(path) for path in models]
-    for path in paths:
-        if paths.count(path) > 1:
-            raise RequestError(f"model {path} is given twice; give it once")
-        found.append(_comparable(path, inputs, [model.name for model in found]))
-    table = series(found[0], found[-1], inputs.parts, inputs.channels)
-    audits = [audit_along(model, inputs.parts) for model in found]
-    return comparison(found, audits, inputs.parts, inputs.paths, table)
-
-
-def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:
-    """A model that takes the commands that the logs were prepared for, under a name of its own."""
-    model = load_model(path, inputs.vehicle)
-    if model.name in taken:
-        model.name = path
-    check_commands(model, inputs)
-    return model
-
-
-def check_commands(model: Model, inputs: Inputs) -> None:
-    """Check that a model takes the commands that the logs were prepared for.
-
-    Raises
-    ------
-    RequestError
-        when it takes others.
-    """
-    commands = tuple(thruster.channel for thruster in model.vehicle.thrusters)
-    if commands != inputs.channels:
-        raise RequestError(
-            f"model {model.name}: expected the commands of the nominal vehicle, {' '.join(inputs.channels)}, got "
-            f"{' '.join(commands)}; give a model with the same thrusters"
-        )
-
-
-def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
-    """A model from a vehicle file, a run folder, the folder of a trained network, an ONNX file or a Python function.
-
-    Parameters
-    ----------
-    path : of the file or folder, after which the model is named; or `package.module:function`, which is imported
-    vehicle : of a model that carries none (ONNX file, function): its mass, thrusters and water
-
-    Raises
-    ------
-    RequestError, VehicleError
-        when there is none, a network is given and torch is missing, or a foreign model without a vehicle.
-    """
-    source, text = Path(path), os.fspath(path)
-    if source.suffix == ".onnx" or (is_function_name(text) and not source.exists()):
-        if vehicle is None:
-            raise RequestError(f"model {text}: it carries no mass and no thrusters; give --vehicle V")
-        return load_onnx(source, vehicle) if source.suffix == ".onnx" else load_function(text, vehicle)
-    if is_network_folder(source):
-        return load_network(source)
-    if source.is_file() and source.name in (SETTINGS, WEIGHTS) and is_network_folder(source.parent):
-        raise RequestError(f"{source} is a part of a network; give its folder, {source.parent}")
-    if source.is_dir():
-        if not (source / "model.yaml").is_file():
-            raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
-        return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic", _fitted(source))
-    return VehicleModel(load_vehicle(path), source.stem, "physics")
-
-
-def _fitted(run: Path) -> int:
-    """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
-    try:
-        models = json.loads((run / "comparison.json").read_text("utf-8"))["models"]
-        return int(models[-1]["parameters"])
-    except (OSError, ValueError, KeyError, IndexError, TypeError):
-        return 0
+    return VehicleModel(model.vehicle, CORRECTED, "symbolic")

@@ -41,6 +41,8 @@ class RunFolder:
         One of each log, as in `inspection.json`; none where that was not written.
     audit : dict
         As in `audit.json`; empty where that was not written.
+    record : dict
+        As in `run.json`, what the run was made from; empty where that was not written.
     digests : dict
         The first 12 hexadecimal digits of each file's SHA-256.
     """
@@ -53,6 +55,7 @@ class RunFolder:
     series: pd.DataFrame
     inspections: list[dict[str, Any]]
     audit: dict[str, Any]
+    record: dict[str, Any]
     digests: dict[str, str]
 
 
@@ -88,6 +91,11 @@ def read_run(folder: Path) -> RunFolder:
     if (folder / "audit.json").exists():
         audit = _json(text("audit.json"), "audit", folder / "audit.json")
         _check_records(audit, "laws", ("law", "verdict"), folder / "audit.json")
+    record: dict[str, Any] = {}
+    if (folder / "run.json").exists():
+        record = _json(text("run.json"), "run", folder / "run.json")
+        _check_records({"log_sha256": [], **record}, "log_sha256", (), folder / "run.json")
+        _check_objects(record, ("versions",), folder / "run.json")
     _check_findings(findings, folder / "findings.json")
     _check_comparison(comparison, folder / "comparison.json")
     _check_inspections(inspections, folder / "inspection.json")
@@ -100,6 +108,7 @@ def read_run(folder: Path) -> RunFolder:
         series=_series(text("series.csv"), folder / "series.csv"),
         inspections=inspections["logs"],
         audit=audit,
+        record=record,
         digests=digests,
     )
 
@@ -131,22 +140,24 @@ def _check_findings(findings: Mapping[str, Any], path: Path) -> None:
         raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
     for step in findings["steps"]:
         _check_errors(step["acceleration_rmse"], step["rollout_rmse"], path)
-    for key in ("data", "criterion"):
-        if not isinstance(findings.get(key, {}), dict):
-            raise RequestError(f"{path}: expected an object under {key!r}, got {findings[key]!r}; {REMEDY}")
+    _check_objects(findings, ("data", "criterion", "identifiability"), path)
     if not isinstance(findings.get("missing"), list):
         raise RequestError(f"{path}: expected a list under 'missing', got {findings.get('missing')!r}; {REMEDY}")
 
 
 def _check_comparison(comparison: Mapping[str, Any], path: Path) -> None:
     _check_records(comparison, "models", ("name",), path)
-    _check_records({"failures": [], **comparison}, "failures", (), path)
+    for key in ("failures", "differences"):
+        _check_records({key: [], **comparison}, key, (), path)
+    _check_objects(comparison, ("best",), path)
     if not isinstance(comparison.get("logs", []), list):
         raise RequestError(f"{path}: expected a list under 'logs', got {comparison['logs']!r}; {REMEDY}")
     for model in comparison["models"]:
         acceleration = model.get("acceleration", {})
         rmse = acceleration.get("rmse", {}) if isinstance(acceleration, dict) else acceleration
         _check_errors(rmse, model.get("rollout", {}), path)
+        _check_records({"laws": [], **model}, "laws", ("law", "verdict"), path)
+        _check_objects(model, ("domain",), path)
 
 
 def _check_inspections(inspections: Mapping[str, Any], path: Path) -> None:
@@ -158,6 +169,13 @@ def _check_inspections(inspections: Mapping[str, Any], path: Path) -> None:
             if not isinstance(log.get(key) or {}, dict):
                 raise RequestError(f"{path}: expected an object or null under {key!r}, got {log[key]!r}; {REMEDY}")
         _check_records({"segments": [], **(log.get("plan") or {})}, "segments", (), path)
+
+
+def _check_objects(content: Mapping[str, Any], keys: tuple[str, ...], path: Path) -> None:
+    """What is optional may be missing or null, but nothing else than an object."""
+    for key in keys:
+        if content.get(key) is not None and not isinstance(content[key], dict):
+            raise RequestError(f"{path}: expected an object under {key!r}, got {content[key]!r}; {REMEDY}")
 
 
 def _check_errors(acceleration: Any, rollout: Any, path: Path) -> None:

@@ -4,12 +4,17 @@ LIGHT = """
   --paper: #f6f7f8; --card: #ffffff; --ink: #1b2329; --muted: #5d6a75; --grid: #dfe4e8; --surface: #ffffff;
   --measured: #b3bec7; --before: #d55e00; --after: #0072b2; --between: #a9bccb;
   --tint: #eaf3f9; --line: #dfe4e8;
+  --heat1: #d3dbe2; --heat2: #f3c987; --heat3: #f0a04b; --heat4: #d96c1e; --heat5: #a53f0f; --heat6: #5f1f09;
 """
 DARK = """
   --paper: #12171c; --card: #1a2127; --ink: #e6ebef; --muted: #9aa8b4; --grid: #313c46; --surface: #1a2127;
   --measured: #6b7986; --before: #ee7f2d; --after: #56b4e9; --between: #4f6779;
   --tint: #1d2f3c; --line: #2d3842;
+  --heat1: #3d4954; --heat2: #75502f; --heat3: #ad6524; --heat4: #e08a35; --heat5: #f8bd77; --heat6: #fff1d6;
 """
+HEAT_KEY = "\n".join(
+    f".key .heat{step} i {{ background: var(--heat{step}); height: {2 + step}px; }}" for step in range(1, 7)
+)
 CSS = f"""
 :root {{
   color-scheme: light dark;
@@ -26,10 +31,12 @@ h1 {{ font-size: clamp(1.5rem, 4vw, 2.15rem); line-height: 1.2; margin: .3em 0 .
 h1 {{ letter-spacing: -.015em; text-wrap: balance; }}
 h2 {{ font-size: 1.35rem; letter-spacing: -.01em; margin: 2.6em 0 .7em; }}
 h3 {{ font-size: 1.05rem; margin: 0 0 .3em; }}
+p, li, summary, h1, h2, h3, figcaption {{ overflow-wrap: break-word; }}
 p {{ margin: .4em 0; max-width: 46em; }}
 ul {{ padding-left: 1.2em; margin: .4em 0; }}
 li {{ margin: .3em 0; max-width: 48em; }}
 code {{ font-family: var(--mono); font-size: .88em; overflow-wrap: anywhere; }}
+a {{ color: var(--after); }}
 summary {{ cursor: pointer; color: var(--muted); margin: 10px 0; }}
 .brand {{ color: var(--muted); font-size: .88rem; display: flex; gap: .6em; align-items: center; }}
 .brand svg {{ width: 32px; flex: none; }}
@@ -54,6 +61,7 @@ summary {{ cursor: pointer; color: var(--muted); margin: 10px 0; }}
 .key .measured i {{ background: var(--measured); height: 7px; border-radius: 4px; }}
 .key .before i {{ background: var(--before); }}
 .key .after i {{ background: var(--after); }}
+{HEAT_KEY}
 figure {{ break-inside: avoid; }}
 figcaption {{ color: var(--muted); font-size: .9rem; margin-top: 10px; max-width: 56em; }}
 svg {{ display: block; width: 100%; height: auto; overflow: visible; }}
@@ -61,29 +69,56 @@ svg {{ display: block; width: 100%; height: auto; overflow: visible; }}
 .plots.steps + .plots {{ margin-top: 8px; }}
 .side {{ align-self: center; color: var(--muted); font-size: .92rem; padding-right: 18%; text-align: right; }}
 .side b {{ color: var(--ink); font-size: 1.05rem; }}
+.plots.trio {{ display: grid; gap: 14px 22px; }}
+.plots.trio {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 270px), 1fr)); }}
+.plots.trio svg {{ max-width: 400px; }}
 .plots.pair {{ display: grid; gap: 18px 32px; }}
 .plots.pair {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); }}
 .plots.pair svg {{ max-width: 560px; }}
 .plots.wide {{ overflow-x: auto; }}
 .plots.wide svg {{ min-width: 620px; }}
+.plots.one svg {{ max-width: 560px; }}
+figure.card:has(> .plots.one) {{ display: grid; gap: 8px 24px; align-items: center; }}
+figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 300px), 1fr)); }}
+.plots.three {{ display: grid; gap: 14px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 260px), 1fr)); }}
+.plots.three svg {{ max-width: 400px; }}
 .columns {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); gap: 14px; }}
 .columns {{ margin: 14px 0; }}
 .columns > .card {{ margin: 0; min-width: 0; }}
+.scroll + h3, .facts + h3 {{ margin-top: 1.6em; }}
 .effect {{ border-left: 5px solid var(--after); }}
 .equation {{
   display: inline-block; font-family: var(--mono); font-size: .95rem; background: var(--tint); border-radius: 7px;
   padding: 5px 11px; margin: 5px 0; overflow-wrap: anywhere;
 }}
+.balance {{ display: flex; flex-wrap: wrap; align-items: first baseline; gap: 8px 6px; margin: 4px 0 20px; }}
+.term {{ display: inline-flex; flex-direction: column; align-items: center; padding: 3px 2px; border-radius: 7px; }}
+.term > math {{ font-size: 1.28rem; line-height: 1.5; white-space: nowrap; }}
+.term small {{ font-size: .74rem; color: var(--muted); white-space: nowrap; }}
+.term.new {{ background: var(--tint); padding: 3px 8px; box-shadow: inset 0 -2.5px var(--after); }}
+.term.new > math {{ color: var(--after); }}
+.term.new small {{ color: var(--ink); }}
+.verdict {{ font-size: 1.1rem; }}
+.mark {{ color: var(--muted); font-weight: 700; }}
+.mark.better, b.pass {{ color: var(--after); }}
+.mark.worse, b.fail {{ color: var(--before); }}
+b.noted {{ color: var(--muted); }}
+.told {{ font-size: .92rem; margin: 10px 0 0; }}
+.told dt {{ font-weight: 600; margin-top: .5em; }}
+.told dd {{ margin: 0 0 0 1em; max-width: 52em; }}
 .facts {{ color: var(--muted); font-size: .92rem; }}
 .warn {{ border-left: 3px solid var(--before); padding-left: 10px; font-size: .92rem; }}
 .scroll {{ overflow-x: auto; }}
 table {{ border-collapse: collapse; min-width: min(100%, 36rem); font-size: .9rem; }}
+td.text small {{ display: block; color: var(--muted); }}
 table {{ font-variant-numeric: tabular-nums; }}
 caption {{ text-align: left; color: var(--muted); padding: 4px 0 8px; }}
 th {{ font-weight: 600; color: var(--muted); font-size: .82rem; vertical-align: bottom; }}
-th, td {{ padding: 6px 9px; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }}
+th, td {{ padding: 6px 9px; border-bottom: 1px solid var(--line); text-align: right; }}
+td {{ white-space: nowrap; }}
 th:first-child, td:first-child {{ padding-left: 0; }}
 th.text, td.text {{ text-align: left; white-space: normal; }}
+.wordy table {{ min-width: min(58rem, max(100%, 46rem)); }}
 td div {{ white-space: nowrap; }}
 tbody tr:last-child td {{ border-bottom: 0; }}
 .tag {{
@@ -100,11 +135,16 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   .plots.steps {{ grid-template-columns: 1fr 1fr 1fr; gap: 6px; }}
   .plots.steps > :first-child {{ grid-column: 1 / -1; text-align: left; padding: 0; }}
 }}
+@page {{ size: A4; margin: 14mm 12mm; }}
 @media print {{
   body {{ font-size: 10.5pt; }}
   main {{ max-width: none; padding: 0; }}
-  .card {{ break-inside: avoid; }}
-  h2 {{ break-after: avoid; margin-top: 1.6em; }}
+  .card, .balance, tr {{ break-inside: avoid; }}
+  h2, h3, .key {{ break-after: avoid; }}
+  table, .wordy table {{ min-width: 0; font-size: 8pt; }}
+  td, td div {{ white-space: normal; overflow-wrap: anywhere; }}
+  .term small {{ font-size: 7pt; }}
+  h2 {{ margin-top: 1.6em; }}
   .scroll, .plots.wide {{ overflow: visible; }}
   th, td {{ padding: 3px 6px; }}
 }}

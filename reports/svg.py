@@ -5,8 +5,14 @@ in a placeholder colour and replaced by `var(--role)`, so one drawing reads well
 """
 
 import html
+import io
 import re
 from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
 
 from .markup import Html
 
@@ -19,7 +25,10 @@ ROLES = {
     "before": "#060606",
     "after": "#070707",
     "between": "#080808",
+    # Error from small to large, on maps: steps of lightness, so that they can be told apart without colour.
+    **{f"heat{step}": f"#0{step}0{step}1{step}" for step in range(1, 7)},
 }
+HEAT = tuple(f"heat{step}" for step in range(1, 7))
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "text.parse_math": False,
@@ -47,6 +56,27 @@ STYLE: dict[Any, Any] = {
     "ytick.major.size": 0.0,
     "lines.solid_capstyle": "round",
 }
+
+
+def canvas(width: int, height: int) -> Figure:
+    """A figure whose SVG user unit is one pixel of the page; draw it within `matplotlib.rc_context(STYLE)`."""
+    figure = Figure(figsize=(width / 72.0, height / 72.0), facecolor="none")
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def panel(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
+    """Axes placed in pixels from the upper left corner."""
+    wide, tall = figure.get_size_inches() * 72.0
+    return figure.add_axes((left / wide, 1.0 - (top + height) / tall, width / wide, height / tall))
+
+
+def drawn(figure: Figure, label: str) -> Html:
+    """The figure as part of a page; `label` says what it shows, and keeps its names apart from another figure's."""
+    stream = io.StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": label}):
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    return inline(stream.getvalue(), label)
 
 
 def inline(text: str, label: str) -> Html:

@@ -13,7 +13,7 @@ from ..residuals.model_files import save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
-from .assess import audit_along, scored
+from .comparison import judge, row
 from .inputs import Inputs
 from .run import Say
 from .wording import percent
@@ -166,7 +166,7 @@ def train(
         for stale in (CHECKPOINT, DISTILLATION):
             (target / stale).unlink(missing_ok=True)
     both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)
-    nominal, network = (scored(m, inputs.parts.judged, audit_along(m, inputs.parts).verdict) for m in both)
+    nominal, network = (row(judge(model, inputs.parts)) for model in both)
     return TrainRun(inputs, found, (nominal, network))
 
 

@@ -124,9 +124,32 @@ def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:
     return f"{round(100.0 * value):d}{NARROW}%".replace("-", minus)
 
 
-def typeset(value: Any, digits: int = 3) -> str:
+def typeset(value: Any, digits: int = 3, *, blank: str = "n/a") -> str:
     """A number for the page, with a true minus sign."""
-    return number(value, digits, minus=MINUS)
+    return number(value, digits, minus=MINUS, blank=blank)
+
+
+def goodness(value: Any) -> str:
+    """A coefficient of determination, which never claims to be perfect.
+
+    Examples
+    --------
+    >>> goodness(0.99966).replace(NARROW, " "), goodness(0.654), goodness(-6.63), goodness(None)
+    ('> 0.999', '0.654', '\N{MINUS SIGN}6.63', 'n/a')
+    """
+    return f">{NARROW}0.999" if 0.9995 <= finite(value) < 1.0 else typeset(value)
+
+
+def trimmed(value: Any) -> str:
+    """A coefficient for the page: four significant digits, no trailing zeros.
+
+    Examples
+    --------
+    >>> trimmed(48.5), trimmed(0.295), trimmed(8.0297588)
+    ('48.5', '0.295', '8.03')
+    """
+    text = typeset(value, 4)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
 def interval(ends: Any) -> str:

@@ -11,7 +11,7 @@ from ..physics.motion import Motion
 from ..physics.simulation import Rollouts, rollout
 from ..physics.vehicle import Vehicle
 
-Kind = Literal["physics", "symbolic", "hybrid", "network"]
+Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
 
 
 class Model(ABC):
@@ -20,7 +20,7 @@ class Model(ABC):
     Attributes
     ----------
     name : how tables call it
-    kind : physics, symbolic, hybrid or network
+    kind : physics, symbolic, hybrid, network, or baseline
     parameters : how many numbers were fitted
     seconds_to_fit : time that fitting took [s]
     remembers : whether its acceleration may depend on the motion before

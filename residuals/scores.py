@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 
@@ -53,18 +54,82 @@ def by_axis(values: Array) -> dict[str, float]:
     return {axis: float(value) for axis, value in zip(AXES, values, strict=True)}
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class RolloutErrors:
+    """Squared errors of open-loop rollouts over one horizon, motion by motion.
+
+    Attributes
+    ----------
+    squares : (starts, 4) of each motion, in the order of time: mean square error over a rollout of u, v [m^2/s^2],
+        r [rad^2/s^2] and position [m^2]
+    spacing : time between the starts of each motion [s]
+    diverged : how many rollouts reached `SPEED_LIMIT`
+    """
+
+    squares: tuple[Array, ...]
+    spacing: tuple[float, ...]
+    diverged: int
+
+    @property
+    def score(self) -> RolloutScore:
+        """The root mean square over all starts."""
+        stacked = np.concatenate(self.squares)
+        root = np.sqrt(stacked.mean(axis=0))
+        return RolloutScore(root[:3], float(root[3]), self.diverged, stacked.shape[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Errors:
+    """All errors of a model on a data set, evaluated once; scores and their comparison are taken from them.
+
+    Attributes
+    ----------
+    measured, acceleration : (n, 3) of each motion: measured acceleration, and measured minus modelled [m/s^2, m/s^2,
+        rad/s^2]
+    step : time between the rows of each motion [s]
+    rollouts : by horizon [s]
+    seconds : wall time of the evaluation [s]
+    """
+
+    measured: tuple[Array, ...]
+    acceleration: tuple[Array, ...]
+    step: tuple[float, ...]
+    rollouts: Mapping[str, RolloutErrors]
+    seconds: float
+
+    @property
+    def acceleration_score(self) -> AccelerationScore:
+        """See `acceleration_score`."""
+        return _score(self.measured, self.acceleration)
+
+    @property
+    def rollout_scores(self) -> Mapping[str, RolloutScore]:
+        """See `rollout_scores`."""
+        return {name: found.score for name, found in self.rollouts.items()}
+
+
+def evaluate(model: Model, data: DataSet) -> Errors:
+    """All errors of a model on a data set."""
+    begun = perf_counter()
+    measured, error = acceleration_errors(model, data)
+    rollouts = rollout_errors(model, data)
+    step = tuple(motion.time_step for motion in data.motions)
+    return Errors(measured, error, step, rollouts, perf_counter() - begun)
+
+
+def acceleration_errors(model: Model, data: DataSet) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Measured acceleration, and measured minus modelled, both filtered alike, (n, 3) of each motion."""
+    measured = tuple(accelerations(motion) for motion in data.motions)
+    modelled = (same_filter(model.acceleration(motion), motion, data) for motion in data.motions)
+    return measured, tuple(one - other for one, other in zip(measured, modelled, strict=True))
+
+
 def acceleration_score(model: Model, data: DataSet) -> AccelerationScore:
     """One-step score of a model: measured central differences against the model, both filtered alike.
 
     r2 is 1 - (sum of squared errors) / (sum of squares about the mean), on each axis; NaN with nothing to explain.
     """
-    measured = np.concatenate([accelerations(motion) for motion in data.motions])
-    modelled = np.concatenate([same_filter(model.acceleration(motion), motion, data) for motion in data.motions])
-    error = measured - modelled
-    spread = ((measured - measured.mean(axis=0)) ** 2).sum(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        r2 = np.where(spread > 0, 1.0 - (error**2).sum(axis=0) / spread, np.nan)
-    return AccelerationScore(np.sqrt((error**2).mean(axis=0)), np.abs(error).mean(axis=0), r2)
+    return _score(*acceleration_errors(model, data))
 
 
 def rollout_scores(
@@ -74,16 +139,23 @@ def rollout_scores(
 
     Every start has room for its own horizon; one integration of the longest horizon serves the shorter ones.
     """
-    squares: dict[str, list[Array]] = {}
+    return {name: found.score for name, found in rollout_errors(model, data, horizons, spacing).items()}
+
+
+def rollout_errors(
+    model: Model, data: DataSet, horizons: Sequence[float] = HORIZONS, spacing: float = SPACING
+) -> Mapping[str, RolloutErrors]:
+    """Squared errors of open-loop rollouts by horizon [s]; see `rollout_scores`."""
+    found: dict[str, list[tuple[Array, float]]] = {}
     lost: dict[str, int] = {}
     for motion in data.motions:
         step = motion.time_step
         truth = np.column_stack([motion.position, motion.heading, motion.velocity])
         lengths = {f"{h:g}": round(h / step) for h in horizons if round(h / step) < motion.time.size}
-        if not lengths:
-            continue
         every = max(1, round(spacing / step))
         counted: set[int] = set()
+        begun: dict[str, list[np.ndarray]] = {}
+        squares: dict[str, list[Array]] = {}
         for steps in sorted(set(lengths.values()), reverse=True):
             starts = np.array([s for s in range(0, motion.time.size - steps, every) if s not in counted])
             counted.update(starts.tolist())
@@ -95,13 +167,24 @@ def rollout_scores(
             per_row = np.concatenate([error[..., 3:] ** 2, (error[..., :2] ** 2).sum(axis=-1, keepdims=True)], axis=-1)
             for name, length in lengths.items():
                 if length <= steps:
+                    begun.setdefault(name, []).append(starts)
                     squares.setdefault(name, []).append(per_row[:, 1 : length + 1].mean(axis=1))
                     speeds = np.abs(result.states[:, 1 : length + 1, 3:]).max(axis=(1, 2))
                     lost[name] = lost.get(name, 0) + int((speeds >= SPEED_LIMIT).sum())
-    scores = {}
-    for name in (f"{h:g}" for h in horizons):
-        if name in squares:
-            stacked = np.concatenate(squares[name])
-            root = np.sqrt(stacked.mean(axis=0))
-            scores[name] = RolloutScore(root[:3], float(root[3]), lost[name], stacked.shape[0])
-    return scores
+        for name, parts in squares.items():
+            order = np.argsort(np.concatenate(begun[name]))
+            found.setdefault(name, []).append((np.concatenate(parts)[order], every * step))
+    names = [f"{h:g}" for h in horizons]
+    return {
+        name: RolloutErrors(tuple(x for x, _ in found[name]), tuple(dt for _, dt in found[name]), lost[name])
+        for name in names
+        if name in found
+    }
+
+
+def _score(measured: Sequence[Array], error: Sequence[Array]) -> AccelerationScore:
+    truth, wrong = np.concatenate(measured), np.concatenate(error)
+    spread = ((truth - truth.mean(axis=0)) ** 2).sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r2 = np.where(spread > 0, 1.0 - (wrong**2).sum(axis=0) / spread, np.nan)
+    return AccelerationScore(np.sqrt((wrong**2).mean(axis=0)), np.abs(wrong).mean(axis=0), r2)

@@ -69,7 +69,11 @@ def _judged(
         "unit": unit,
     }
     drifts = abs(slope) > _CLEAR * mean.errors[0] and abs(slope) * span > _MATERIAL * usual
-    grows = abs(grown.values[0]) > _CLEARLY_GROWN * grown.errors[0] and abs(growth) * span > _GROWTH and size > _MATERIAL * usual
+    grows = (
+        abs(grown.values[0]) > _CLEARLY_GROWN * grown.errors[0]
+        and abs(growth) * span > _GROWTH
+        and size > _MATERIAL * usual
+    )
     if drifts:
         sentence = f"the error drifts by {number(slope, 2)} {unit_text(unit)} a minute at equal speeds and commands"
         return found | {"verdict": "drifts", "sentence": sentence}

@@ -170,6 +170,10 @@ def _heading(near: str, far: str) -> Words:
     def words(low: str, high: str) -> str:
         if low and high:
             return f"heading {low} to {high} degrees from {near}"
-        return f"heading within {high} degrees of {near}" if high else f"heading within {180 - float(low):g} degrees of {far}"
+        return (
+            f"heading within {high} degrees of {near}"
+            if high
+            else f"heading within {180 - float(low):g} degrees of {far}"
+        )
 
     return words

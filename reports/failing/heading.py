@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-from ..wording import ACCELERATION_UNITS, AXES, listing, number, unit_text
+from ..wording import ACCELERATION_UNITS, AXES, number, unit_text
 from .evidence import Fitted, fit_beside, static_columns
 from .scene import Array, Scene, shorter
 
@@ -101,7 +101,10 @@ def _judged(fit: Fitted | None, sectors: int, usual: float, axis: int) -> dict[s
     if most <= 2.0 * _MATERIAL * usual:
         bound = f"{number(most, 2)} {unit_text(unit)}"
         return found | {"verdict": _DOES_NOT, "sentence": f"no more than {bound} of the error turns with the heading"}
-    return found | {"verdict": _CANNOT, "sentence": f"this log cannot tell: up to {number(most, 2)} {unit_text(unit)} may"}
+    return found | {
+        "verdict": _CANNOT,
+        "sentence": f"this log cannot tell: up to {number(most, 2)} {unit_text(unit)} may",
+    }
 
 
 def _untold(why: str) -> dict[str, Any]:

@@ -22,9 +22,10 @@ _SUSPECTS = ["thruster_lag", "input_delay"]
 def against_lag(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
     """By how much the boat answers its thrusters after the model, by axis.
 
-    The acceleration that the thrusters give is delayed, or lags (whichever fits better), with its size fixed; what speeds, commands and
-    heading of the moment explain of the remaining error is taken out, so that a missing damping, a wrong thrust or a
-    current is no lag. The lag with the least squares wins; its interval comes from a bootstrap of blocks.
+    The acceleration that the thrusters give is delayed, or lags (whichever fits better), with its size fixed; what
+    speeds, commands and heading of the moment explain of the remaining error is taken out, so that a missing damping, a
+    wrong thrust or a current is no lag. The lag with the least squares wins; its interval comes from a bootstrap of
+    blocks.
 
     Parameters
     ----------
@@ -108,8 +109,8 @@ def _judged(squares: Array, left: Array, lags: Array, stage: Scene, axis: int) -
     if clear:
         return found | {
             "verdict": "late",
-            "sentence": f"the model answers {number(-seconds, 2)} s after the boat: no boat does that; look for channels "
-            "that are out of step",
+            "sentence": f"the model answers {number(-seconds, 2)} s after the boat, which no boat does: "
+            "look for channels that are out of step",
         }
     if high - low > 0.5 or ends:
         return found | {"seconds": None, **_cannot()}

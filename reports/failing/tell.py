@@ -22,7 +22,13 @@ from .segments import segments
 
 
 def where_they_fail(
-    table: pd.DataFrame, before: Model, after: Model | None, parts: Sequence[DataSet], judge: str
+    table: pd.DataFrame,
+    before: Model,
+    after: Model | None,
+    parts: Sequence[DataSet],
+    judge: str,
+    *,
+    link: bool = True,
 ) -> dict[str, list[dict[str, Any]]]:
     """Where the first and the last model of a series fail, in what their errors are alike, and what removes them.
 
@@ -32,6 +38,7 @@ def where_they_fail(
     before, after : the models of its columns; None for no second one
     parts : train, validation and test, from which the table was made
     judge : the part that judges, or "all"; where it is shorter than a minute, the whole log does
+    link : False where what distinguishes the last model is no effect that somebody added
 
     Returns
     -------
@@ -41,18 +48,18 @@ def where_they_fail(
     names = [(before, "before"), *([(after, "after")] if after is not None else [])]
     whole = scene(table, "before")
     along = Along(parts)
-    effects = contributions(before, after, along, whole) if after is not None else None
+    effects = contributions(before, after, along, whole) if after is not None and link else None
     later = np.square(scene(table, "after").error) if after is not None else None
     failures: list[dict[str, Any]] = []
     structure: list[dict[str, Any]] = []
     for model, which in names:
         stage = scene(table[judged], which)
         first = which == "before"
-        link = _Link(whole, judged, effects if first else None, later if first else None)
+        fate = _Fate(whole, judged, effects if first else None, later if first else None)
         for found in worst_places(stage):
             told = {"model": model.name, **found.told(stage), "rows_of": rows_of}
-            failures.append({**told, **link.of(found.place.inside, found.axis)})
-        seconds = [{**one.told(stage), **link.of(one.rows, one.axis)} for one in segments(stage)]
+            failures.append({**told, **fate.of(found.place.inside, found.axis)})
+        seconds = [{**one.told(stage), **fate.of(one.rows, one.axis)} for one in segments(stage)]
         structure.append(
             {
                 "model": model.name,
@@ -76,7 +83,7 @@ def judged_rows(table: pd.DataFrame, judge: str) -> tuple[NDArray[np.bool_], str
     return rows, judge
 
 
-class _Link:
+class _Fate:
     """What becomes of the error of a place: how large it is in the last model, and which effects removed it."""
 
     def __init__(

@@ -1,0 +1,117 @@
+"""Which model to trust: the simplest that no other beats by more than chance, among those that keep the laws."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.frames import Array
+from ..residuals.models import Model
+from ..residuals.paired import Difference, paired_ratio
+from ..residuals.scores import Errors
+from .audit import Audit
+from .differences import rolled, rows_of, squares
+from .wording import listing, percent
+
+BASELINE = "baseline"
+_AXES = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Contender:
+    """A model, its squared errors (n, 3) in what decides, rows of a block, and the laws that it breaks."""
+
+    model: Model
+    squares: Array
+    shortest: int
+    broken: str
+
+    @property
+    def name(self) -> str:
+        return self.model.name
+
+    @property
+    def score(self) -> float:
+        """Mean logarithm of the error over the axes."""
+        return float(np.log(np.maximum(self.squares.mean(axis=0), 1e-24)).mean())
+
+    def against(self, other: "_Contender") -> Difference:
+        return paired_ratio(self.squares, other.squares, self.shortest)
+
+    def beats(self, other: "_Contender") -> bool:
+        return self.against(other).verdict == "better"
+
+
+def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]:
+    """The model to trust and why, in at most two sentences.
+
+    What decides is the longest rollout that the judged rows can decide, over surge, sway and yaw together, or the
+    acceleration where they can decide none. Of models that differ by chance only the simplest is named, and none that
+    breaks a law where another keeps them all.
+    """
+    what, shortest, table = _what_decides(models)
+    field = [
+        _Contender(model, table[k], shortest, "" if audit is None else listing([r.law for r in audit.violations]))
+        for k, (model, _, audit) in enumerate(models)
+    ]
+    named = [c for c in field if c.model.kind != BASELINE]
+    lawful = [c for c in named if not c.broken]
+    if not what:
+        chosen = min(lawful or named, key=lambda c: c.score)
+        doubt = f", though it breaks {chosen.broken}" if chosen.broken else ""
+        sentence = (
+            f"The judged rows are too few to tell models apart: {chosen.name} has the smallest errors{doubt}, and that "
+            "may be chance."
+        )
+        return {"model": chosen.name, "sentence": sentence}
+    chosen = _simplest(lawful or named)
+    still = [c for c in field if c.model.kind == BASELINE and not chosen.beats(c)]
+    if still:
+        name = min(still, key=lambda c: c.score).name
+        sentence = f"Trust none of the models on these rows: in {what} none is better than {name} by more than chance."
+        return {"model": name, "sentence": sentence}
+    others = [c for c in named if c is not chosen]
+    told = [_why(chosen, named[0], what), _and_the_others(chosen, others, what)]
+    return {"model": chosen.name, "sentence": " ".join(filter(None, told))}
+
+
+def _what_decides(models: Sequence[tuple[Model, Errors, Audit | None]]) -> tuple[str, int, list[Array]]:
+    """What is compared, in words, empty where the rows are too few for anything; rows of a block; squared errors."""
+    every = [errors for _, errors, _ in models]
+    for horizon in sorted(every[0].rollouts, key=float, reverse=True):
+        table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
+        shortest = rows_of(every[0], horizon)
+        if len(table) > 1 and paired_ratio(table[1], table[0], shortest).ci95 is not None:
+            return f"predictions over {horizon} s", shortest, table
+    table = [squares(errors) for errors in every]
+    enough = len(table) > 1 and paired_ratio(table[1], table[0]).ci95 is not None
+    return "acceleration" if enough else "", 1, table
+
+
+def _simplest(field: Sequence[_Contender]) -> _Contender:
+    """The model with the fewest fitted numbers that the one with the smallest error does not beat."""
+    front = min(field, key=lambda c: c.score)
+    return min((c for c in field if not front.beats(c)), key=lambda c: c.model.parameters)
+
+
+def _why(chosen: _Contender, first: _Contender, what: str) -> str:
+    laws = f"breaks {chosen.broken}, and no model here keeps all laws" if chosen.broken else "keeps the laws of a hull"
+    if chosen is first:
+        return f"Trust {chosen.name}: it {laws}, and in {what} none that does is better by more than chance."
+    if chosen.beats(first):
+        share = percent(-chosen.against(first).relative)
+        return f"Trust {chosen.name}: in {what} it errs {share} less than {first.name} does, and it {laws}."
+    less = "errs less" if first.beats(chosen) else "is no better by more than chance"
+    return f"Trust {chosen.name}: it {laws}, which {first.name} does not, though in {what} that {less}."
+
+
+def _and_the_others(chosen: _Contender, others: Sequence[_Contender], what: str) -> str:
+    """What a reader would ask next: whether a model that breaks a law errs less, or which ones are as good."""
+    tempting = [c for c in others if c.broken and not chosen.broken and c.beats(chosen)]
+    if tempting:
+        told = [f"{c.name} errs {percent(-c.against(chosen).relative)} less but breaks {c.broken}" for c in tempting]
+        return f"{'; '.join(told)}."
+    level = [c.name for c in others if not chosen.beats(c) and not c.beats(chosen)]
+    if level:
+        return f"These rows cannot tell {listing(level)} from it."
+    return ""

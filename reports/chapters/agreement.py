@@ -1,0 +1,81 @@
+"""Measured against predicted: motion over time and from above, accelerations as scatter, their errors as histograms."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..figures import speeds, track
+from ..figures_agreement import histogram, scatter
+from ..markup import Html, element, figure, render
+from ..plotted import held_out_rows, held_out_stretch
+from ..run_folder import RunFolder
+from ..sections import legend
+from ..wording import ACCELERATION_UNITS, AXES, finite, goodness, typeset, unit_text
+
+ARROW = "\N{RIGHTWARDS ARROW}"
+
+
+def agreement(run: RunFolder) -> Html:
+    """Speeds over time and the track, then the accelerations of all held-out rows."""
+    stretch = held_out_stretch(run.series)
+    seconds = stretch["time"].iloc[-1] - stretch["time"].iloc[0]
+    over_time = figure(
+        [speeds(stretch)],
+        f"{typeset(float(seconds), 2)} s of motion that the fit never saw. At each dotted line the predictions start "
+        "again from the measured state and then run open loop: the farther a coloured line strays before the next one, "
+        "the worse the model. Lines that leave the frame go on outside it.",
+        cls="wide",
+    )
+    from_above = figure(
+        [track(stretch)],
+        "The same motion from above. Every branch that leaves the measured track is one prediction; circles mark "
+        "the starts.",
+        cls="one",
+    )
+    return render(
+        element("h2", "Measured against predicted"), legend(), over_time, from_above, legend(MODELS), *_pointwise(run)
+    )
+
+
+MODELS = ("before", "after")
+
+
+def _pointwise(run: RunFolder) -> list[Html]:
+    """The scatter and the histogram of each axis, on the held-out rows."""
+    rows, held_out = held_out_rows(run.series)
+    source = "held-out rows" if held_out else "rows of the log (none is held out)"
+    drawings, outside = [], 0
+    for axis in AXES:
+        drawing, beyond = scatter(rows, axis, _title(run.comparison, axis, "r2", "R²", ""))
+        drawings.append(drawing)
+        outside += beyond
+    left_out = f" {outside} predictions lie outside the frames." if outside else ""
+    scattered = figure(
+        drawings,
+        f"Accelerations of all {source}, along the measured motion: a point on the dashed line is predicted exactly, "
+        f"and a cloud that lies flat or turned against the line is a model with wrong physics.{left_out}",
+        cls="three",
+    )
+    bars = [
+        histogram(rows, axis, _title(run.comparison, axis, "rmse", "rms", unit_text(ACCELERATION_UNITS[axis])))
+        for axis in AXES
+    ]
+    errors = figure(
+        bars,
+        "How often a prediction errs by how much. A narrow hill at zero is a good model, a hill beside zero is a bias, "
+        "and a wide or double hill is physics that depends on the motion and is not in the model. The outermost bars "
+        "also hold what lies beyond them.",
+        cls="three",
+    )
+    return [scattered, errors]
+
+
+def _title(comparison: Mapping[str, Any], axis: str, key: str, name: str, unit: str) -> str:
+    """The axis, and the figure of the nominal and the corrected model as the comparison has it."""
+    values = [
+        finite(((model.get("acceleration") or {}).get(key) or {}).get(axis))
+        for wanted in ("nominal", "corrected")
+        for model in comparison["models"]
+        if model["name"] == wanted
+    ]
+    known = [goodness(value) if key == "r2" else typeset(value, 2) for value in values if value == value]
+    return f"{axis}   {name} {f' {ARROW} '.join(known)} {unit}".rstrip() if known else axis

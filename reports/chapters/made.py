@@ -1,0 +1,43 @@
+"""How the page was made: demands on an effect, versions, command, and digests of what it was made from."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..context import bullets, plain
+from ..markup import Html, element, render, table
+from ..run_folder import RunFolder
+from ..wording import words
+
+STORY = (
+    "The measured force is compared with the force of the nominal model. Every effect of the catalogue competes to "
+    "explain the difference, effects are selected together, and each must lower the error on data it was not fitted "
+    "to. This page is made only from the files below."
+)
+
+
+def made(run: RunFolder) -> Html:
+    """What was demanded of an effect, how to make the run again, and the files with their digests."""
+    criterion = run.findings.get("criterion") or {}
+    demands = [f"{words(str(name))}: {plain(value)}" for name, value in criterion.items()]
+    record: Mapping[str, Any] = run.record
+    facts: list[tuple[str, Html]] = []
+    if record.get("command"):
+        facts.append(("made again by", element("code", str(record["command"]))))
+    if "seed" in record:
+        facts.append(("seed", render(plain(record["seed"]))))
+    versions = record.get("versions") or {}
+    if versions:
+        facts.append(("versions", render(", ".join(f"{name} {number}" for name, number in versions.items()))))
+    logs = [
+        (element("code", str(item.get("path"))), element("code", str(item.get("sha256") or "not there any more")))
+        for item in record.get("log_sha256") or []
+    ]
+    files = [(element("code", name), element("code", digest)) for name, digest in sorted(run.digests.items())]
+    parts = [element("p", STORY)]
+    parts += [table(("", ""), facts, "ll")] * bool(facts)
+    parts += [table(("log", "SHA-256"), logs, "ll")] * bool(logs)
+    if demands:
+        parts += [element("p", element("b", "Demanded of an effect")), *bullets(demands)]
+    summary = element("summary", "files and the start of their SHA-256")
+    parts.append(element("details", summary, table(("file", "digest"), files, "ll")))
+    return render(element("h2", "How this was made"), element("footer", *parts, cls="card"))

@@ -1,0 +1,85 @@
+"""The verb `compare`, and a run compared with more models: everything on the same held-out rows."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..physics.errors import RequestError
+from ..physics.vehicle import load_vehicle
+from ..residuals.models import Model, VehicleModel
+from .assess import series
+from .comparison import BASELINE, comparison, judge, reference_models
+from .folder import read_run_inputs
+from .inputs import Inputs, PathLike, read_inputs
+from .models import CORRECTED, check_commands, fitted_numbers, load_model
+
+
+def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
+    """Models against measurements: nominal, calibrated, two baselines and any others, on the same rows.
+
+    Parameters
+    ----------
+    inputs : logs and nominal vehicle, with the part to judge on
+    models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
+
+    Returns
+    -------
+    dict
+        As `comparison.json`, with wall times.
+
+    Raises
+    ------
+    RequestError, VehicleError
+        when a model cannot be read, takes other commands than the nominal vehicle, is given twice, or is a network
+        that was trained at another rate than that of the comparison, 10 Hz.
+    """
+    return _compared(inputs, (), models)
+
+
+def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any]:
+    """The models of a run folder and any others, on the rows that the run was judged on; its logs are read again.
+
+    Parameters
+    ----------
+    run : the run folder
+    models : see `compare`
+
+    Returns
+    -------
+    dict
+        As `comparison.json`, with wall times.
+
+    Raises
+    ------
+    RequestError, VehicleError, LogError
+        when the folder is no run folder or its logs are gone, and as `compare` does.
+    """
+    folder = Path(run)
+    record = read_run_inputs(folder)
+    inputs = read_inputs(record.logs, record.vehicle, frame=record.frame, channel_map=record.channel_map)
+    corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", fitted_numbers(folder))
+    return _compared(inputs, (corrected,), models)
+
+
+def _compared(inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike]) -> dict[str, Any]:
+    given = [os.fspath(path) for path in paths]
+    for path in given:
+        if given.count(path) > 1:
+            raise RequestError(f"model {path} is given twice; give it once")
+    found, notes = reference_models(inputs, middle)
+    for path in given:
+        found.append(_comparable(path, inputs, [model.name for model in found]))
+    named = [model for model in found if model.kind != BASELINE]
+    table = series(named[0], named[-1], inputs.parts, inputs.channels)
+    judged = [judge(model, inputs.parts) for model in found]
+    return comparison(judged, inputs, table, timed=True, notes=notes)
+
+
+def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:
+    """A model that takes the commands that the logs were prepared for, under a name of its own."""
+    model = load_model(path, inputs.vehicle)
+    if model.name in taken:
+        model.name = path
+    check_commands(model, inputs)
+    return model

@@ -1,0 +1,171 @@
+"""All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..discovery.calibrate import calibrate_once
+from ..measurements.split import PARTS
+from ..physics.errors import RequestError
+from ..physics.frames import AXES
+from ..residuals.baselines import baselines
+from ..residuals.domain import known_to, spanned
+from ..residuals.models import Model, VehicleModel
+from ..residuals.scores import Errors, evaluate
+from .assess import Parts, audit_along
+from .audit import Audit
+from .best import best
+from .differences import differences
+from .failing.tell import where_they_fail
+from .inputs import Inputs
+from .models import CORRECTED
+from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS, percent
+
+COMPARISON_SCHEMA = "undertow.comparison/1"
+NOMINAL, CALIBRATED = "nominal", "calibrated"
+BASELINE = "baseline"
+_FAR_OUT = 0.05
+"""Share of the judged rows far from what a network was trained on that is worth a sentence."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A model, its errors on the judged rows, and what the laws say of it; baselines are not asked."""
+
+    model: Model
+    errors: Errors
+    audit: Audit | None
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.model.name
+
+    @property
+    def verdict(self) -> str:
+        """What the laws say, in a word."""
+        return "not run" if self.audit is None else self.audit.verdict
+
+
+def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:
+    """Evaluate a model on the judged rows, if it was not yet, and judge it by the laws along all parts of the logs."""
+    found = evaluate(model, parts.judged) if errors is None else errors
+    return Judged(model, found, None if model.kind == BASELINE else audit_along(model, parts))
+
+
+def calibrated_model(inputs: Inputs) -> tuple[list[Model], list[str]]:
+    """The nominal model with its own parameters fitted, on nothing that is judged; or none, and a sentence why.
+
+    Where all rows are judged there are no others to fit to, and a sentence says so.
+    """
+    judged, split = inputs.parts.judge, inputs.weak
+    motions = inputs.fitting if judged != "validation" else split.train.motions
+    notes = []
+    if judged in ("train", "all"):
+        notes = [f"{CALIBRATED} was fitted to rows that are judged here, so its errors are too small"]
+    begun = perf_counter()
+    try:
+        vehicle, symbols = calibrate_once(motions, inputs.vehicle)
+    except RequestError as error:
+        return [], [f"there is no {CALIBRATED} model: {str(error).removeprefix('fit: ')}"]
+    return [VehicleModel(vehicle, CALIBRATED, "physics", len(symbols), perf_counter() - begun)], notes
+
+
+def reference_models(inputs: Inputs, middle: Sequence[Model] = ()) -> tuple[list[Model], list[str]]:
+    """The models that are always compared: nominal, calibrated, those of a run (`middle`), and the baselines."""
+    known, notes = calibrated_model(inputs)
+    nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
+    return [nominal, *known, *middle, *baselines(inputs.vehicle)], notes
+
+
+def comparison(
+    judged: Sequence[Judged],
+    inputs: Inputs,
+    table: pd.DataFrame,
+    *,
+    timed: bool = False,
+    notes: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Every model on the same rows, as `comparison.json` says it.
+
+    Parameters
+    ----------
+    judged : the nominal model first
+    table : the series of the first and the last model that is no baseline
+    timed : True to tell wall times; equal inputs do not give equal files then
+    notes : sentences on how the models came to be
+    """
+    parts = inputs.parts
+    inside = spanned(inputs.vehicle, parts.split.train.motions).inside(parts.judged.motions)
+    named = [found.model for found in judged if found.model.kind != BASELINE]
+    last = named[-1] if len(named) > 1 else None
+    data = [parts.data(part) for part in PARTS]
+    # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
+    failing = where_they_fail(table, named[0], last, data, parts.judge, link=named[-1].name != CALIBRATED)
+    apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
+    return {
+        "schema": COMPARISON_SCHEMA,
+        "split": parts.judge,
+        "logs": list(inputs.paths),
+        "best": best([(found.model, found.errors, found.audit) for found in judged]),
+        "models": [row(found, inside, timed=timed) for found in judged],
+        "differences": apart,
+        **failing,
+        "notes": [*notes, *_far_out(judged, parts)],
+    }
+
+
+def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False) -> dict[str, Any]:
+    """A row of `comparison.json`: a model's errors, and what the laws say of it.
+
+    Parameters
+    ----------
+    inside : which of the judged rows lie in the domain of the training part
+    timed : True to tell wall times; null stands for those that nobody took
+    """
+    model, errors = found.model, found.errors
+    known = model.seconds_to_fit > 0.0 or model.parameters == 0
+    return {
+        "name": model.name,
+        "kind": model.kind,
+        "acceleration": errors.acceleration_score.to_dict(),
+        "rollout": {name: score.to_dict() for name, score in errors.rollout_scores.items()},
+        "units": {"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
+        "domain": None if inside is None else _by_domain(np.concatenate(errors.acceleration), inside),
+        "audit": found.verdict,
+        "laws": [] if found.audit is None else found.audit.to_dict()["laws"],
+        "parameters": model.parameters,
+        "seconds_to_fit": model.seconds_to_fit if timed and known else None,
+        "seconds_to_evaluate": errors.seconds if timed else None,
+    }
+
+
+def _by_domain(error: np.ndarray, inside: np.ndarray) -> dict[str, Any]:
+    """One-step error on the rows within what the training part spans, and on the others."""
+    found = {}
+    for name, rows in (("inside", inside), ("outside", ~inside)):
+        root = np.sqrt((error[rows] ** 2).mean(axis=0)) if rows.any() else None
+        by_axis = None if root is None else dict(zip(AXES, root.tolist(), strict=True))
+        found[name] = {"rows": int(rows.sum()), "rmse": by_axis}
+    return found
+
+
+def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
+    """Sentences on models that are judged far from what they were trained on."""
+    told = []
+    for found in judged:
+        domain = known_to(found.model)
+        if domain is None:
+            continue
+        share = 1.0 - float(domain.inside(parts.judged.motions).mean())
+        if share > _FAR_OUT:
+            told.append(
+                f"{found.name} is judged far from what it was trained on at {percent(share)} of the rows (a speed or a "
+                "thrust more than three standard deviations from its mean in training): its errors there say little "
+                "about it elsewhere"
+            )
+    return told

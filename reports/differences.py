@@ -1,0 +1,75 @@
+"""Which differences between models are more than chance, quantity by quantity."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..physics.frames import AXES, Array
+from ..residuals.models import Model
+from ..residuals.paired import Difference, paired_difference
+from ..residuals.scores import Errors
+from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
+
+ROLLED = (*AXES, "position")
+"""What the columns of the squared errors of rollouts are."""
+
+
+def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str]) -> list[dict[str, Any]]:
+    """Every model against each reference that stands before it, baselines against the first model only.
+
+    Entries are as `comparison.json` has them.
+    """
+    found = []
+    for k, (model, errors) in enumerate(models):
+        for other, base in models[: 1 if model.kind == "baseline" else k]:
+            if k > 0 and other.name in references:
+                found += _against(model.name, errors, other.name, base)
+    return found
+
+
+def _against(name: str, errors: Errors, other: str, base: Errors) -> list[dict[str, Any]]:
+    told = []
+    for axis, ours, theirs in zip(AXES, squares(errors).T, squares(base).T, strict=True):
+        done = paired_difference(ours, theirs)
+        told.append(_entry(name, other, "acceleration", None, axis, done, ACCELERATION_UNITS[axis]))
+    for horizon in errors.rollouts:
+        shortest = rows_of(errors, horizon)
+        pair = zip(ROLLED, rolled(errors, horizon).T, rolled(base, horizon).T, strict=True)
+        for axis, ours, theirs in pair:
+            done = paired_difference(ours, theirs, shortest)
+            told.append(_entry(name, other, "rollout", horizon, axis, done, ROLLOUT_UNITS[axis]))
+    return told
+
+
+def squares(errors: Errors) -> Array:
+    """Squared errors of the acceleration on all rows (n, 3)."""
+    return np.square(np.concatenate(errors.acceleration))
+
+
+def rolled(errors: Errors, horizon: str) -> Array:
+    """Mean squared errors of all rollouts over a horizon (starts, 4)."""
+    return np.concatenate(errors.rollouts[horizon].squares)
+
+
+def rows_of(errors: Errors, horizon: str) -> int:
+    """How many starts lie within one horizon: rollouts from them share rows."""
+    return max(1, round(float(horizon) / min(errors.rollouts[horizon].spacing)))
+
+
+def _entry(
+    name: str, other: str, quantity: str, horizon: str | None, axis: str, done: Difference, unit: str
+) -> dict[str, Any]:
+    return {
+        "model": name,
+        "against": other,
+        "quantity": quantity,
+        "horizon": horizon,
+        "axis": axis,
+        "difference": done.difference,
+        "relative": done.relative,
+        "ci95": None if done.ci95 is None else list(done.ci95),
+        "unit": unit,
+        "verdict": done.verdict,
+        "blocks": done.blocks,
+    }

@@ -1,0 +1,185 @@
+"""The report page in a real browser: light and dark, wide and narrow: no overflow, no missing glyph, no network."""
+
+import re
+import time
+from pathlib import Path
+
+import pytest
+from sample_run import compare_many, write_sample
+
+from undertow.physics.errors import RequestError
+from undertow.reports.browser import find_browser, print_pdf
+from undertow.reports.page import write_page
+from undertow.reports.reported import report
+
+LOOKS = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 390)]
+A4_WIDTH = 703  # pixels between the margins of the print style, 186 mm
+
+OVERFLOW = "() => [document.documentElement.scrollWidth, window.innerWidth]"
+OPEN_ALL = "() => document.querySelectorAll('details').forEach(one => one.open = true)"
+MISSING_GLYPHS = """() => {
+  const canvas = document.createElement('canvas'); canvas.width = canvas.height = 40;
+  const pen = canvas.getContext('2d', {willReadFrequently: true});
+  const drawn = (text, font) => {
+    pen.clearRect(0, 0, 40, 40); pen.font = font; pen.textBaseline = 'middle'; pen.fillText(text, 6, 20);
+    return Array.from(pen.getImageData(0, 0, 40, 40).data).filter((_, k) => k % 4 === 3).join();
+  };
+  const italic = letter => {  // what a browser puts for a single letter in <mi>
+    const code = letter.codePointAt(0);
+    if (letter === 'h') return '\\u210e';
+    if (code >= 97 && code <= 122) return String.fromCodePoint(0x1d44e + code - 97);
+    if (code >= 65 && code <= 90) return String.fromCodePoint(0x1d434 + code - 65);
+    if (code >= 0x3b1 && code <= 0x3c9) return String.fromCodePoint(0x1d6fc + code - 0x3b1);
+    return letter;
+  };
+  const tofus = {}, seen = new Set(), missing = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+    const style = getComputedStyle(node.parentElement);
+    const font = `${style.fontStyle} ${style.fontWeight} 24px ${style.fontFamily}`;
+    tofus[font] ??= new Set(['\\u0378', '\\u0380', '\\u{e0ffe}', '\\u{10ff00}'].map(code => drawn(code, font)));
+    const letters = Array.from(node.data.trim());
+    const slanted = node.parentElement.localName === 'mi' && letters.length === 1;
+    for (const letter of letters.map(one => slanted ? italic(one) : one)) {
+      if (/[\\s\\p{Cf}]/u.test(letter) || seen.has(font + letter)) continue;
+      seen.add(font + letter);
+      if (letter === '\\ufffd' || tofus[font].has(drawn(letter, font))) missing.push(letter);
+    }
+  }
+  return [seen.size, missing];
+}"""
+CONTRAST = """() => {
+  const style = getComputedStyle(document.documentElement);
+  const light = name => {
+    const value = style.getPropertyValue(name).trim().slice(1);
+    const [r, g, b] = [0, 2, 4].map(k => parseInt(value.slice(k, k + 2), 16) / 255)
+      .map(c => c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const ratio = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  const names = ['--ink', '--muted', '--before', '--after'];
+  return Object.fromEntries(names.map(name => [name, ratio(light(name), light('--card'))]));
+}"""
+
+
+@pytest.fixture(scope="module")
+def executable():
+    try:
+        return find_browser()
+    except RequestError as error:
+        pytest.skip(f"no browser to look with: {error}")
+
+
+@pytest.fixture(scope="module")
+def browser(executable):
+    driver = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser: pip install '.[dev]'")
+    with driver.sync_playwright() as started:
+        opened = started.chromium.launch(executable_path=str(executable))
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """The page of seven models on a log of ten minutes, the page of two runs, and the seconds that the first took."""
+    folder = tmp_path_factory.mktemp("browser")
+    runs = [write_sample(folder / "long", seconds=600.0), write_sample(folder / "short", seconds=60.0)]
+    compare_many(runs[0])
+    begun = time.perf_counter()
+    one = write_page(runs[0])
+    seconds = time.perf_counter() - begun
+    return {"one": one, "fleet": report(runs, out=folder / "fleet.html")[-1], "seconds": seconds}
+
+
+@pytest.fixture
+def looked(browser, request):
+    """A function that opens a page in a scheme and width; everything that the page asks for is kept in `asked`."""
+    opened = []
+
+    def look(path: Path, scheme: str, width: int):
+        tab = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        tab.asked = []
+        tab.on("request", lambda wanted: tab.asked.append(wanted.url))
+        tab.on("console", lambda told: tab.asked.append(told.text))
+        tab.goto(path.as_uri())
+        opened.append(tab)
+        return tab
+
+    yield look
+    for tab in opened:
+        tab.close()
+
+
+def test_a_page_of_many_models_is_small_and_soon_there(pages):
+    assert pages["seconds"] < 15.0
+    assert pages["one"].stat().st_size < 3_000_000
+
+
+@pytest.mark.parametrize("name", ["one", "fleet"])
+@pytest.mark.parametrize(("scheme", "width"), LOOKS)
+def test_the_page_fits_the_window_and_asks_for_nothing(pages, looked, name, scheme, width, tmp_path):
+    tab = looked(pages[name], scheme, width)
+    wide, window = tab.evaluate(OVERFLOW)
+    assert wide <= window == width
+    tab.evaluate(OPEN_ALL)
+    assert tab.evaluate(OVERFLOW)[0] <= width
+    picture = tab.screenshot(path=tmp_path / "page.png", full_page=True)
+    assert len(picture) > 50_000
+    assert tab.asked == [pages[name].as_uri()]
+
+
+@pytest.mark.parametrize(("wide", "fits"), [(378, True), (379, False)])
+def test_a_pixel_too_much_would_be_seen(pages, looked, wide, fits):
+    tab = looked(pages["one"], "light", 390)
+    box = f"<p><span style='display: inline-block; width: {wide}px'>wide</span></p>"  # 12 pixels from the left edge
+    tab.evaluate("box => document.querySelector('main').insertAdjacentHTML('beforeend', box)", box)
+    assert (tab.evaluate(OVERFLOW)[0] <= 390) is fits
+
+
+@pytest.mark.parametrize("name", ["one", "fleet"])
+def test_every_letter_has_a_glyph(pages, looked, name):
+    count, missing = looked(pages[name], "light", 1280).evaluate(MISSING_GLYPHS)
+    assert count > 100
+    assert missing == []
+
+
+@pytest.mark.parametrize("letter", ["\u0379", "\ufffd", "\U0003ffff"])
+def test_a_letter_without_a_glyph_would_be_seen(pages, looked, letter):
+    tab = looked(pages["one"], "light", 1280)
+    tab.evaluate("letter => document.querySelector('figcaption').append(letter)", letter)
+    assert tab.evaluate(MISSING_GLYPHS)[1] == [letter]
+
+
+def test_formulas_are_typeset(pages, looked):
+    tab = looked(pages["one"], "light", 1280)
+    drag = tab.locator(".term.new > math", has_text="7.8").first
+    assert drag.evaluate("one => getComputedStyle(one).display").endswith("math")
+    base, index = tab.locator(".term small msub").first.evaluate(
+        "one => [...one.children].map(part => part.getBoundingClientRect()).map(box => [box.bottom, box.height])"
+    )
+    assert index[0] > base[0]
+    assert index[1] < base[1]
+    assert tab.locator(".balance mover").count() == 3
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_colours_can_be_told_from_the_paper(pages, looked, scheme):
+    contrast = looked(pages["one"], scheme, 1280).evaluate(CONTRAST)
+    assert contrast["--ink"] > 7.0
+    assert contrast["--muted"] > 4.5
+    assert min(contrast["--before"], contrast["--after"]) > 3.0
+
+
+def test_print_is_light_and_fits_the_paper(pages, looked):
+    tab = looked(pages["one"], "dark", A4_WIDTH)
+    tab.emulate_media(media="print", color_scheme="dark")
+    assert tab.evaluate("() => getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert tab.evaluate(OVERFLOW)[0] <= A4_WIDTH
+
+
+def test_the_pdf_has_pages(pages, executable, tmp_path):
+    content = print_pdf(pages["one"], tmp_path / "report.pdf", executable).read_bytes()
+    assert content.startswith(b"%PDF")
+    counted = re.search(rb"/Type\s*/Pages.{0,200}?/Count\s+(\d+)", content, re.DOTALL)
+    assert counted is not None
+    assert 5 <= int(counted[1]) <= 25

@@ -1,0 +1,224 @@
+"""The verb `report`: pages of one run and of several, models on demand, PDF, and what a run says of its making."""
+
+import hashlib
+import json
+import os
+import re
+import shlex
+import shutil
+import stat
+from pathlib import Path
+
+import pytest
+from sample_run import edit, write_sample
+from verbs import call, done, refused
+
+from undertow.physics.errors import RequestError
+from undertow.reports.browser import find_browser, print_pdf
+from undertow.reports.fleet import shared_effects, told
+from undertow.reports.made_from import command, log_digests, versions
+from undertow.reports.run_folder import read_run
+
+
+@pytest.fixture(scope="module")
+def samples(tmp_path_factory):
+    """Two runs: of the second boat both thrusters are sound, and its drag in yaw is another."""
+    folder = tmp_path_factory.mktemp("fleet")
+    one = write_sample(folder / "one", seconds=60.0)
+    two = Path(shutil.copytree(one, folder / "two"))
+
+    def change(findings):
+        findings["missing"].remove("thruster_asymmetry")
+        for item in findings["candidates"]:
+            if item["effect"] == "thruster_asymmetry":
+                item |= {"verdict": "no evidence", "terms": []}
+            if item["effect"] == "yaw_quadratic_damping":
+                item["terms"][0] |= {"value": -4.0, "ci95": [-4.2, -3.8]}
+
+    edit(two / "findings.json", change)
+    model = (two / "model.yaml").read_text().replace("N_rr: -8.3", "N_rr: -4.0").replace("scale: 0.806", "scale: 1.0")
+    (two / "model.yaml").write_text(model)
+    return folder
+
+
+@pytest.fixture
+def fleet(samples, tmp_path, monkeypatch):
+    shutil.copytree(samples, tmp_path / "fleet")
+    monkeypatch.chdir(tmp_path / "fleet")
+    return tmp_path / "fleet"
+
+
+def fake_browser(folder: Path, script: str) -> Path:
+    path = folder / "browser"
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return path
+
+
+# One run, several runs
+
+
+def test_one_run_gets_its_page(fleet):
+    assert done("report", "one") == "one/report.html\n"
+    assert not Path("report.html").exists()
+    assert done("report", "one", "--out", "copy.html").split() == ["one/report.html", "copy.html"]
+    assert Path("copy.html").read_bytes() == Path("one/report.html").read_bytes()
+
+
+def test_several_runs_get_a_page_each_and_one_for_all(fleet):
+    assert done("report", "one", "two").split() == ["one/report.html", "two/report.html", "report.html"]
+    page = Path("report.html").read_text()
+    assert page.count("<h1>") == 1
+    assert "Both runs lack" in page
+    for target in re.findall(r'href="([^"]*)"', page):
+        if target.startswith("#"):
+            assert page.count(f'id="{target[1:]}"') == 1
+        else:
+            assert Path(target).is_file()
+    assert "<script" not in page
+    assert "http" not in page
+
+
+def test_the_page_for_all_links_to_each_run_from_where_it_lies(fleet):
+    Path("elsewhere").mkdir()
+    done("report", "one", "two", "--out", "elsewhere/all.html")
+    links = [link for link in re.findall(r'href="([^"]*)"', Path("elsewhere/all.html").read_text()) if link[0] != "#"]
+    assert links == ["../one/report.html", "../two/report.html"]
+
+
+def test_equal_runs_give_equal_pages_for_all(fleet):
+    done("report", "one", "two")
+    first = Path("report.html").read_bytes()
+    done("report", "one", "two")
+    assert Path("report.html").read_bytes() == first
+
+
+def test_shared_effects_are_told_from_those_of_one_boat(fleet):
+    runs = [read_run(Path("one")), read_run(Path("two"))]
+    effects = {effect.effect: effect for effect in shared_effects(runs)}
+    names = ("one", "two")
+    assert list(effects)[-1] == "thruster asymmetry (stbd)"
+    assert told(effects["thruster asymmetry (stbd)"], names) == "only one"
+    assert effects["thruster asymmetry (stbd)"].verdicts == ("missing", "no evidence")
+    assert told(effects["yaw quadratic damping"], names) == "both runs; the 95 % intervals of N_rr do not overlap"
+    assert told(effects["surge quadratic damping"], names) == "both runs; the 95 % intervals overlap"
+
+
+def test_intervals_that_only_touch_agree_and_those_a_hair_apart_do_not(fleet):
+    def interval(low, high):
+        def change(findings):
+            term = next(c for c in findings["candidates"] if c["effect"] == "yaw_quadratic_damping")["terms"][0]
+            term["ci95"] = [low, high]
+
+        return change
+
+    edit(Path("one/findings.json"), interval(-9.0, -5.0))
+    for end, agrees in ((-5.0, True), (-5.0 + 1e-6, False)):
+        edit(Path("two/findings.json"), interval(end, -3.0))
+        runs = [read_run(Path("one")), read_run(Path("two"))]
+        (effect,) = [effect for effect in shared_effects(runs) if effect.symbols == ("N_rr",)]
+        assert effect.agree("N_rr") is agrees
+
+
+@pytest.mark.parametrize(
+    ("words", "match"),
+    [
+        (("one", "nowhere"), "expected a run folder at nowhere"),
+        (("one", "one"), "one is given twice"),
+        (("one", "two", "--out", "notes.html"), "notes.html is there and is no page of undertow"),
+        (("one", "two", "--out", "all.pdf"), "expected a name that ends in .html"),
+        (("one", "two", "--out", "nowhere/all.html"), "nowhere does not exist"),
+    ],
+)
+def test_nothing_is_written_when_something_is_wrong(fleet, words, match):
+    Path("notes.html").write_text("<!doctype html><title>my notes</title>")
+    refused("report", *words, match=match)
+
+
+# PDF
+
+
+def test_without_a_browser_the_hint_says_how_to_get_one(fleet, monkeypatch):
+    monkeypatch.setenv("CHROME", "no-such-browser")
+    refused("report", "one", "--pdf", match="CHROME=no-such-browser: expected a browser.*install Chromium")
+    monkeypatch.delenv("CHROME")
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr("undertow.reports.browser.PLACES", ())
+    monkeypatch.setattr("undertow.reports.browser._of_playwright", lambda: None)
+    refused("report", "one", "--pdf", match="needs a browser and found none; install Chromium.*CHROME")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in for a browser is a shell script")
+def test_a_browser_is_asked_for_every_page(fleet, monkeypatch):
+    script = 'for word in "$@"; do case $word in --print-to-pdf=*) printf %s-pretend "%PDF" > "${word#*=}";; esac; done'
+    monkeypatch.setenv("CHROME", str(fake_browser(fleet, script.replace('"%PDF"', "'%PDF'"))))
+    written = done("report", "one", "two", "--pdf").split()
+    assert written[3:] == ["one/report.pdf", "two/report.pdf", "report.pdf"]
+    assert Path("report.pdf").read_bytes() == b"%PDF-pretend"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in for a browser is a shell script")
+@pytest.mark.parametrize(
+    ("script", "match"),
+    [("echo no display >&2; exit 3", r"wrote no PDF of .* \(exit code 3: no display\)"), ("sleep 5", "within 1 s")],
+)
+def test_a_browser_that_fails_is_told(tmp_path, monkeypatch, script, match):
+    monkeypatch.setattr("undertow.reports.browser.SECONDS", 0.5 if "sleep" in script else 9.0)
+    (tmp_path / "old.pdf").write_bytes(b"%PDF old")
+    with pytest.raises(RequestError, match=match.replace("within 1 s", "within 0 s")):
+        print_pdf(tmp_path / "page.html", tmp_path / "old.pdf", fake_browser(tmp_path, script))
+    assert (tmp_path / "old.pdf").read_bytes() == b"%PDF old"
+
+
+def test_what_is_no_pdf_is_not_replaced(fleet, monkeypatch):
+    monkeypatch.setenv("CHROME", str(fake_browser(fleet, "exit 1")))
+    Path("one/report.pdf").write_text("a letter")
+    refused("report", "one", "--pdf", match="report.pdf is there and is no PDF")
+
+
+def test_the_variable_comes_before_the_path(tmp_path, monkeypatch):
+    named = fake_browser(tmp_path, "exit 0")
+    monkeypatch.setenv("CHROME", str(named))
+    assert find_browser() == named
+
+
+# How a run was made
+
+
+def test_digests_are_of_the_logs_on_disk(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_bytes(b"time,u\n")
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    (bag / "a.db").write_bytes(b"1")
+    gone = tmp_path / "gone.csv"
+    one, two, three = log_digests([str(log), str(bag), str(gone)])
+    assert one == {"path": str(log), "sha256": hashlib.sha256(b"time,u\n").hexdigest()}
+    assert three["sha256"] is None
+    (bag / "a.db").rename(bag / "b.db")
+    assert log_digests([str(bag)])[0]["sha256"] != two["sha256"]
+
+
+def test_versions_are_those_that_are_installed():
+    found = versions()
+    assert re.fullmatch(r"3\.\d+\.\d+", found["python"])
+    assert {"numpy", "scipy", "pandas", "pysindy", "cvxpy"} <= set(found)
+
+
+@pytest.mark.parametrize("verb", [["discover"], ["add", "munk_moment", "yaw:u|r|"]])
+def test_the_command_of_a_run_is_one_that_the_command_line_takes(verb, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refit = verb[0] == "discover"
+    text = command(verb, ["no such.csv"], seed=3, refit=refit, frame="enu", channel_map="my map.yaml")
+    words = shlex.split(text)
+    assert words[: 1 + len(verb)] == ["undertow", *verb]
+    out = ["--out", "run"] if refit else []
+    result = call(*words[1:], *out)
+    assert result.exit_code == 2
+    assert "No such option" not in result.stderr
+    assert "Missing" not in result.stderr
+
+
+def test_the_record_of_a_made_up_run_reads_back(fleet):
+    Path("one/run.json").write_text(json.dumps({"schema": "undertow.run/1", "versions": 3}))
+    refused("report", "one", match="expected an object under 'versions', got 3")
