@@ -129,9 +129,10 @@ def compare(
             print_json(found)
         else:
             from .reports.compared import best_text, comparison_table, notes_list
-            from .reports.terminal import failures_table
+            from .reports.failing.screen import failures_table, structure_list
 
-            show(best_text(found), comparison_table(found), failures_table(found), notes_list(found))
+            places = (failures_table(found), structure_list(found))
+            show(best_text(found), comparison_table(found), *places, notes_list(found))
             if out is not None:
                 say(f"Comparison: {out}")
 
@@ -478,6 +479,7 @@ def _discover(
     begun = time.perf_counter()
     from .discovery.discover import DiscoverySettings
     from .reports import terminal
+    from .reports.failing import screen
     from .reports.folder import write_run
     from .reports.run import discover as find
 
@@ -489,7 +491,7 @@ def _discover(
         return
     say("")
     prose(findings["headline"])
-    show(terminal.failures_table(findings), terminal.candidates_table(findings))
+    show(screen.failures_table(findings), terminal.candidates_table(findings))
     show(terminal.missing_in_words(findings))
     if findings["unnamed"]:
         show(terminal.unnamed_table(findings))

@@ -16,8 +16,6 @@ from ..residuals.models import Model, VehicleModel
 from ..residuals.residual import residuals, same_filter
 from ..residuals.scores import Errors
 from .audit import Audit, audit
-from .plotted import ENOUGH_SECONDS
-from .regimes import failures
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
 
 RESTART = 10.0
@@ -65,21 +63,6 @@ def audit_along(model: Model, parts: Parts) -> Audit:
     motions = [motion for part in PARTS for motion in parts.data(part).motions]
     envelope = envelope_of(motions, model.vehicle)
     return audit(model, envelope, motions=motions, envelope_from="the speeds of the log")
-
-
-def model_failures(table: pd.DataFrame, model: Model, which: str, judge: str) -> list[dict[str, Any]]:
-    """Where a model fails, on the judged rows if they are long enough to fill the regimes, else on the whole log.
-
-    `rows_of` of each place says which: the part's name, or "all".
-    """
-    rows, rows_of = table[table["part"] == judge], judge
-    if judge == "all" or len(rows) * _step(table) < ENOUGH_SECONDS:
-        rows, rows_of = table, "all"
-    return [{**place, "model": model.name, "rows_of": rows_of} for place in failures(rows, which)]
-
-
-def _step(table: pd.DataFrame) -> float:
-    return float(np.median(np.diff(table["time"].to_numpy()[:50])))
 
 
 def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:

@@ -9,16 +9,18 @@ import numpy as np
 import pandas as pd
 
 from ..discovery.calibrate import calibrate_once
+from ..measurements.split import PARTS
 from ..physics.errors import RequestError
 from ..physics.frames import AXES
 from ..residuals.baselines import baselines
 from ..residuals.domain import known_to, spanned
 from ..residuals.models import Model, VehicleModel
 from ..residuals.scores import Errors, evaluate
-from .assess import Parts, audit_along, model_failures
+from .assess import Parts, audit_along
 from .audit import Audit
 from .best import best
 from .differences import differences
+from .failing.tell import where_they_fail
 from .inputs import Inputs
 from .models import CORRECTED
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS, percent
@@ -100,9 +102,10 @@ def comparison(
     parts = inputs.parts
     inside = spanned(inputs.vehicle, parts.split.train.motions).inside(parts.judged.motions)
     named = [found.model for found in judged if found.model.kind != BASELINE]
-    places = model_failures(table, named[0], "before", parts.judge)
-    if len(named) > 1:
-        places += model_failures(table, named[-1], "after", parts.judge)
+    last = named[-1] if len(named) > 1 else None
+    data = [parts.data(part) for part in PARTS]
+    # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
+    failing = where_they_fail(table, named[0], last, data, parts.judge, link=named[-1].name != CALIBRATED)
     apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
     return {
         "schema": COMPARISON_SCHEMA,
@@ -111,7 +114,7 @@ def comparison(
         "best": best([(found.model, found.errors, found.audit) for found in judged]),
         "models": [row(found, inside, timed=timed) for found in judged],
         "differences": apart,
-        "failures": places,
+        **failing,
         "notes": [*notes, *_far_out(judged, parts)],
     }
 

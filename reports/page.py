@@ -11,10 +11,11 @@ from .chapters.laws import laws
 from .chapters.made import made
 from .chapters.models import models
 from .context import calibrated, data, energy, parameter_table
+from .failing.section import where_it_fails
 from .markup import Html, element, render
 from .missing import missing_effects
 from .run_folder import RunFolder, read_run
-from .sections import falling_error, headline, where_it_fails
+from .sections import falling_error, headline
 from .style import CSS
 
 TITLE = "undertow: "

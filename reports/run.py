@@ -12,7 +12,7 @@ from ..discovery.findings import Findings
 from ..physics.frames import AXES, FORCE_UNITS
 from ..residuals.models import VehicleModel
 from ..residuals.scores import evaluate
-from .assess import model_failures, score_step, series
+from .assess import score_step, series
 from .audit import Audit
 from .comparison import comparison, judge, reference_models
 from .inputs import Inputs
@@ -104,7 +104,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     findings = replace(
         found.findings,
         steps=steps,
-        failures=tuple(model_failures(table, models[0], "before", inputs.parts.judge)),
+        failures=tuple(place for place in compared["failures"] if place["model"] == models[0].name),
         data=data,
     )
     return Run(inputs, found, findings, compared, table, settings, audit)

@@ -1,12 +1,10 @@
-"""The sections of the report page about errors: verdict, falling error, measured against predicted, where it fails."""
+"""The first sections of the report page: the verdict, and the error falling step by step."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .figures import regime_bars, step_bars
-from .markup import Html, element, figure, lines, render, table
-from .plotted import regime_rows
-from .regimes import regime_table
+from .figures import step_bars
+from .markup import Html, element, lines, render
 from .run_folder import RunFolder
 from .wording import (
     ACCELERATION_UNITS,
@@ -116,40 +114,6 @@ def falling_error(run: RunFolder) -> Html:
     )
     return render(
         element("h2", "The error, step by step" if len(steps) > 1 else "The error of the nominal model"), drawing
-    )
-
-
-def where_it_fails(run: RunFolder) -> Html:
-    """The error by regime before and after, and the worst places in words."""
-    rows, held_out = regime_rows(run.series)
-    drawings = regime_bars(regime_table(rows, "before"), regime_table(rows, "after"))
-    source = (
-        "held-out data" if held_out else "all parts of the log, because the held-out part alone is too short for a map"
-    )
-    places = run.comparison.get("failures") or run.findings.get("failures") or []
-    worst = [
-        (
-            words(str(place.get("model", "nominal"))),
-            render(*lines([str(place.get("where"))])),
-            str(place.get("axis")),
-            percent(place.get("share_of_error")),
-            percent(place["share_of_rows"]) if "share_of_rows" in place else f"{place.get('rows', '')} rows",
-            f"{typeset(place['rmse'], 2)} {unit_text(str(place.get('unit', '')))}" if "rmse" in place else "",
-        )
-        for place in places
-    ]
-    head = ("model", "where its error gathers", "axis", "share of the error", "share of the time", "error there")
-    return render(
-        element("h2", "Where it fails"),
-        legend(("before", "after")),
-        figure(
-            drawings,
-            f"Root-mean-square acceleration error by regime, on {source}. A tall orange bar beside a short blue one "
-            "is a regime that the missing effects explain; two tall bars are a regime that still waits for its reason. "
-            "The percentage under each bin is its share of the time.",
-            cls="pair",
-        ),
-        *[element("div", table(head, worst, "lll"), cls="card")] * bool(worst),
     )
 
 

@@ -4,12 +4,17 @@ LIGHT = """
   --paper: #f6f7f8; --card: #ffffff; --ink: #1b2329; --muted: #5d6a75; --grid: #dfe4e8; --surface: #ffffff;
   --measured: #b3bec7; --before: #d55e00; --after: #0072b2; --between: #a9bccb;
   --tint: #eaf3f9; --line: #dfe4e8;
+  --heat1: #d3dbe2; --heat2: #f3c987; --heat3: #f0a04b; --heat4: #d96c1e; --heat5: #a53f0f; --heat6: #5f1f09;
 """
 DARK = """
   --paper: #12171c; --card: #1a2127; --ink: #e6ebef; --muted: #9aa8b4; --grid: #313c46; --surface: #1a2127;
   --measured: #6b7986; --before: #ee7f2d; --after: #56b4e9; --between: #4f6779;
   --tint: #1d2f3c; --line: #2d3842;
+  --heat1: #3d4954; --heat2: #75502f; --heat3: #ad6524; --heat4: #e08a35; --heat5: #f8bd77; --heat6: #fff1d6;
 """
+HEAT_KEY = "\n".join(
+    f".key .heat{step} i {{ background: var(--heat{step}); height: {2 + step}px; }}" for step in range(1, 7)
+)
 CSS = f"""
 :root {{
   color-scheme: light dark;
@@ -56,6 +61,7 @@ summary {{ cursor: pointer; color: var(--muted); margin: 10px 0; }}
 .key .measured i {{ background: var(--measured); height: 7px; border-radius: 4px; }}
 .key .before i {{ background: var(--before); }}
 .key .after i {{ background: var(--after); }}
+{HEAT_KEY}
 figure {{ break-inside: avoid; }}
 figcaption {{ color: var(--muted); font-size: .9rem; margin-top: 10px; max-width: 56em; }}
 svg {{ display: block; width: 100%; height: auto; overflow: visible; }}
@@ -63,6 +69,9 @@ svg {{ display: block; width: 100%; height: auto; overflow: visible; }}
 .plots.steps + .plots {{ margin-top: 8px; }}
 .side {{ align-self: center; color: var(--muted); font-size: .92rem; padding-right: 18%; text-align: right; }}
 .side b {{ color: var(--ink); font-size: 1.05rem; }}
+.plots.trio {{ display: grid; gap: 14px 22px; }}
+.plots.trio {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 270px), 1fr)); }}
+.plots.trio svg {{ max-width: 400px; }}
 .plots.pair {{ display: grid; gap: 18px 32px; }}
 .plots.pair {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); }}
 .plots.pair svg {{ max-width: 560px; }}
@@ -94,6 +103,9 @@ figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(
 .mark.better, b.pass {{ color: var(--after); }}
 .mark.worse, b.fail {{ color: var(--before); }}
 b.noted {{ color: var(--muted); }}
+.told {{ font-size: .92rem; margin: 10px 0 0; }}
+.told dt {{ font-weight: 600; margin-top: .5em; }}
+.told dd {{ margin: 0 0 0 1em; max-width: 52em; }}
 .facts {{ color: var(--muted); font-size: .92rem; }}
 .warn {{ border-left: 3px solid var(--before); padding-left: 10px; font-size: .92rem; }}
 .scroll {{ overflow-x: auto; }}

@@ -25,7 +25,10 @@ ROLES = {
     "before": "#060606",
     "after": "#070707",
     "between": "#080808",
+    # Error from small to large, on maps: steps of lightness, so that they can be told apart without colour.
+    **{f"heat{step}": f"#0{step}0{step}1{step}" for step in range(1, 7)},
 }
+HEAT = tuple(f"heat{step}" for step in range(1, 7))
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "text.parse_math": False,

@@ -161,31 +161,6 @@ def advice_list(findings: Mapping[str, Any]) -> RenderableType | None:
     return section("What to record next", bullets(lines)) if lines else None
 
 
-def failures_table(failures: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> Table:
-    """Where the models fail: the content of `comparison.json` (or `findings.json`), or its list of failures."""
-    places = (failures.get("failures") or []) if isinstance(failures, Mapping) else failures
-    rows_of = {str(place["rows_of"]) for place in places if "rows_of" in place}
-    title = f"Where it fails ({', '.join(map(_rows_in_words, sorted(rows_of)))})" if rows_of else "Where it fails"
-    table = plain_table(title, "" if places else "the error is spread evenly: no regime stands out")
-    table.show_header = bool(places)
-    table.add_column("model", no_wrap=True)
-    table.add_column("where")
-    table.add_column("axis", no_wrap=True)
-    table.add_column("share of\nerror", justify="right", no_wrap=True)
-    table.add_column("share of\ntime", justify="right", no_wrap=True)
-    table.add_column("error\nthere", justify="right", no_wrap=True)
-    for place in places:
-        table.add_row(
-            Text(str(place.get("model", "nominal"))),
-            Text(str(place.get("where", ""))),
-            Text(str(place.get("axis", ""))),
-            percent(place.get("share_of_error")),
-            percent(place.get("share_of_rows"), blank=""),
-            Text(f"{number(place['rmse'], 2)} {unit_text(str(place.get('unit', '')))}" if "rmse" in place else ""),
-        )
-    return table
-
-
 def _effects(title: str, candidates: Sequence[Mapping[str, Any]], *, caption: str, verdicts: bool) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
     return Fitting([_effects_in(title, candidates, caption, verdicts, gap) for gap in (" ", "\n")])
@@ -245,10 +220,6 @@ def _names(findings: Mapping[str, Any]) -> dict[str, str]:
 
 def _horizon(steps: Sequence[Mapping[str, Any]]) -> str:
     return pick_horizon([key for step in steps for key in step["rollout_rmse"]])
-
-
-def _rows_in_words(rows_of: str) -> str:
-    return {"all": "whole log", "test": "held-out part"}.get(rows_of, f"{rows_of} part")
 
 
 def _interval(term: Mapping[str, Any]) -> str:

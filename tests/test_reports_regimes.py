@@ -4,8 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.reports.regimes import failures, regime_table
-from undertow.reports.splits import splits
+from undertow.reports.failing.places import failures
+from undertow.reports.failing.regimes import regime_table
+from undertow.reports.failing.splits import splits
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 

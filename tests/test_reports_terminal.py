@@ -7,6 +7,7 @@ import pytest
 from rich.console import Console
 
 from undertow.physics.vehicle import load_vehicle
+from undertow.reports.failing.screen import failures_table
 from undertow.reports.inspected import inspection_screen
 from undertow.reports.layout import Prose, bullets
 from undertow.reports.terminal import (
@@ -15,7 +16,6 @@ from undertow.reports.terminal import (
     candidates_table,
     comparison_table,
     error_left,
-    failures_table,
     missing_in_words,
     not_judged,
     steps_table,

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from undertow.reports.regimes import failures
+from undertow.reports.failing.places import failures
 
 RATE = 10
 NOMINAL = {"X_u": -15.0, "X_uu": 0.0, "N_r": -6.0, "N_rr": 0.0, "Y_v": -40.0, "Y_vv": 0.0, "stbd": 1.0}

@@ -89,13 +89,19 @@ def _sector(heading: NDArray[np.float64]) -> NDArray[np.intp]:
     return (np.round(np.nan_to_num(heading) / (np.pi / 4.0)).astype(np.intp)) % len(SECTORS)
 
 
+def scaled_commands(series: pd.DataFrame) -> NDArray[np.float64]:
+    """The commands from neutral, (rows, thrusters), as shares of the largest one in the rows."""
+    names = command_columns(series)
+    neutral = np.array([PWM_NEUTRAL if name.startswith("pwm_") else 0.0 for name in names])
+    command = np.nan_to_num(series[names].to_numpy(float) - neutral)
+    return command / max(float(np.abs(command).max(initial=0.0)), 1e-12)
+
+
 def _commands(series: pd.DataFrame) -> Split:
     names = command_columns(series)
     if not names:
         return Split("command", np.zeros(len(series), np.intp), ("no command in the log",))
-    neutral = np.array([PWM_NEUTRAL if name.startswith("pwm_") else 0.0 for name in names])
-    command = np.nan_to_num(series[names].to_numpy(float) - neutral)
-    command = command / max(float(np.abs(command).max(initial=0.0)), 1e-12)
+    command = scaled_commands(series)
     common, spread = command.mean(axis=1), 0.5 * (command.max(axis=1) - command.min(axis=1))
     speed = series["u"].to_numpy(float)
     conditions = [

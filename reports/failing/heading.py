@@ -1,0 +1,145 @@
+"""Error against heading: what is fixed in the earth (current, wind) or in the compass turns with the boat."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+from ..wording import ACCELERATION_UNITS, AXES, number, unit_text
+from .evidence import Fitted, fit_beside, static_columns
+from .scene import Array, Scene, shorter
+
+SECTORS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+_SECTOR_SECONDS, _FEWEST_SECTORS = 3.0, 5
+"""Time [s] in a sector for it to count as sailed, and sectors that must be."""
+_FREE = 0.02
+"""Share of a harmonic of the heading that speeds and commands must leave unexplained; a current leaves little, for it
+moves the boat along with the heading, and the standard errors know it."""
+_CHANCE = 0.002
+"""Chance of calling noise a dependence on heading, on one axis."""
+_MATERIAL = 0.06
+"""Amplitude, as a share of the usual acceleration, below which a dependence does not matter."""
+_AGREE = np.radians(45.0)
+"""Angle within which surge and sway must point in the same direction of the earth."""
+_DEPENDS, _DOES_NOT, _CANNOT = "depends on heading", "does not", "this log cannot tell"
+
+
+def against_heading(stage: Scene) -> dict[str, dict[str, Any]]:
+    """How the error depends on the heading, by axis, beside every force of the present motion and commands.
+
+    The measured less the modelled acceleration is fitted by a harmonic of the heading, b cos(psi) + c sin(psi), beside
+    what speeds and commands explain, with a block bootstrap. A push that is fixed in the earth shows in surge and sway
+    with one direction; a compass error shows in sway alone, in proportion to speed.
+
+    Returns
+    -------
+    By axis: `sectors`, `mean` and `spread` (median and half the range of the middle half, of modelled minus measured
+    acceleration on headings near each; null where the boat was not), `harmonic` (`amplitude`, `ci95`, `unit`,
+    `direction` [degrees from north]: in surge and sway where the boat is pushed to that the model does not know, in yaw
+    the heading at which it is turned most to starboard; null where this log cannot tell), `verdict`, `suspects`,
+    `sentence`.
+    """
+    psi = stage.column("psi")
+    sector = np.round(np.nan_to_num(psi) / (np.pi / 4.0)).astype(np.intp) % len(SECTORS)
+    sailed = np.bincount(sector, minlength=len(SECTORS)) * stage.step >= _SECTOR_SECONDS
+    harmonic = np.column_stack([np.cos(psi), np.sin(psi)])
+    beside = static_columns(stage)
+    fits = [fit_beside(stage, -stage.error[:, k], harmonic, beside) for k in range(3)]
+    told = {}
+    for k, axis in enumerate(AXES):
+        told[axis] = {
+            **_by_sector(stage.error[:, k], sector, sailed),
+            **_judged(fits[k], int(sailed.sum()), float(stage.spread[k]), k),
+        }
+    return _suspected(told, stage, psi, beside, fits)
+
+
+def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]) -> dict[str, Any]:
+    middle: list[float | None] = []
+    spread: list[float | None] = []
+    for k in range(len(SECTORS)):
+        here = error[(sector == k) & np.isfinite(error)]
+        if not sailed[k] or not here.size:
+            middle, spread = [*middle, None], [*spread, None]
+            continue
+        low, centre, high = np.quantile(here, [0.25, 0.5, 0.75])
+        middle, spread = [*middle, *shorter([centre])], [*spread, *shorter([0.5 * (high - low)])]
+    return {"sectors": list(SECTORS), "mean": middle, "spread": spread}
+
+
+def _judged(fit: Fitted | None, sectors: int, usual: float, axis: int) -> dict[str, Any]:
+    unit = ACCELERATION_UNITS[AXES[axis]]
+    if sectors < _FEWEST_SECTORS:
+        why = f"the boat sailed in {sectors} of {len(SECTORS)} directions only"
+        return _untold(why)
+    if fit is None or fit.free.min() < _FREE:
+        return _untold("too short" if fit is None else "heading and motion go together")
+    cosine, sine = fit.values
+    amplitude = float(np.hypot(cosine, sine))
+    # In the earth: a push towards chi gives A cos(psi - chi) ahead and -A sin(psi - chi) to starboard.
+    direction = np.arctan2(cosine, -sine) if axis == 1 else np.arctan2(sine, cosine)
+    drawn = np.hypot(*fit.sample.T)
+    low, high = (float(end) for end in np.quantile(drawn, [0.025, 0.975]))
+    test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
+    sure = test > float(f_distribution.isf(_CHANCE, 2, max(fit.blocks - 2, 3)))
+    found = {
+        "harmonic": {
+            "amplitude": shorter([amplitude])[0],
+            "direction": round(float(np.degrees(direction) % 360.0), 1),
+            "ci95": shorter([low, high]),
+            "unit": unit,
+        },
+        "suspects": [],
+    }
+    size = f"{number(amplitude, 2)} {unit_text(unit)}"
+    if sure and amplitude > _MATERIAL * usual:
+        towards = f"{number(float(np.degrees(direction) % 360.0), 2)} degrees"
+        way = f"most to starboard on heading {towards}" if axis == 2 else f"a push towards {towards}"
+        return found | {"verdict": _DEPENDS, "sentence": f"the error turns with the heading by {size}: {way}"}
+    most = max(high, amplitude)
+    if most <= 2.0 * _MATERIAL * usual:
+        bound = f"{number(most, 2)} {unit_text(unit)}"
+        return found | {"verdict": _DOES_NOT, "sentence": f"no more than {bound} of the error turns with the heading"}
+    return found | {
+        "verdict": _CANNOT,
+        "sentence": f"this log cannot tell: up to {number(most, 2)} {unit_text(unit)} may",
+    }
+
+
+def _untold(why: str) -> dict[str, Any]:
+    return {"harmonic": None, "verdict": _CANNOT, "suspects": [], "sentence": f"this log cannot tell: {why}"}
+
+
+def _suspected(
+    told: dict[str, dict[str, Any]], stage: Scene, psi: Array, beside: Array, fits: list[Fitted | None]
+) -> dict[str, dict[str, Any]]:
+    """Name suspects where the directions are plain; nothing where they are not."""
+    surge, sway = told["surge"], told["sway"]
+    if surge["verdict"] == sway["verdict"] == _DEPENDS:
+        between = np.radians(surge["harmonic"]["direction"] - sway["harmonic"]["direction"])
+        if abs((between + np.pi) % (2.0 * np.pi) - np.pi) < _AGREE:
+            for one in (surge, sway):
+                one["suspects"] = ["steady_current", "mean_wind"]
+                one["sentence"] += "; surge and sway agree, which would point to a current or a wind"
+    elif sway["verdict"] != _CANNOT and surge["verdict"] == _DOES_NOT and _follows_speed(stage, psi, beside):
+        sway["suspects"] = ["compass"]
+        sway["verdict"] = _DEPENDS
+        sway["sentence"] = (
+            "the error turns with the heading in proportion to speed, in sway alone, which would point to the compass"
+        )
+    return told
+
+
+def _follows_speed(stage: Scene, psi: Array, beside: Array) -> bool:
+    """Whether the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it."""
+    u = np.nan_to_num(stage.column("u"))
+    columns = np.column_stack([u * np.cos(psi), u * np.sin(psi)])
+    still = np.column_stack([np.cos(psi), np.sin(psi)])
+    fit = fit_beside(stage, -stage.error[:, 1], columns, np.column_stack([beside, still]))
+    if fit is None or fit.free.min() < _FREE:
+        return False
+    test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
+    size = float(np.hypot(*fit.values)) * float(np.sqrt((u**2).mean()))
+    material = size > _MATERIAL * float(stage.spread[1])
+    return material and test > float(f_distribution.isf(_CHANCE, 2, max(fit.blocks - 2, 3)))

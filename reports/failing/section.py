@@ -1,0 +1,185 @@
+"""The page's section on where the models fail: map before and after, regimes, times, and the structure of the error."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..figures import regime_bars
+from ..markup import Html, element, figure, lines, render, table
+from ..plotted import regime_rows
+from ..run_folder import RunFolder
+from ..sections import legend
+from ..svg import HEAT
+from ..wording import ACCELERATION_UNITS, AXES, percent, typeset, unit_text, words
+from .drawings import by_heading, error_map, heat_steps, local_error, spectra
+from .regimes import regime_table
+
+_LOOKS = (
+    ("frequency", "Fast or slow"),
+    ("lag", "Early or late"),
+    ("heading", "With the heading"),
+    ("drift", "Over time"),
+)
+
+
+def where_it_fails(run: RunFolder) -> Html:
+    """Where the error gathers before and after: from above, by regime, in time, by frequency and heading."""
+    places = run.comparison.get("failures") or run.findings.get("failures") or []
+    structure = run.comparison.get("structure") or []
+    rows, held_out = regime_rows(run.series)
+    source = (
+        "held-out data" if held_out else "all parts of the log, because the held-out part alone is too short for a map"
+    )
+    bars = figure(
+        regime_bars(regime_table(rows, "before"), regime_table(rows, "after")),
+        f"Root-mean-square acceleration error by regime, on {source}. A tall orange bar beside a short blue one "
+        "is a regime that the missing effects explain; two tall bars are a regime that still waits for its reason. "
+        "The percentage under each bin is its share of the time.",
+        cls="pair",
+    )
+    return render(
+        element("h2", "Where it fails"),
+        _maps(run.series, places),
+        _worst(places),
+        legend(("before", "after")),
+        bars,
+        _times(structure),
+        _structure(structure),
+    )
+
+
+def _maps(series: pd.DataFrame, places: Sequence[Mapping[str, Any]]) -> Html:
+    """The longest log from above, before and after, on one scale of colour."""
+    axis = AXES.index(str(places[0]["axis"])) if places and places[0].get("axis") in AXES else _worst_axis(series)
+    longest = series[series["log"] == series["log"].value_counts(sort=False).idxmax()]
+    errors = [local_error(longest, model, axis) for model in ("before", "after")]
+    bounds = heat_steps(errors)
+    titles = ("before: the nominal model", "after: the corrected model")
+    drawings = [error_map(longest, error, bounds, title, axis) for error, title in zip(errors, titles, strict=True)]
+    texts = [
+        f"under {bounds[0]:g}",
+        *(f"{low:g} to {low + bounds[0]:g}" for low in bounds[:-1]),
+        f"{bounds[-1]:g} and more",
+    ]
+    unit = unit_text(ACCELERATION_UNITS[AXES[axis]])
+    key = element(
+        "div",
+        element("span", f"{AXES[axis]} acceleration error [{unit}]:"),
+        *(element("span", element("i"), text, cls=role) for role, text in zip(HEAT, texts, strict=True)),
+        cls="key",
+    )
+    several = " of the longest log" if series["log"].nunique() > 1 else ""
+    caption = (
+        f"The whole track{several} from above; the circle is its start. Thick, strong strokes are where the modelled "
+        f"{AXES[axis]} acceleration errs; strokes that are gone after are what the correction explains."
+    )
+    return element(
+        "figure", key, element("div", *drawings, cls="plots pair"), element("figcaption", caption), cls="card"
+    )
+
+
+def _worst_axis(series: pd.DataFrame) -> int:
+    """The axis on which the first model errs most, as a share of what is measured there."""
+    names = ("u_dot", "v_dot", "r_dot")
+    error = [float(np.nanstd(series[f"{name}_before"] - series[name])) for name in names]
+    return int(np.argmax([e / max(float(np.nanstd(series[n])), 1e-12) for e, n in zip(error, names, strict=True)]))
+
+
+def _worst(places: Sequence[Mapping[str, Any]]) -> Html:
+    """The regimes in which the error gathers, and what removes it."""
+    if not places:
+        return element("p", "No regime stands out: what error there is, is spread evenly.", cls="facts")
+    rows = [
+        (
+            words(str(place.get("model", "nominal"))),
+            render(*lines([str(place.get("where"))])),
+            str(place.get("axis")),
+            percent(place.get("share_of_error")),
+            percent(place["share_of_rows"]) if "share_of_rows" in place else f"{place.get('rows', '')} rows",
+            _fall(place),
+            _removed(place),
+        )
+        for place in places
+    ]
+    head = (
+        "model",
+        "where its error gathers",
+        "axis",
+        "share of the error",
+        "of the time",
+        "error there",
+        "removed by",
+    )
+    note = (
+        "A regime is told when one half of the log proposes it and the other half agrees. An effect is named when "
+        "adding it removes error there on held-out rows too; the percentage is of the squared error."
+    )
+    return element("div", table(head, rows, "lllrrrl"), element("p", note, cls="facts"), cls="card")
+
+
+def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
+    """The stretches of time with the largest error."""
+    rows = [
+        (
+            words(str(one["model"])),
+            f"{place['from']:.0f} to {place['to']:.0f} s" + f", log {place['log'] + 1}" * bool(place["log"]),
+            str(place["doing"]),
+            str(place["axis"]),
+            percent(place["share_of_error"]),
+            _fall(place),
+            _removed(place),
+        )
+        for one in structure
+        for place in one["segments"]
+    ]
+    if not rows:
+        return Html("")
+    head = ("model", "when", "what the boat was doing", "axis", "share of the error", "error then", "removed by")
+    return element("div", element("h3", "The worst seconds"), table(head, rows, "llllrrl"), cls="card")
+
+
+def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
+    """What the errors are like: spectra, headings, and in words."""
+    known = [one for one in structure if one["frequency"][AXES[0]]["hz"]]
+    if not known:
+        return Html("")
+    frequency, heading = [one["frequency"] for one in known], [one["heading"] for one in known]
+    fast = figure(
+        [spectra(frequency, axis) for axis in AXES],
+        "Power of the measured acceleration and of the errors by frequency. An orange line as high as the measured one "
+        "on the left is a slow force that is missing; where both errors meet on the right, it is noise.",
+        cls="trio",
+    )
+    turned = figure(
+        [by_heading(heading, axis) for axis in AXES],
+        "Median error by heading, with the range of its middle half. Points that rise and fall once around the compass "
+        "are a current, a wind or a compass error; points on the line are none.",
+        cls="trio",
+    )
+    first = structure[0]
+    told = []
+    for key, title in _LOOKS:
+        sentences = [f"{axis}: {first[key][axis]['sentence']}" for axis in AXES]
+        told += [element("dt", title), *(element("dd", text) for text in sentences)]
+    name = words(str(first["model"]))
+    in_words = element(
+        "div", element("h3", f"The error of the {name} model in words"), element("dl", *told, cls="told"), cls="card"
+    )
+    key = legend(("measured", "before", "after") if len(known) > 1 else ("measured", "before"))
+    return render(element("h3", "What the error is like"), key, fast, turned, in_words)
+
+
+def _fall(place: Mapping[str, Any]) -> str:
+    """Error in a place, before and after where both are known."""
+    if "rmse" not in place:
+        return ""
+    ends = [place["rmse"], *([place["rmse_after"]] if "rmse_after" in place else [])]
+    told = " \N{RIGHTWARDS ARROW} ".join(typeset(value, 2) for value in ends)
+    return f"{told} {unit_text(str(place.get('unit', '')))}"
+
+
+def _removed(place: Mapping[str, Any]) -> Html:
+    found = place.get("removed_by") or []
+    return render(*lines(f"{words(str(one['effect']))} ({percent(one['share_removed'])})" for one in found))
