@@ -45,6 +45,7 @@ _PUBLIC = {
     "prepare": "measurements.prepare",
     "read_inputs": "reports.inputs",
     "read_log": "measurements.log",
+    "report": "reports.reported",
     "simulate_world": "physics.worlds",
     "split": "measurements.split",
     "train": "reports.trained",

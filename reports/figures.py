@@ -158,12 +158,13 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
     }
     numeric = bool(rows["low"].notna().all())
     if numeric:
+        # Low enough that the first edge clears the zero of the axis beside it.
         for place, edge in enumerate([*rows["low"], rows["high"].iloc[-1]]):
-            axes.annotate(f"{edge:g}".replace("-", MINUS), (place - 0.5, 0), (0, -4), **under)
+            axes.annotate(f"{edge:g}".replace("-", MINUS), (place - 0.5, 0), (0, -9), **under)
     for place, (label, share) in enumerate(zip(rows["regime"], rows["share_of_rows"], strict=True)):
         if not numeric:
             axes.annotate(REGIME_LABELS.get(str(label), str(label)), (place, 0), (0, -4), linespacing=1.0, **under)
-        axes.annotate(percent(share), (place, 0), (0, -18 if numeric else -32), color=ROLES["muted"], **under)
+        axes.annotate(percent(share), (place, 0), (0, -23 if numeric else -32), color=ROLES["muted"], **under)
 
 
 def ranked_effects(candidates: Sequence[Mapping[str, Any]], most: int = 12) -> Html:
