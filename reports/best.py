@@ -48,8 +48,8 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]
     """The model to trust and why, in at most two sentences.
 
     What decides are predictions over 10 s, surge, sway and yaw together; over 2 s where the judged rows are too few for
-    that, and the acceleration where they are too few for any. Of models that differ by chance only the simplest is named, and none that
-    breaks a law where another keeps them all.
+    that, and the acceleration where they are too few for any. Of models that differ by chance only the simplest is
+    named, and none that breaks a law where another keeps them all.
     """
     what, shortest, table = _what_decides(models)
     field = [

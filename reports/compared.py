@@ -31,18 +31,31 @@ def comparison_table(comparison: Mapping[str, Any]) -> RenderableType:
     first = str(models[0]["name"])
     marked = [d for d in comparison.get("differences") or [] if d.get("against") == first]
     verdicts = {(d["model"], d["quantity"], d["horizon"], d["axis"]): str(d["verdict"]) for d in marked}
-    parts = [
+    legend = _legend(set(verdicts.values()), first)
+    tables = [
         Fitting([_accelerations(models, where, verdicts, mae) for mae in (True, False)]),
-        _predictions(models, where, verdicts, first),
-        _beside(models, comparison),
+        _predictions(models, where, verdicts),
+        _beside(models),
     ]
-    return stacked(parts)
+    return stacked([legend, *tables] if legend else tables)
 
 
 def notes_list(comparison: Mapping[str, Any]) -> RenderableType | None:
     """What a reader must know of the comparison; None where there is nothing."""
     notes = [str(note) for note in comparison.get("notes") or []]
     return section("Notes", bullets([f"{note[:1].upper()}{note[1:]}." for note in notes])) if notes else None
+
+
+def _legend(told: set[str], first: str) -> RenderableType | None:
+    """What the marks mean that the tables have."""
+    meaning = {
+        "better": f"a smaller error than {first}'s by more than chance",
+        "worse": "a larger one",
+        "no difference": "no sure difference",
+        "too short to tell": "too few rows to tell",
+    }
+    marks = [f"{MARKS[verdict]} {text}" for verdict, text in meaning.items() if verdict in told]
+    return Prose(f"Marks beside numbers: {'; '.join(marks)}.") if marks else None
 
 
 def _accelerations(models: Sequence[Row], where: str, verdicts: Mapping[Any, str], mae: bool) -> Table:
@@ -64,16 +77,8 @@ def _accelerations(models: Sequence[Row], where: str, verdicts: Mapping[Any, str
     return table
 
 
-def _predictions(models: Sequence[Row], where: str, verdicts: Mapping[Any, str], first: str) -> Table:
-    told = {verdicts.get((m["name"], "rollout", h, axis)) for m in models for h in m["rollout"] for axis in _ROLLED}
-    meaning = [
-        f"{MARKS['better']} smaller, {MARKS['worse']} larger than {first}'s by more than chance",
-        f"{MARKS['no difference']} no sure difference" * ("no difference" in told),
-        f"{MARKS['too short to tell']} too few rows to tell" * ("too short to tell" in told),
-    ]
-    table = plain_table(
-        f"Predictions on {where}: root mean square errors", "; ".join(filter(None, meaning)) * any(told)
-    )
+def _predictions(models: Sequence[Row], where: str, verdicts: Mapping[Any, str]) -> Table:
+    table = plain_table(f"Predictions on {where}: root mean square errors")
     horizons = sorted({key for model in models for key in model.get("rollout") or {}}, key=float)
     lost = any((model["rollout"].get(h) or {}).get("diverged") for model in models for h in horizons)
     table.add_column("ahead", no_wrap=True, justify="right")
@@ -91,7 +96,7 @@ def _predictions(models: Sequence[Row], where: str, verdicts: Mapping[Any, str],
     return table
 
 
-def _beside(models: Sequence[Row], comparison: Mapping[str, Any]) -> Table:
+def _beside(models: Sequence[Row]) -> Table:
     domains = [model.get("domain") or {} for model in models]
     counts = [(domain.get(side) or {}).get("rows", 0) for domain in domains[:1] for side in ("inside", "outside")]
     beyond = len(counts) == 2 and counts[1] > 0

@@ -27,6 +27,8 @@ _SHORTEST = 3.0
 """Blocks that autocorrelation alone leaves at least."""
 MATERIAL = 0.01
 """Share of the error below which a difference, however sure, is none."""
+_ROWS = 30
+"""Rows below which nothing is said: fewer do not show how alike neighbours are."""
 _MOST = 6
 """Blocks at most: longer blocks cost a little width, and keep an interval honest where the error goes slowly."""
 _LONGER = 5.0
@@ -109,7 +111,7 @@ def _half_width(series: Array, shortest: int) -> tuple[float | None, int]:
     wanted = min(_LONGER * block_length(series), rows / _SHORTEST)
     length = max(int(wanted), int(np.ceil(rows / _MOST)), shortest)
     blocks = rows / length
-    if blocks < FEWEST or not np.isfinite(series).all():
+    if rows < _ROWS or blocks < FEWEST or not np.isfinite(series).all():
         return None, int(blocks)
     total = np.concatenate([[0.0], np.cumsum(series - series.mean())])
     means = (total[length:] - total[:-length]) / length

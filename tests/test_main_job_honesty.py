@@ -60,5 +60,5 @@ def test_what_stays_unexplained_is_said(inputs: Inputs):
 def test_a_run_is_compared_with_the_numbers_it_fitted(inputs: Inputs, tmp_path: Path):
     run = discover(inputs)
     write_run(run, tmp_path / "run", report=False)
-    models = compare(inputs, [tmp_path / "run"])["models"]
-    assert [model["parameters"] for model in models] == [0, 1]
+    models = {model["name"]: model for model in compare(inputs, [tmp_path / "run"])["models"]}
+    assert (models["nominal"]["parameters"], models["run"]["parameters"]) == (0, 1)
