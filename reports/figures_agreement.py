@@ -35,7 +35,7 @@ def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
     stride = max(1, len(rows) // POINTS)
     low, high = _frame(measured, [rows[f"{name}_{model}"].to_numpy(float) for model in MODELS])
     outside = 0
-    with matplotlib.rc_context(STYLE | {"path.simplify": False}):
+    with matplotlib.rc_context({**STYLE, "path.simplify": False}):
         width, height = SIZE
         figure = canvas(width, height)
         axes = panel(figure, 58, 26, width - 66, height - 72)

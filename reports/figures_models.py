@@ -74,9 +74,10 @@ def _errors(axes: Axes, rivals: Sequence[Rival], reference: str) -> None:
         ends = [end for end in (rival.interval or ()) if end > 0.0]
         place = min(max([rival.error, *ends]), high) if rival.error > 0.0 else low
         inside = place < low * (high / low) ** 0.72
-        side = {"ha": "left"} if inside else {"ha": "right"}
         place = place if inside else max(min([rival.error, *ends]), low)
-        axes.annotate(text, (place, row), (11 if inside else -11, 0), **beside, **side, weight=strong)
+        axes.annotate(
+            text, (place, row), (11 if inside else -11, 0), **beside, ha="left" if inside else "right", weight=strong
+        )
 
 
 def _legend(axes: Axes) -> None:

@@ -16,6 +16,7 @@ from verbs import call, done, refused
 from undertow.physics.errors import RequestError
 from undertow.reports.browser import find_browser, print_pdf
 from undertow.reports.fleet import shared_effects, told
+from undertow.reports.fleet_page import fleet_page
 from undertow.reports.made_from import command, log_digests, versions
 from undertow.reports.run_folder import read_run
 
@@ -87,10 +88,8 @@ def test_the_page_for_all_links_to_each_run_from_where_it_lies(fleet):
 
 
 def test_equal_runs_give_equal_pages_for_all(fleet):
-    done("report", "one", "two")
-    first = Path("report.html").read_bytes()
-    done("report", "one", "two")
-    assert Path("report.html").read_bytes() == first
+    first, again = (fleet_page([read_run(Path("one")), read_run(Path("two"))], Path.cwd()) for _ in range(2))
+    assert first == again
 
 
 def test_shared_effects_are_told_from_those_of_one_boat(fleet):
@@ -133,6 +132,52 @@ def test_intervals_that_only_touch_agree_and_those_a_hair_apart_do_not(fleet):
 def test_nothing_is_written_when_something_is_wrong(fleet, words, match):
     Path("notes.html").write_text("<!doctype html><title>my notes</title>")
     refused("report", *words, match=match)
+
+
+# More models
+
+
+@pytest.fixture(scope="module")
+def real(tmp_path_factory):
+    """A run of a simulated boat, as `discover` writes it."""
+    folder = tmp_path_factory.mktemp("real")
+    log = folder / "log.csv"
+    done("simulate", "--vehicle", "otter", "--effect", "surge_quadratic_damping=-20", "--duration", "120", "--out", log)
+    done("discover", log, "--vehicle", "otter", "--out", folder / "run", "--no-report")
+    return folder
+
+
+def test_a_model_is_compared_on_the_logs_of_the_run(real, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(real / "run", "run")
+    before = json.loads(Path("run/comparison.json").read_text())["models"]
+    written = done("report", "run", "--model", real / "run" / "nominal.yaml").split()
+    assert written[-1] == "run/report.html"
+    after = json.loads(Path("run/comparison.json").read_text())["models"]
+    assert [model["name"] for model in after] == [
+        *(model["name"] for model in before),
+        str(real / "run" / "nominal.yaml"),
+    ]
+    assert after[-1]["rollout"] == before[0]["rollout"]
+    picture = Path("run/report.html").read_text().split("<h2>Which model to trust</h2>")[1].split("</svg>")[0]
+    assert picture.count("physics") == 3  # nominal, calibrated, and the one that was given
+
+
+def test_a_model_that_cannot_be_compared_leaves_the_run_as_it_was(real, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(real / "run", "run")
+    refused("report", "run", "--model", "nowhere.yaml", match="nowhere.yaml")
+
+
+def test_discover_records_how_the_run_was_made(real):
+    record = json.loads((real / "run" / "run.json").read_text())
+    log = str(real / "log.csv")
+    assert shlex.split(record["command"]) == [
+        "undertow", "discover", log, "--vehicle", "nominal.yaml", "--seed", "0"
+    ]  # fmt: skip
+    digest = hashlib.sha256((real / "log.csv").read_bytes()).hexdigest()
+    assert record["log_sha256"] == [{"path": log, "sha256": digest}]
+    assert record["versions"]["numpy"]
 
 
 # PDF
