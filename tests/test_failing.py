@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from undertow.physics.hidden_effects import apply_effects
+from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds import simulate_world
 from undertow.reports.assess import series
@@ -125,9 +126,9 @@ def test_no_effect_is_named_where_nobody_added_one(two: Inputs, told_of_two):
 
 def test_a_vehicle_with_another_thrust_curve_is_not_explained_by_parameters(two: Inputs, told_of_two):
     other = apply_effects(HULL, TWO)
-    curve = other.thrusters[0].curve.model_copy(
-        update={"force": tuple(0.8 * f for f in other.thrusters[0].curve.force)}
-    )
+    old = other.thrusters[0].curve
+    assert isinstance(old, TableCurve)
+    curve = old.model_copy(update={"force": tuple(0.8 * f for f in old.force)})
     changed = other.model_copy(update={"thrusters": [t.model_copy(update={"curve": curve}) for t in other.thrusters]})
     models = VehicleModel(HULL, "nominal"), VehicleModel(changed, "another")
     assert contributions(*models, Along(parts(two)), scene(told_of_two[1])) is None
