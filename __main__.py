@@ -104,25 +104,37 @@ def compare(
     logs: Logs,
     vehicle: VehicleOption,
     model: Annotated[
-        list[Path] | None, typer.Option("--model", help="Vehicle file, run folder or network to compare.")
+        list[Path] | None,
+        typer.Option(
+            "--model", help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported)."
+        ),
     ] = None,
     judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="comparison.json to write.")] = None,
     frame: FrameOption = None,
     channels: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compare models with measurements, by axis, horizon and regime, and show where they fail."""
+    """Compare models with measurements on the same rows: which to trust, by how much, and where they fail."""
     with failing_clearly():
+        from .physics.files import write_json
         from .reports.compare import compare as compare_models
 
+        if out is not None:
+            check_file(out, vehicle)
         found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
+        if out is not None:
+            write_json(out, found)
         if as_json:
             print_json(found)
         else:
+            from .reports.compared import best_text, comparison_table, notes_list
             from .reports.failing.screen import failures_table, structure_list
-            from .reports.terminal import comparison_table
 
-            show(comparison_table(found), failures_table(found), structure_list(found))
+            show(best_text(found), comparison_table(found), failures_table(found))
+            show(structure_list(found), notes_list(found))
+            if out is not None:
+                say(f"Comparison: {out}")
 
 
 @app.command()
@@ -352,7 +364,7 @@ def train(
         if as_json:
             print_json(done.to_dict())
             return
-        from .reports.terminal import comparison_table
+        from .reports.compared import comparison_table
 
         say("")
         prose(" ".join(done.sentences))

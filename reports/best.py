@@ -15,6 +15,8 @@ from .wording import listing, percent
 
 BASELINE = "baseline"
 _AXES = 3
+_HORIZONS, _BLOCKS = ("10", "2"), 3
+"""Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,9 +47,9 @@ class _Contender:
 def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]:
     """The model to trust and why, in at most two sentences.
 
-    What decides is the longest rollout that the judged rows can decide, over surge, sway and yaw together, or the
-    acceleration where they can decide none. Of models that differ by chance only the simplest is named, and none that
-    breaks a law where another keeps them all.
+    What decides are predictions over 10 s, surge, sway and yaw together; over 2 s where the judged rows are too few for
+    that, and the acceleration where they are too few for any. Of models that differ by chance only the simplest is
+    named, and none that breaks a law where another keeps them all.
     """
     what, shortest, table = _what_decides(models)
     field = [
@@ -78,14 +80,14 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]
 def _what_decides(models: Sequence[tuple[Model, Errors, Audit | None]]) -> tuple[str, int, list[Array]]:
     """What is compared, in words, empty where the rows are too few for anything; rows of a block; squared errors."""
     every = [errors for _, errors, _ in models]
-    for horizon in sorted(every[0].rollouts, key=float, reverse=True):
-        table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
-        shortest = rows_of(every[0], horizon)
-        if len(table) > 1 and paired_ratio(table[1], table[0], shortest).ci95 is not None:
-            return f"predictions over {horizon} s", shortest, table
+    for horizon in _HORIZONS:
+        if horizon in every[0].rollouts:
+            table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
+            shortest = rows_of(every[0], horizon)
+            if table[0].shape[0] >= _BLOCKS * shortest:
+                return f"predictions over {horizon} s", shortest, table
     table = [squares(errors) for errors in every]
-    enough = len(table) > 1 and paired_ratio(table[1], table[0]).ci95 is not None
-    return "acceleration" if enough else "", 1, table
+    return "acceleration" if paired_ratio(table[-1], table[0]).ci95 is not None else "", 1, table
 
 
 def _simplest(field: Sequence[_Contender]) -> _Contender:

@@ -32,8 +32,6 @@ VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "
 
 _WORSE = 1.05
 """Share of the error before from which predictions are said to get worse."""
-_ABREAST = 4
-"""Models beside the first in one table: numbers must stay whole on a terminal of 80 columns."""
 
 
 def steps_table(findings: Mapping[str, Any]) -> Table:
@@ -161,41 +159,6 @@ def advice_list(findings: Mapping[str, Any]) -> RenderableType | None:
         reasons.setdefault(str(item.get("manoeuvre", "")), []).append(str(item.get("why", "")))
     lines = [f"{manoeuvre}: {'; '.join(dict.fromkeys(why))}" for manoeuvre, why in reasons.items()]
     return section("What to record next", bullets(lines)) if lines else None
-
-
-def comparison_table(comparison: Mapping[str, Any]) -> RenderableType:
-    """All compared models: one column each, acceleration and rollout errors by axis and horizon below one another.
-
-    Many models make several tables, each with the first model in it, so that no number is cut.
-    """
-    first, *others = comparison["models"]
-    groups = [others[k : k + _ABREAST] for k in range(0, len(others), _ABREAST)] or [[]]
-    split = str(comparison.get("split", "held-out"))
-    title = "Models on all rows" if split == "all" else f"Models on the {split} part"
-    return stacked([_compared([first, *group], title) for group in groups])
-
-
-def _compared(models: Sequence[Mapping[str, Any]], title: str) -> Table:
-    table = plain_table(title, caption="root mean square errors")
-    table.add_column("error", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    for model in models:
-        table.add_column(Text(str(model["name"])), justify="right", min_width=8, overflow="fold")
-    for axis in AXES:
-        cells = [number(((model.get("acceleration") or {}).get("rmse") or {}).get(axis)) for model in models]
-        table.add_row(f"{axis} acceleration", unit_text(ACCELERATION_UNITS[axis]), *cells, end_section=axis == "yaw")
-    horizons = sorted({key for model in models for key in model.get("rollout") or {}}, key=float)
-    for horizon in horizons:
-        errors = [(model.get("rollout") or {}).get(horizon) or {} for model in models]
-        for axis in (*AXES, "position"):
-            last = axis == "position"
-            cells = [number(error.get(axis)) for error in errors]
-            table.add_row(f"{horizon} s {axis}", ROLLOUT_UNITS[axis], *cells, end_section=last)
-        if any(error.get("diverged") for error in errors):
-            cells = [f"{error.get('diverged', 0)} of {error.get('starts', '?')}" for error in errors]
-            table.add_row(f"{horizon} s diverged", "", *cells, end_section=True)
-    table.add_row("laws of a hull", "", *(Text(str(model.get("audit", "not run"))) for model in models))
-    return table
 
 
 def _effects(title: str, candidates: Sequence[Mapping[str, Any]], *, caption: str, verdicts: bool) -> RenderableType:

@@ -7,7 +7,7 @@ standard error that the bootstrap then has with endless draws is known in closed
 blocks that overlap (Meketon and Schmeiser 1984), so nothing is drawn. Few blocks give Student's t, not a normal
 quantile. The length of a block comes from the autocorrelation of the difference (Politis and White 2004, with the
 correction of Patton, Politis and White 2009). Their length is best for the variance; intervals that cover need a longer
-one, and a length that a noisy autocorrelation cannot make too short: three times as long, and an eighth of the rows at
+one, and a length that a noisy autocorrelation cannot make too short: five times as long, and a sixth of the rows at
 least. `benchmarks/paired.py` prints how often the intervals cover.
 """
 
@@ -21,13 +21,17 @@ from ..physics.frames import Array
 
 Verdict = Literal["better", "worse", "no difference", "too short to tell"]
 
-FEWEST = 3.0
-"""Blocks below which nothing is said."""
+FEWEST = 2.0
+"""Blocks below which nothing is said: one spread cannot be judged by itself."""
+_SHORTEST = 3.0
+"""Blocks that autocorrelation alone leaves at least."""
 MATERIAL = 0.01
 """Share of the error below which a difference, however sure, is none."""
-_MOST = 8
+_ROWS = 30
+"""Rows below which nothing is said: fewer do not show how alike neighbours are."""
+_MOST = 6
 """Blocks at most: longer blocks cost a little width, and keep an interval honest where the error goes slowly."""
-_LONGER = 3.0
+_LONGER = 5.0
 _LEVEL = 0.975
 _LEAST = 1e-24
 """Mean square that stands for none, so that there is a logarithm."""
@@ -104,15 +108,16 @@ def paired_ratio(model: Array, reference: Array, shortest: int = 1) -> Differenc
 def _half_width(series: Array, shortest: int) -> tuple[float | None, int]:
     """Half of the 95 % interval of a mean, None where the rows are too few; and how many blocks long they are."""
     rows = series.size
-    wanted = min(_LONGER * block_length(series), rows / FEWEST)
+    wanted = min(_LONGER * block_length(series), rows / _SHORTEST)
     length = max(int(wanted), int(np.ceil(rows / _MOST)), shortest)
     blocks = rows / length
-    if blocks < FEWEST or not np.isfinite(series).all():
+    if rows < _ROWS or blocks < FEWEST or not np.isfinite(series).all():
         return None, int(blocks)
     total = np.concatenate([[0.0], np.cumsum(series - series.mean())])
     means = (total[length:] - total[:-length]) / length
     covered = np.convolve(np.ones(means.size), np.ones(length)) / (length * means.size)
-    unbiased = 1.0 - length * float(covered @ covered)
+    unbiased = 1.0 - length * float(covered @ covered)  # of rows that err alone
+    unbiased *= 1.0 - (shortest - 1.0) / (3.0 * length)  # of neighbours that share rows: a triangle of correlation
     error = np.sqrt(float(means.var()) / (blocks * unbiased))
     return float(student.ppf(_LEVEL, blocks - 1.0) * error), int(blocks)
 

@@ -25,6 +25,8 @@ from undertow.physics.vehicle import load_vehicle
 
 VERBS = ("demo", "inspect", "compare", "discover", "fit", "add", "simulate", "report")
 HIDDEN = "surge_quadratic_damping"
+REFERENCES = ("nominal", "calibrated", "zero acceleration", "hold velocity")
+"""Models that every comparison has."""
 AXES = {"surge", "sway", "yaw"}
 TIME = np.arange(0.0, 40.0, 0.1)
 
@@ -142,13 +144,15 @@ def test_compare_takes_run_folders_and_vehicle_files(place: Path) -> None:
     models = ["--model", place / "run", "--model", place / "run" / "model.yaml", "--model", "blueboat"]
     words = ["compare", place / "log.csv", "-v", "blueboat", *models]
     table = done(*words)
-    assert all(word in table for word in ("nominal", "run", "model", "10 s position", "Where it fails"))
+    assert all(word in table for word in ("nominal", "run", "model", "Predictions on", "10 s", "Where it fails"))
     content = strict(done(*words, "--json"))
     check_comparison(content)
-    nominal, run, file, same = content["models"]
-    assert [m["name"] for m in content["models"]] == ["nominal", "run", "model", "blueboat"]
-    assert [m["kind"] for m in content["models"]] == ["physics", "symbolic", "physics", "physics"]
-    assert {**run, "name": "", "kind": "", "parameters": 0} == {**file, "name": "", "kind": ""}
+    nominal, _, _, _, run, file, same = content["models"]
+    assert [m["name"] for m in content["models"]] == [*REFERENCES, "run", "model", "blueboat"]
+    kinds = ["physics", "physics", "baseline", "baseline", "symbolic", "physics", "physics"]
+    assert [m["kind"] for m in content["models"]] == kinds
+    own = ("name", "kind", "parameters", "seconds_to_fit", "seconds_to_evaluate")
+    assert {k: v for k, v in run.items() if k not in own} == {k: v for k, v in file.items() if k not in own}
     assert same["rollout"] == nominal["rollout"]
     assert run["rollout"]["10"]["surge"] < nominal["rollout"]["10"]["surge"] / 3
 
@@ -166,7 +170,7 @@ def test_models_of_one_name_are_told_apart(place: Path, here: Path) -> None:
     Path("model.yaml").write_bytes((place / "run" / "model.yaml").read_bytes())
     other = place / "run" / "model.yaml"
     words = ["compare", place / "log.csv", "-v", "blueboat", "--model", "model.yaml", "--model", other, "--json"]
-    assert [m["name"] for m in strict(done(*words))["models"]] == ["nominal", "model", str(other)]
+    assert [m["name"] for m in strict(done(*words))["models"]] == [*REFERENCES, "model", str(other)]
 
 
 def test_discover_prints_the_story(place: Path, here: Path) -> None:
@@ -346,12 +350,13 @@ def check_findings(findings: dict[str, Any]) -> None:
 
 
 def check_comparison(comparison: dict[str, Any]) -> None:
-    check_keys(comparison, "schema", "split", "logs", "models", "failures")
+    check_keys(comparison, "schema", "split", "logs", "best", "models", "differences", "failures", "notes")
     assert comparison["schema"] == "undertow.comparison/1"
+    assert comparison["best"]["model"] in {model["name"] for model in comparison["models"]}
     for model in comparison["models"]:
         keys = ("name", "kind", "acceleration", "rollout", "audit", "parameters", "seconds_to_fit")
         check_keys(model, *keys)
-        assert model["kind"] in ("physics", "symbolic", "hybrid", "network")
+        assert model["kind"] in ("physics", "symbolic", "hybrid", "network", "baseline")
         assert model["audit"] in ("pass", "fail", "not run")
         assert isinstance(model["parameters"], int)
         check_keys(model["acceleration"], "rmse", "mae", "r2")
@@ -386,7 +391,7 @@ def test_the_run_folder_holds_what_was_promised(place: Path) -> None:
     assert term["value"] == pytest.approx(-12.0, abs=0.3)
     assert findings["failures"]
     assert comparison["failures"]
-    assert {model["name"] for model in comparison["models"]} == {"nominal", "corrected"}
+    assert {model["name"] for model in comparison["models"]} == {*REFERENCES, "corrected"}
     series = pd.read_csv(run / "series.csv")
     columns = ("time", "u", "u_dot", "u_before", "u_after", "u_dot_before", "u_dot_after", "X_residual", "N_residual")
     assert set(columns) <= set(series.columns)

@@ -7,9 +7,10 @@ import pytest
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
+from undertow.reports.compare import compare
 from undertow.reports.folder import write_run
 from undertow.reports.inputs import Inputs, read_inputs
-from undertow.reports.run import add, compare, discover
+from undertow.reports.run import add, discover
 
 HULL = load_vehicle("blueboat")
 
@@ -59,5 +60,5 @@ def test_what_stays_unexplained_is_said(inputs: Inputs):
 def test_a_run_is_compared_with_the_numbers_it_fitted(inputs: Inputs, tmp_path: Path):
     run = discover(inputs)
     write_run(run, tmp_path / "run", report=False)
-    models = compare(inputs, [tmp_path / "run"])["models"]
-    assert [model["parameters"] for model in models] == [0, 1]
+    models = {model["name"]: model for model in compare(inputs, [tmp_path / "run"])["models"]}
+    assert (models["nominal"]["parameters"], models["run"]["parameters"]) == (0, 1)

@@ -1,0 +1,320 @@
+"""The comparison: every model on the same rows, baselines that know nothing, and a recommendation that holds back."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import pytest
+from verbs import done, refused, strict
+
+from undertow.measurements.dataset import WEAK, DataSet
+from undertow.physics.errors import RequestError
+from undertow.physics.frames import Array
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import Rollouts
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.reports.assess import Parts, series
+from undertow.reports.best import best
+from undertow.reports.compare import compare, compare_run
+from undertow.reports.comparison import calibrated_model, comparison, judge, reference_models
+from undertow.reports.folder import write_run
+from undertow.reports.inputs import Inputs, read_inputs
+from undertow.reports.run import discover
+from undertow.residuals.baselines import HoldVelocity, ZeroAcceleration, baselines
+from undertow.residuals.domain import known_to, spanned
+from undertow.residuals.models import Model, VehicleModel
+from undertow.residuals.scores import Errors, evaluate
+
+HULL = load_vehicle("blueboat")
+TRUE = HULL.with_values({"X_uu": -20.0})
+MOTION = simulate_world(HULL, {}, duration=60.0, noise="clean", seed=4).motion(0.1)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log of 300 s with hidden quadratic surge drag."""
+    log = simulate_world(HULL, {"surge_quadratic_damping": -12.0}, duration=300.0, seed=2)
+    return log.write(tmp_path_factory.mktemp("log") / "log.csv")
+
+
+@pytest.fixture(scope="module")
+def inputs(path: Path) -> Inputs:
+    return read_inputs(path, HULL)
+
+
+@pytest.fixture(scope="module")
+def files(inputs: Inputs, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run folder, and vehicle files: the truth, and one that creates energy."""
+    folder = tmp_path_factory.mktemp("files")
+    write_run(discover(inputs), folder / "run", report=False)
+    TRUE.save(folder / "true.yaml")
+    TRUE.with_values({"N_r": 0.5}).save(folder / "unlawful.yaml")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(inputs: Inputs, files: Path) -> dict[str, Any]:
+    return compare(inputs, [files / "true.yaml", files / "unlawful.yaml"])
+
+
+def by_name(comparison: dict[str, Any]) -> dict[str, Any]:
+    return {model["name"]: model for model in comparison["models"]}
+
+
+def verdict(comparison: dict[str, Any], model: str, quantity: str, horizon: str | None, axis: str) -> str:
+    wanted = (model, "nominal", quantity, horizon, axis)
+    keys = ("model", "against", "quantity", "horizon", "axis")
+    (entry,) = [d for d in comparison["differences"] if tuple(d[k] for k in keys) == wanted]
+    return entry["verdict"]
+
+
+@pytest.mark.parametrize("model", baselines(HULL), ids=lambda model: model.name)
+def test_the_rollouts_of_a_baseline_follow_its_acceleration(model: Model):
+    start, steps = np.array([100, 250]), 300
+    states = model.rollout(MOTION, start, steps).states
+    middle = 0.5 * (states[:, 1:] + states[:, :-1])
+    rates = np.diff(states, axis=1) / MOTION.time_step
+    flat = middle.reshape(-1, 6)
+    said = model.settled(flat[:, 3:], flat[:, 2], np.zeros((len(flat), 2))).reshape(*middle.shape[:2], 3)
+    assert rates[..., 3:] == pytest.approx(said, abs=2e-3)
+    psi, u, v = (middle[..., k] for k in (2, 3, 4))
+    over_ground = np.stack([u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)], axis=-1)
+    assert rates[..., :2] == pytest.approx(over_ground, abs=2e-3)
+    assert rates[..., 2] == pytest.approx(middle[..., 5], abs=1e-9)
+    assert states[:, 0, :2] == pytest.approx(MOTION.position[start])
+
+
+def test_a_boat_that_goes_on_as_it_is_is_predicted_without_error():
+    states = ZeroAcceleration(HULL).rollout(MOTION, np.array([300]), 200).states[0]
+    assert states[:, 3:] == pytest.approx(np.repeat(MOTION.velocity[300:301], 201, axis=0))
+    circle = np.hypot(*(states[:, :2] - states[:, :2].mean(axis=0)).T)
+    assert np.ptp(circle) < np.ptp(states[:, 0])  # body velocities held: it turns
+    straight = HoldVelocity(HULL).rollout(MOTION, np.array([300]), 200).states[0]
+    assert np.diff(straight[:, :2], n=2, axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert np.hypot(*straight[:, 3:5].T) == pytest.approx(np.hypot(*MOTION.velocity[300, :2]))
+
+
+def test_zero_acceleration_explains_nothing(found: dict[str, Any]):
+    r2 = by_name(found)["zero acceleration"]["acceleration"]["r2"]
+    assert all(-0.1 < value <= 0.0 for value in r2.values())
+
+
+def test_every_comparison_has_the_references_on_the_same_rows(found: dict[str, Any]):
+    models = by_name(found)
+    assert list(models) == ["nominal", "calibrated", "zero acceleration", "hold velocity", "true", "unlawful"]
+    for key in ("2", "10", "30"):
+        assert len({model["rollout"][key]["starts"] for model in models.values()}) == 1
+    assert {model["domain"]["inside"]["rows"] for model in models.values()} == {
+        found["models"][0]["domain"]["inside"]["rows"]
+    }
+    for name in ("zero acceleration", "hold velocity"):
+        assert (models[name]["kind"], models[name]["audit"], models[name]["laws"]) == ("baseline", "not run", [])
+    assert models["calibrated"]["parameters"] > 0
+    assert models["calibrated"]["seconds_to_fit"] > 0.0
+    assert models["true"]["seconds_to_evaluate"] > 0.0
+    assert [law["law"] for law in models["true"]["laws"]][:2] == ["positive mass", "dissipation"]
+
+
+def test_scores_are_the_papers(inputs: Inputs):
+    """RMSE, MAE and R squared by axis, from the definitions."""
+    data = inputs.parts.judged
+    errors = evaluate(VehicleModel(HULL, "nominal"), data)
+    measured, wrong = np.concatenate(errors.measured), np.concatenate(errors.acceleration)
+    score = errors.acceleration_score
+    for axis in range(3):
+        e, y = wrong[:, axis], measured[:, axis]
+        assert score.rmse[axis] == pytest.approx(np.sqrt(sum(e**2) / e.size))
+        assert score.mae[axis] == pytest.approx(sum(abs(e)) / e.size)
+        assert score.r2[axis] == pytest.approx(1.0 - sum(e**2) / sum((y - y.mean()) ** 2))
+
+
+def test_domain_errors_add_up_to_those_of_all_rows(found: dict[str, Any]):
+    for model in found["models"]:
+        inside, outside = model["domain"]["inside"], model["domain"]["outside"]
+        rows = inside["rows"] + outside["rows"]
+        for axis in ("surge", "sway", "yaw"):
+            beyond = outside["rmse"][axis] if outside["rows"] else 0.0
+            squares = inside["rows"] * inside["rmse"][axis] ** 2 + outside["rows"] * beyond**2
+            assert np.sqrt(squares / rows) == pytest.approx(model["acceleration"]["rmse"][axis])
+
+
+def test_the_domain_is_what_the_training_part_spans(inputs: Inputs):
+    train = inputs.parts.split.train.motions
+    domain = spanned(HULL, train)
+    assert domain.inside(train).all()
+    fast = replace(MOTION, velocity=MOTION.velocity + np.array([5.0, 0.0, 0.0]))
+    assert not domain.inside([fast]).any()
+
+
+def test_a_true_model_is_marked_better_where_it_is_and_nowhere_else(found: dict[str, Any]):
+    for quantity, horizon in (("acceleration", None), ("rollout", "2"), ("rollout", "10")):
+        assert verdict(found, "true", quantity, horizon, "surge") == "better"
+    assert verdict(found, "true", "acceleration", None, "yaw") == "no difference"
+    assert verdict(found, "true", "rollout", "30", "surge") == "too short to tell"
+    assert verdict(found, "zero acceleration", "acceleration", None, "yaw") == "worse"
+
+
+def test_differences_are_those_of_the_table(found: dict[str, Any]):
+    models = by_name(found)
+    for entry in found["differences"]:
+        if entry["quantity"] == "acceleration":
+            ours, theirs = (models[entry[k]]["acceleration"]["rmse"] for k in ("model", "against"))
+        else:
+            ours, theirs = (models[entry[k]]["rollout"][entry["horizon"]] for k in ("model", "against"))
+        assert entry["difference"] == pytest.approx(ours[entry["axis"]] - theirs[entry["axis"]], abs=1e-9)
+        if entry["ci95"] is not None:
+            assert entry["ci95"][0] <= entry["difference"] <= entry["ci95"][1]
+    against = {(d["model"], d["against"]) for d in found["differences"]}
+    assert ("true", "calibrated") in against
+    assert ("hold velocity", "calibrated") not in against
+
+
+def test_a_lawful_model_is_trusted_and_the_unlawful_one_named(found: dict[str, Any]):
+    assert by_name(found)["unlawful"]["audit"] == "fail"
+    assert found["best"]["model"] == "true"
+    assert "keeps the laws" in found["best"]["sentence"]
+    assert found["best"]["sentence"].count(". ") <= 1
+
+
+def test_an_unlawful_model_is_only_trusted_where_all_are_and_that_is_said(inputs: Inputs):
+    wild = VehicleModel(HULL.with_values({"N_r": 0.5}), "wild", "physics")
+    told = best([(j.model, j.errors, j.audit) for j in (judge(wild, inputs.parts),)])
+    assert told["model"] == "wild"
+    assert "breaks" in told["sentence"]
+    assert "no model here keeps all laws" in told["sentence"]
+
+
+def with_noise(errors: Errors, seed: int, share: float) -> Errors:
+    """The same errors with others of the same size mixed in, which are no better and no worse."""
+    rng = np.random.default_rng(seed)
+    rolled = {}
+    for name, found in errors.rollouts.items():
+        squares = tuple(x * np.exp(share * rng.normal(size=x.shape)) for x in found.squares)
+        rolled[name] = type(found)(squares, found.spacing, found.diverged)
+    return type(errors)(errors.measured, errors.acceleration, errors.step, rolled, errors.seconds)
+
+
+def test_noise_is_never_recommended_over_a_simpler_model(inputs: Inputs):
+    nominal = judge(VehicleModel(HULL, "nominal"), inputs.parts)
+    wins = 0
+    for seed in range(40):
+        dear = VehicleModel(HULL, "dear", "hybrid", 5000)
+        field = [(nominal.model, nominal.errors, nominal.audit)]
+        field.append((dear, with_noise(nominal.errors, seed, 0.3), nominal.audit))
+        wins += best(field)["model"] == "dear"
+    assert wins <= 4
+
+
+def test_where_no_model_beats_a_baseline_none_is_trusted(inputs: Inputs):
+    bad = VehicleModel(HULL.with_values({"X_u": -400.0, "Y_v": -900.0, "N_r": -200.0}), "nominal")
+    field = [judge(model, inputs.parts) for model in (bad, *baselines(HULL))]
+    told = best([(j.model, j.errors, j.audit) for j in field])
+    assert told["model"] in ("zero acceleration", "hold velocity")
+    assert told["sentence"].startswith("Trust none of the models on these rows")
+
+
+def test_rows_that_are_too_few_for_anything_are_said_to_be(inputs: Inputs):
+    data = DataSet((inputs.parts.judged.motions[0].slice(0, 20),), (), WEAK)
+    models = (VehicleModel(HULL, "nominal"), VehicleModel(TRUE, "true"))
+    told = best([(model, evaluate(model, data), None) for model in models])
+    assert told["model"] == "true"
+    assert "too few to tell models apart" in told["sentence"]
+    assert "may be chance" in told["sentence"]
+
+
+def test_calibration_leaves_the_judged_part_alone(inputs: Inputs):
+    spoilt = tuple(replace(m, velocity=3.0 * m.velocity) for m in inputs.weak.test.motions)
+    weak = replace(inputs.weak, test=replace(inputs.weak.test, motions=spoilt))
+    (model,), notes = calibrated_model(inputs)
+    (again,), _ = calibrated_model(replace(inputs, weak=weak))
+    assert again.vehicle == model.vehicle
+    assert model.vehicle.value("X_uu") == pytest.approx(-20.0, abs=0.5)
+    assert notes == []
+
+
+def test_calibration_on_judged_rows_is_told(inputs: Inputs):
+    _, notes = calibrated_model(replace(inputs, parts=Parts(inputs.parts.split, "all")))
+    assert notes == ["calibrated was fitted to rows that are judged here, so its errors are too small"]
+
+
+def test_validation_rows_are_not_fitted_where_they_judge(inputs: Inputs):
+    (model,), _ = calibrated_model(replace(inputs, parts=Parts(inputs.parts.split, "validation")))
+    (other,), _ = calibrated_model(inputs)
+    assert model.vehicle != other.vehicle
+
+
+def test_why_nothing_is_calibrated_is_told(inputs: Inputs):
+    empty = HULL.with_values(dict.fromkeys(("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr"), 0.0))
+    empty = empty.with_values(dict.fromkeys(("X_udot", "Y_vdot", "N_rdot"), 0.0))
+    models, notes = calibrated_model(replace(inputs, vehicle=empty))
+    assert not models
+    assert notes[0].startswith("there is no calibrated model: ")
+
+
+def test_a_run_is_compared_again_with_more_models(found: dict[str, Any], files: Path):
+    again = compare_run(files / "run", [files / "true.yaml"])
+    written = json.loads((files / "run" / "comparison.json").read_text())
+    names = ["nominal", "calibrated", "corrected", "zero acceleration", "hold velocity"]
+    assert [model["name"] for model in written["models"]] == names
+    assert [model["name"] for model in again["models"]] == [*names, "true"]
+    for name in names:
+        ours, theirs = by_name(again)[name], by_name(written)[name]
+        assert ours["acceleration"]["rmse"]["surge"] == pytest.approx(theirs["acceleration"]["rmse"]["surge"])
+        assert (ours["parameters"], ours["audit"]) == (theirs["parameters"], theirs["audit"])
+        assert theirs["seconds_to_evaluate"] is None  # equal inputs give equal files
+        assert theirs["seconds_to_fit"] is None
+    assert ("true", "corrected") in {(d["model"], d["against"]) for d in again["differences"]}
+    assert written["best"]["model"] == "corrected"
+    assert by_name(written)["nominal"] != by_name(found)["nominal"]
+
+
+def test_compare_writes_what_it_prints_as_json(path: Path, files: Path, tmp_path: Path):
+    target = tmp_path / "comparison.json"
+    words = ("compare", path, "-v", "blueboat", "--model", files / "true.yaml")
+    screen = " ".join(done(*words, "--out", target).split())
+    content = strict(target.read_text())
+    assert screen.startswith("Trust true: in predictions over 10 s it errs")
+    assert "Marks beside numbers: < a smaller error than nominal's by more than chance" in screen
+    assert f"Comparison:{target}" in screen.replace(" ", "")
+    assert [m["name"] for m in content["models"]] == [m["name"] for m in strict(done(*words, "--json"))["models"]]
+    refused(*words, "--out", tmp_path, match="it is a folder; give the name of a file")
+
+
+@final
+class Narrow(Model):
+    """Foreign code that was trained near rest."""
+
+    vehicle, name, kind, parameters, seconds_to_fit = HULL, "narrow", "network", 7, 0.0
+    seen = (np.full(5, -0.01), np.full(5, 0.01))
+    same = VehicleModel(HULL, "same")
+
+    def acceleration(self, motion: Motion) -> Array:
+        return self.same.acceleration(motion)
+
+    def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+        return self.same.rollout(motion, starts, steps)
+
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        return self.same.settled(velocity, heading, commands)
+
+
+def test_a_model_far_from_its_training_is_said_to_be(inputs: Inputs):
+    domain = known_to(Narrow())
+    assert domain is not None
+    assert domain.upper == pytest.approx(0.015)
+    assert known_to(VehicleModel(HULL, "hull")) is None
+    models, _ = reference_models(inputs)
+    judged = [judge(model, inputs.parts) for model in (*models, Narrow())]
+    named = [judged[0].model, judged[-1].model]
+    told = comparison(judged, inputs, series(*named, inputs.parts, inputs.channels))
+    (note,) = told["notes"]
+    assert note.startswith("narrow is judged far from what it was trained on at")
+    assert by_name(told)["narrow"]["seconds_to_fit"] is None
+
+
+def test_a_model_given_twice_is_refused(inputs: Inputs, files: Path):
+    with pytest.raises(RequestError, match=r"true.yaml is given twice; give it once"):
+        compare(inputs, [files / "true.yaml", files / "true.yaml"])
