@@ -131,8 +131,8 @@ def compare(
             from .reports.compared import best_text, comparison_table, notes_list
             from .reports.failing.screen import failures_table, structure_list
 
-            places = (failures_table(found), structure_list(found))
-            show(best_text(found), comparison_table(found), *places, notes_list(found))
+            show(best_text(found), comparison_table(found), failures_table(found))
+            show(structure_list(found), notes_list(found))
             if out is not None:
                 say(f"Comparison: {out}")
 

@@ -14,7 +14,7 @@ from .scene import Array
 
 
 class Along:
-    """The logs of a comparison: its train, validation and test parts, in the order in which `assess.series` has them."""
+    """The logs of a comparison, train, validation and test part, in the order in which `assess.series` has them."""
 
     def __init__(self, parts: Sequence[DataSet]) -> None:
         self._parts = tuple(parts)

@@ -7,6 +7,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullFormatter, NullLocator
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from ..markup import Html
@@ -28,10 +29,9 @@ def heat_steps(errors: Sequence[Array]) -> Array:
     known = known[np.isfinite(known)]
     top = float(np.quantile(known, 0.98)) if known.size else 1.0
     raw = max(top, 1e-9) / 5.0
-    power = 10.0 ** np.floor(np.log10(raw))
-    return float(next(nice for nice in (1.0, 2.0, 2.5, 5.0, 10.0) if nice * power >= raw * 0.999) * power) * np.arange(
-        1, 6
-    )
+    power = float(10.0 ** np.floor(np.log10(raw)))
+    nice = next(nice for nice in (1.0, 2.0, 2.5, 5.0, 10.0) if nice * power >= raw * 0.999)
+    return np.asarray(nice * power * np.arange(1, 6), dtype=float)
 
 
 def local_error(series: pd.DataFrame, model: str, axis: int) -> Array:
@@ -121,11 +121,11 @@ def by_heading(heading: Sequence[Mapping[str, Any]], axis: str) -> Html:
         return drawn(figure, f"{axis} error by heading")
 
 
-def _broken(values: Array, gap: Array) -> Array:
+def _broken(values: Array, gap: NDArray[np.intp]) -> Array:
     return np.insert(values, gap + 1, np.nan)
 
 
-def _pieces(x: Array, y: Array, chosen: Array, gap: Array) -> tuple[Array, Array]:
+def _pieces(x: Array, y: Array, chosen: NDArray[np.bool_], gap: NDArray[np.intp]) -> tuple[Array, Array]:
     """The chosen points, each run of them as a line that reaches half-way to its neighbours, NaN between the runs."""
     found_x: list[Array] = []
     found_y: list[Array] = []

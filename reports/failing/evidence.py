@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student_t
 
 from .scene import EDGE, Array, Scene
 
@@ -47,7 +48,8 @@ class Fitted:
 
     def interval(self, k: int) -> list[float]:
         """The 95 % interval of a coefficient."""
-        return [float(end) for end in self.values[k] + np.array([-1.96, 1.96]) * self.errors[k]]
+        reach = float(student_t.ppf(0.975, max(self.blocks - 2, 2))) * self.errors[k]
+        return [float(self.values[k] - reach), float(self.values[k] + reach)]
 
 
 def fit_beside(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitted | None:

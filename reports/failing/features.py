@@ -65,7 +65,7 @@ def features(scene: Scene) -> tuple[Feature, ...]:
     ]
     if scene.commands.shape[1]:
         found += [
-            _of("mean command", 100.0 * scene.common, _percent("mean command {} of the largest (ahead positive)")),
+            _of("mean command", 100.0 * scene.common, _mean_command),
             _of("reversal", scene.opposed.astype(float), _opposed),
             _of("time since a change", scene.since, _since),
         ]
@@ -143,6 +143,12 @@ def _plain(text: str, above: str = "above", below: str = "below") -> Words:
 
 def _percent(text: str) -> Words:
     return lambda low, high: text.format(_between(low, high, unit=f"{NARROW}%"))
+
+
+def _mean_command(low: str, high: str) -> str:
+    if (low, high) in (("0", ""), ("", "0")):
+        return "thrust ahead" if low else "thrust astern"
+    return _percent("mean command {} of the largest (ahead positive)")(low, high)
 
 
 def _turn(low: str, high: str) -> str:

@@ -47,7 +47,7 @@ def against_frequency(stage: Scene) -> dict[str, dict[str, Any]]:
     if windows is None:
         return {axis: _untold() for axis in AXES}
     signals = _signals(stage)
-    hz = np.fft.rfftfreq(windows.shape[1], stage.step)
+    hz = np.asarray(np.fft.rfftfreq(windows.shape[1], stage.step), dtype=float)
     error, measured = (_transformed(np.nan_to_num(values), windows) for values in (stage.error, stage.measured))
     others = _transformed(np.column_stack(list(signals.values())), windows)
     shown = (hz > 0.0) & (hz <= _HIGHEST)

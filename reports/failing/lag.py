@@ -55,14 +55,15 @@ def against_lag(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
             continue
         now = thrust[usable, k]
         delayed = np.column_stack([thrust[usable - lag, k] for lag in lags])
-        lagged = _lagged(thrust[:, k], delays * stage.step, stage)[usable]
+        lagged = _lagged(thrust[:, k], np.asarray(delays * stage.step, dtype=float), stage)[usable]
         fits = []
         for shape, tried in ((delayed, lags), (lagged, delays)):
             left = -stage.error[usable, k, None] + now[:, None] - shape
             left = left - base @ (base.T @ left)
             squares = np.column_stack([np.bincount(blocks, column) for column in np.square(left).T])
             fits.append((squares, left, tried))
-        told[axis] = _judged(*min(fits, key=lambda fit: fit[0].sum(axis=0).min()), stage, k)
+        squares, left, tried = min(fits, key=lambda fit: float(fit[0].sum(axis=0).min()))
+        told[axis] = _judged(squares, left, tried, stage, k)
     return told
 
 

@@ -23,13 +23,15 @@ _RATIO, _EXCESS = 1.5, 0.1
 _LEAST_SHARE, _MOST_SHARE, _LEAST_SECONDS = 0.02, 0.5, 3.0
 """Share of the time, and time [s], that a place may be."""
 _MATERIAL = 0.1
-"""Error in a place, as a share of the usual acceleration on its axis, below which nobody needs to know of it."""
+"""Slow error in a place, as a share of the usual acceleration on its axis, below which nobody needs to know of it."""
 _A_WORD = 0.03
 """Excess that each further quantity in the words must earn."""
 _TRIED = 8
 """Places of an axis that may be put to the test on the other half."""
 _FEWEST_BLOCKS = 6
 """Blocks in the half that tests, below which no place is told."""
+_FEWEST_VISITS = 3
+"""Blocks of that half in which the boat must have been in the place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,9 +93,10 @@ def worst_places(stage: Scene, limit: int = LIMIT) -> list[Failure]:
     A place is a node of a shallow tree grown on the squared error, or a range of surge speed or yaw rate, a state of
     the thrusters, both together, or a range of headings. Places are chosen by the error in one half of the log's
     blocks. One is told when it holds at least 1.5 times as much of the squared error of its axis as of the time, and a
-    tenth more; when its error there is a tenth of the usual acceleration; and when the other half of the blocks agrees:
-    the 95 % interval of the excess, from a bootstrap of those blocks, lies above zero. Axes that the model predicts
-    badly come first, and a place that repeats an earlier one is passed over.
+    tenth more; when the error there, as a mean over a second, is a tenth of the usual acceleration; and when the other
+    half agrees: the 95 % interval of the mean square error there, from a bootstrap of its blocks in the place, lies
+    above the mean square of that half. Axes that the model predicts badly come first, and a place that repeats an
+    earlier one is passed over.
     """
     if not len(stage.table) or stage.block[-1] + 1 < 2 * _FEWEST_BLOCKS:
         return []
@@ -184,16 +187,16 @@ def _holds(
     of_error, of_rows = squares[inside].sum() / squares.sum(), inside.sum() / usable.sum()
     if of_error < _RATIO * of_rows or of_error - of_rows < _EXCESS or inside.sum() * stage.step < _LEAST_SECONDS:
         return False
-    if np.sqrt(squares[inside].mean()) < _MATERIAL * stage.spread[axis]:
+    slow, usual = stage.slow()
+    if np.sqrt(np.square(slow[inside, axis]).mean()) < _MATERIAL * usual[axis]:
         return False
-    columns = np.column_stack([squares * inside, squares, inside, usable]) * tests[:, None]
-    sums = np.column_stack([np.bincount(stage.block, column) for column in columns.T])
-    sums = sums[sums[:, 3] > 0.0]
-    if sums.shape[0] < _FEWEST_BLOCKS:
+    here, all_rows = inside & tests, usable & tests
+    blocks = np.unique(stage.block[here])
+    if blocks.size < _FEWEST_VISITS:
         return False
-    here, all_of_it, rows, all_rows = (draws(sums.shape[0]) @ sums).T
-    excess = here / np.maximum(all_of_it, 1e-300) - rows / all_rows
-    return bool(np.quantile(excess, 0.025) > 0.0)
+    sums = np.array([np.bincount(stage.block, column) for column in (squares * here, here)]).T[blocks]
+    drawn = draws(blocks.size) @ sums
+    return bool(np.quantile(drawn[:, 0] / drawn[:, 1], 0.025) > squares[all_rows].mean())
 
 
 def _inside(split: Split, first: int, last: int) -> NDArray[np.bool_]:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from ..wording import AXES
 from .splits import IDLE_SHARE, SLOW, scaled_commands
@@ -19,6 +20,8 @@ STEP = 0.1
 """Time step [s] of rows that bear no time."""
 EDGE = 0.8
 """Time [s] at both ends of a stretch of which nothing is said: the filter has no motion to go on there, and errs."""
+_SMOOTH = 1.0
+"""Length of the means [s] that leave what is slow."""
 _CHANGE = 0.05
 """Share of the largest command by which a command changes from row to row when it is said to change."""
 _LONG_AGO = 10.0
@@ -62,6 +65,17 @@ class Scene:
     def spread(self) -> Array:
         """Standard deviation of the measured acceleration by axis, (3,)."""
         return np.sqrt(mean_square(self.measured - _mean(self.measured)))
+
+    def slow(self) -> tuple[Array, Array]:
+        """Error (n, 3), and usual size (3,) of the measured acceleration, both as means over a second.
+
+        What a missing force makes is slow and stays; most of the noise of differentiated velocities goes. A mean that
+        reaches into the next stretch does no harm to what is told of many seconds.
+        """
+        rows = max(1, round(_SMOOTH / self.step))
+        error = uniform_filter1d(np.nan_to_num(self.error), rows, axis=0)
+        measured = uniform_filter1d(np.nan_to_num(self.measured - _mean(self.measured)), rows, axis=0)
+        return error, np.sqrt(mean_square(measured))
 
     @property
     def common(self) -> Array:

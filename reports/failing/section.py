@@ -12,7 +12,7 @@ from ..plotted import regime_rows
 from ..run_folder import RunFolder
 from ..sections import legend
 from ..svg import HEAT
-from ..wording import ACCELERATION_UNITS, AXES, percent, typeset, unit_text, words
+from ..wording import ACCELERATION_UNITS, AXES, NARROW, percent, typeset, unit_text, words
 from .drawings import by_heading, error_map, heat_steps, local_error, spectra
 from .regimes import regime_table
 
@@ -121,22 +121,32 @@ def _worst(places: Sequence[Mapping[str, Any]]) -> Html:
 
 def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
     """The stretches of time with the largest error."""
+    linked = any(place.get("removed_by") for one in structure for place in one["segments"])
     rows = [
         (
             words(str(one["model"])),
-            f"{place['from']:.0f} to {place['to']:.0f} s" + f", log {place['log'] + 1}" * bool(place["log"]),
-            str(place["doing"]),
+            f"{place['from']:.0f} to {place['to']:.0f} s".replace(" ", NARROW)
+            + f", log {place['log'] + 1}" * bool(place["log"]),
+            render(*lines(str(place["doing"]).split(", ", 1))),
             str(place["axis"]),
             percent(place["share_of_error"]),
             _fall(place),
-            _removed(place),
+            *[_removed(place)] * linked,
         )
         for one in structure
         for place in one["segments"]
     ]
     if not rows:
         return Html("")
-    head = ("model", "when", "what the boat was doing", "axis", "share of the error", "error then", "removed by")
+    head = (
+        "model",
+        "when",
+        "what the boat was doing",
+        "axis",
+        "share of the error",
+        "error then",
+        *["removed by"] * linked,
+    )
     return element("div", element("h3", "The worst seconds"), table(head, rows, "llllrrl"), cls="card")
 
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from ..wording import ACCELERATION_UNITS, AXES
 from .evidence import contiguous
@@ -16,8 +15,6 @@ LIMIT = 5
 LENGTH = 5.0
 """Length of a segment [s]."""
 _STRIDE = 0.5
-_SMOOTH = 1.0
-"""Errors are averaged over so many seconds first: what is left of a missing force is slow, sensor noise goes."""
 _TIMES = 1.5
 """A segment's mean square error is so many times that of the whole log on its axis."""
 _PLAIN, _MATERIAL = 0.35, 0.15
@@ -58,8 +55,8 @@ def segments(stage: Scene, limit: int = LIMIT) -> list[Segment]:
     They do not overlap on an axis; those on an axis that the model predicts badly come first.
     """
     length, stride = round(LENGTH / stage.step), max(1, round(_STRIDE / stage.step))
-    slow, moved = _slow(stage, np.nan_to_num(stage.error)), _slow(stage, stage.measured - stage.measured.mean(axis=0))
-    whole, usual = mean_square(slow), np.sqrt(mean_square(moved))
+    slow, usual = stage.slow()
+    whole = mean_square(slow)
     badness = np.minimum(np.sqrt(whole) / np.maximum(usual, 1e-12), 1.0)
     trials: list[tuple[float, int, int]] = []
     starts = [int(first) for rows in contiguous(stage) for first in rows[: max(rows.size - length + 1, 0) : stride]]
@@ -83,11 +80,6 @@ def segments(stage: Scene, limit: int = LIMIT) -> list[Segment]:
         if len(found) < limit and not any(one.axis == axis and (one.rows & rows).any() for one in found):
             found.append(Segment(rows, axis))
     return found
-
-
-def _slow(stage: Scene, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Running means over a second, (n, 3); a window that reaches into the next stretch is no harm to a mean of 5 s."""
-    return uniform_filter1d(values, max(1, round(_SMOOTH / stage.step)), axis=0)
 
 
 def _even(stage: Scene, error: NDArray[np.float64], length: int) -> float:

@@ -60,18 +60,24 @@ def where_they_fail(
             told = {"model": model.name, **found.told(stage), "rows_of": rows_of}
             failures.append({**told, **fate.of(found.place.inside, found.axis)})
         seconds = [{**one.told(stage), **fate.of(one.rows, one.axis)} for one in segments(stage)]
-        structure.append(
-            {
-                "model": model.name,
-                "rows_of": rows_of,
-                "segments": seconds,
-                "frequency": against_frequency(stage),
-                "lag": against_lag(stage, along.thrust(model.vehicle)[judged]),
-                "heading": against_heading(stage),
-                "drift": over_time(stage),
-            }
-        )
+        looks = structure_of(stage, along.thrust(model.vehicle)[judged])
+        structure.append({"model": model.name, "rows_of": rows_of, "segments": seconds, **looks})
     return {"failures": failures, "structure": structure}
+
+
+def structure_of(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
+    """The looks at one model's error by axis: `frequency`, `lag`, `heading`, `drift`.
+
+    Parameters
+    ----------
+    thrust : (n, 3) the part of the modelled acceleration that the thrusters give
+    """
+    return {
+        "frequency": against_frequency(stage),
+        "lag": against_lag(stage, thrust),
+        "heading": against_heading(stage),
+        "drift": over_time(stage),
+    }
 
 
 def judged_rows(table: pd.DataFrame, judge: str) -> tuple[NDArray[np.bool_], str]:

@@ -10,6 +10,9 @@ import pandas as pd
 import yaml
 
 from undertow.reports.failing.places import failures
+from undertow.reports.failing.scene import scene
+from undertow.reports.failing.segments import segments
+from undertow.reports.failing.tell import structure_of
 
 RATE = 10
 NOMINAL = {"X_u": -15.0, "X_uu": 0.0, "N_r": -6.0, "N_rr": 0.0, "Y_v": -40.0, "Y_vv": 0.0, "stbd": 1.0}
@@ -20,6 +23,16 @@ EFFECTS = {
     "yaw_quadratic_damping": ("N_rr", "yaw", "r|r|", "N m s^2/rad^2", "N += N_rr r |r|", "hull"),
     "sway_quadratic_damping": ("Y_vv", "sway", "v|v|", "N s^2/m^2", "Y += Y_vv v_r |v_r|", "hull"),
 }
+
+
+def structure(series: pd.DataFrame, name: str, which: str) -> dict[str, Any]:
+    """What the error of a model is like, as `comparison.json` has it."""
+    stage = scene(series, which)
+    push = series[["newton_port", "newton_stbd"]].to_numpy()
+    thrust = np.column_stack([push.sum(axis=1), 0.0 * push[:, 0], 0.3 * (push[:, 0] - push[:, 1])]) / 30.0
+    removed = [{"effect": "surge_quadratic_damping", "share_removed": 0.8, "sentence": "it removes 80 % of it"}]
+    worst = [{**one.told(stage), "removed_by": removed if which == "before" else []} for one in segments(stage)]
+    return {"model": name, "rows_of": "all", "segments": worst, **structure_of(stage, thrust)}
 
 
 def acceleration(state, command, p):
@@ -192,6 +205,7 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
             for name, step in (("nominal", steps[0]), ("corrected", steps[-1]))
         ],
         "failures": [{**place, "model": name} for name, found in places.items() for place in found],
+        "structure": [structure(series, *pair) for pair in (("nominal", "before"), ("corrected", "after"))],
     }
     thruster = {
         "x": -0.488,
