@@ -32,7 +32,7 @@ def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
     """
     name, unit = ACCELERATIONS[axis], unit_text(ACCELERATION_UNITS[axis])
     measured = rows[name].to_numpy(float)
-    stride = max(1, len(rows) // POINTS)
+    stride = scatter_stride(rows)
     low, high = _frame(measured, [rows[f"{name}_{model}"].to_numpy(float) for model in MODELS])
     outside = 0
     with matplotlib.rc_context({**STYLE, "path.simplify": False}):
@@ -50,6 +50,11 @@ def scatter(rows: pd.DataFrame, axis: str, title: str) -> tuple[Html, int]:
         axes.locator_params(nbins=5)
         axes.set_title(title, loc="left", fontsize=12, pad=6)
         return drawn(figure, f"measured and predicted {axis} acceleration"), outside
+
+
+def scatter_stride(rows: pd.DataFrame) -> int:
+    """Every how many-th row is drawn as a point."""
+    return max(1, len(rows) // POINTS)
 
 
 def histogram(rows: pd.DataFrame, axis: str, title: str) -> Html:

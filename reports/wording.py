@@ -177,6 +177,18 @@ def unit_text(unit: str) -> str:
     return "" if unit in ("-", "1") else unit.replace(")^1", ")").replace("^2", "²").replace("^3", "³")
 
 
+def ordinal(count: int) -> str:
+    """A number as a place in a row.
+
+    Examples
+    --------
+    >>> ordinal(2), ordinal(11), ordinal(23)
+    ('2nd', '11th', '23rd')
+    """
+    ending = "th" if count // 10 % 10 == 1 else {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th")
+    return f"{count}{ending}"
+
+
 def listing(names: Sequence[str]) -> str:
     """Names as a phrase.
 

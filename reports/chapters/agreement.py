@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..figures import speeds, track
-from ..figures_agreement import histogram, scatter
+from ..figures_agreement import histogram, scatter, scatter_stride
 from ..markup import Html, element, figure, render
 from ..plotted import held_out_rows, held_out_stretch
 from ..run_folder import RunFolder
 from ..sections import legend
-from ..wording import ACCELERATION_UNITS, AXES, finite, goodness, typeset, unit_text
+from ..wording import ACCELERATION_UNITS, AXES, finite, goodness, ordinal, typeset, unit_text
 
 ARROW = "\N{RIGHTWARDS ARROW}"
 
@@ -48,11 +48,14 @@ def _pointwise(run: RunFolder) -> list[Html]:
         drawing, beyond = scatter(rows, axis, _title(run.comparison, axis, "r2", "R²", ""))
         drawings.append(drawing)
         outside += beyond
+    stride = scatter_stride(rows)
+    shown = "the" if stride == 1 else f"every {ordinal(stride)} of the"
     left_out = f" {outside} predictions lie outside the frames." if outside else ""
     scattered = figure(
         drawings,
-        f"Accelerations of all {source}, along the measured motion: a point on the dashed line is predicted exactly, "
-        f"and a cloud that lies flat or turned against the line is a model with wrong physics.{left_out}",
+        f"Accelerations of {shown} {source}, along the measured motion: a point on the dashed line is predicted "
+        "exactly, and points that leave it in a curve or a band are physics that the model has wrong. A round cloud "
+        f"about zero is an axis that hardly moves beyond the noise of the sensors.{left_out}",
         cls="three",
     )
     bars = [

@@ -123,7 +123,7 @@ def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
     if not rows:
         return []
     head = ("within the terms", "value", "95 % interval", "", "what it does")
-    return [element("h3", "Thrust, water and memory"), table(head, rows, "lrrll")]
+    return [element("h3", "Thrust, water and memory"), element("div", table(head, rows, "lrrll"), cls="wordy")]
 
 
 def _axes_note(vehicle: Vehicle) -> str:
