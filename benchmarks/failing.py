@@ -120,4 +120,4 @@ def main(worlds: int, empty: int) -> None:
 
 if __name__ == "__main__":
     given = [int(text) for text in sys.argv[1:3]]
-    main(*given, *(58, 20)[len(given) :])
+    main(*given, *(29, 20)[len(given) :])

@@ -22,6 +22,8 @@ _SMOOTH = 1.0
 _WIDTHS = (2.2, 2.6, 3.2, 4.0, 5.0, 6.2)
 """Width of the line by step of error, so that the map reads without colour."""
 
+_RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
+
 
 def heat_steps(errors: Sequence[Array]) -> Array:
     """The five bounds between six steps of error that a reader can remember, for several maps together."""
@@ -92,8 +94,8 @@ def spectra(frequency: Sequence[Mapping[str, Any]], axis: str) -> Html:
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.yaxis.set_minor_locator(NullLocator())
         low, high = np.log10(axes.get_ylim())
-        powers = np.unique(np.round(np.linspace(np.ceil(low), np.floor(high), 4)))
-        axes.set_yticks(10.0**powers, [f"1e{power:.0f}".replace("-", "\N{MINUS SIGN}") for power in powers])
+        powers = np.arange(np.ceil(low), np.floor(high) + 1, 2 if high - low > 3.0 else 1)
+        axes.set_yticks(10.0**powers, ["10" + str(int(power)).translate(_RAISED) for power in powers])
         axes.set_title(f"{axis} [{unit_text(first['unit'])}]", loc="left", fontsize=11, color=ROLES["muted"], pad=5)
         return drawn(figure, f"spectra of the {axis} acceleration and its error")
 

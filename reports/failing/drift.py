@@ -30,7 +30,7 @@ def over_time(stage: Scene) -> dict[str, dict[str, Any]]:
     "steady", "this log cannot tell"), `sentence`.
     """
     time, span = _minutes(stage)
-    moved = np.abs(static_columns(stage)[:, :10])
+    moved = np.abs(static_columns(stage)[:, :12])
     beside = np.column_stack([_logs(stage), static_columns(stage)[:, 1:]])
     told = {}
     for k, axis in enumerate(AXES):

@@ -111,14 +111,16 @@ def _span(columns: Array) -> Array:
     return left[:, size > 1e-8 * size[0]]
 
 
-def static_columns(stage: Scene) -> Array:
+def static_columns(stage: Scene, *, sway: bool = True) -> Array:
     """What a force that depends on the present motion and commands alone is made of, (n, m).
 
     A constant, speeds, their products and moduli, commands and their squares with sign: everything that this explains
-    is no lag, no heading dependence and no drift.
+    is no lag, no heading dependence and no drift. `sway` is False where sway speed itself is in doubt.
     """
     u, v, r = (np.nan_to_num(stage.column(name)) for name in ("u", "v", "r"))
-    moving = [np.ones_like(u), u, v, r, u * abs(u), v * abs(v), r * abs(r), u * v, u * r, v * r, abs(u) * r, abs(u) * v]
+    moving = [np.ones_like(u), u, r, u * abs(u), r * abs(r), u * r, abs(u) * r]
+    if sway:
+        moving += [v, v * abs(v), u * v, v * r, abs(u) * v]
     pushed = [term for c in stage.commands.T for term in (c, c * abs(c), c * abs(u))]
     return np.column_stack([*moving, *pushed])
 

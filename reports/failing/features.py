@@ -70,7 +70,7 @@ def features(scene: Scene) -> tuple[Feature, ...]:
             _of("time since a change", scene.since, _since),
         ]
     if scene.commands.shape[1] > 1:
-        found.append(_of("apart", 100.0 * scene.apart, _percent("commands {} of the largest apart")))
+        found.append(_of("apart", 100.0 * scene.apart, _apart))
     for zero, ends in ((0.0, ("north", "south")), (90.0, ("east", "west"))):
         away = np.abs((heading - zero + 180.0) % 360.0 - 180.0)
         found.append(Feature(f"heading from {ends[0]}", away, _heading(*ends), 5.0))
@@ -149,6 +149,12 @@ def _mean_command(low: str, high: str) -> str:
     if (low, high) in (("0", ""), ("", "0")):
         return "thrust ahead" if low else "thrust astern"
     return _percent("mean command {} of the largest (ahead positive)")(low, high)
+
+
+def _apart(low: str, high: str) -> str:
+    if (low, high) == ("0", ""):
+        return "commands that differ"
+    return _percent("commands {} of the largest apart")(low, high)
 
 
 def _turn(low: str, high: str) -> str:

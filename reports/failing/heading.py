@@ -52,7 +52,7 @@ def against_heading(stage: Scene) -> dict[str, dict[str, Any]]:
             **_by_sector(stage.error[:, k], sector, sailed),
             **_judged(fits[k], int(sailed.sum()), float(stage.spread[k]), k),
         }
-    return _suspected(told, stage, psi, beside, fits)
+    return _suspected(told, stage, psi)
 
 
 def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]) -> dict[str, Any]:
@@ -111,9 +111,7 @@ def _untold(why: str) -> dict[str, Any]:
     return {"harmonic": None, "verdict": _CANNOT, "suspects": [], "sentence": f"this log cannot tell: {why}"}
 
 
-def _suspected(
-    told: dict[str, dict[str, Any]], stage: Scene, psi: Array, beside: Array, fits: list[Fitted | None]
-) -> dict[str, dict[str, Any]]:
+def _suspected(told: dict[str, dict[str, Any]], stage: Scene, psi: Array) -> dict[str, dict[str, Any]]:
     """Name suspects where the directions are plain; nothing where they are not."""
     surge, sway = told["surge"], told["sway"]
     if surge["verdict"] == sway["verdict"] == _DEPENDS:
@@ -122,7 +120,7 @@ def _suspected(
             for one in (surge, sway):
                 one["suspects"] = ["steady_current", "mean_wind"]
                 one["sentence"] += "; surge and sway agree, which would point to a current or a wind"
-    elif sway["verdict"] != _CANNOT and surge["verdict"] == _DOES_NOT and _follows_speed(stage, psi, beside):
+    elif sway["harmonic"] is not None and surge["verdict"] == _DOES_NOT and _follows_speed(stage, psi):
         sway["suspects"] = ["compass"]
         sway["verdict"] = _DEPENDS
         sway["sentence"] = (
@@ -131,8 +129,12 @@ def _suspected(
     return told
 
 
-def _follows_speed(stage: Scene, psi: Array, beside: Array) -> bool:
-    """Whether the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it."""
+def _follows_speed(stage: Scene, psi: Array) -> bool:
+    """Whether the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it.
+
+    A compass that errs makes sway speed out of surge speed, so that sway speed would explain its own error.
+    """
+    beside = static_columns(stage, sway=False)
     u = np.nan_to_num(stage.column("u"))
     columns = np.column_stack([u * np.cos(psi), u * np.sin(psi)])
     still = np.column_stack([np.cos(psi), np.sin(psi)])

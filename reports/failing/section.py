@@ -165,7 +165,7 @@ def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
     turned = figure(
         [by_heading(heading, axis) for axis in AXES],
         "Median error by heading, with the range of its middle half. Points that rise and fall once around the compass "
-        "are a current, a wind or a compass error; points on the line are none.",
+        "are a current, a wind or a compass error; points on the line are none of these.",
         cls="trio",
     )
     first = structure[0]

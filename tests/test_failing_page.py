@@ -1,0 +1,136 @@
+"""The page's section on where models fail, its maps and what it says where there is little to say."""
+
+import io
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+from sample_run import write_sample
+
+from undertow.reports.failing.drawings import error_map, heat_steps, local_error
+from undertow.reports.failing.screen import failures_table, structure_list
+from undertow.reports.failing.section import where_it_fails
+from undertow.reports.run_folder import RunFolder, read_run
+from undertow.reports.style import DARK, LIGHT
+from undertow.reports.svg import HEAT
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
+    return read_run(write_sample(tmp_path_factory.mktemp("reports") / "run", seconds=120.0))
+
+
+@pytest.fixture(scope="module")
+def section(run: RunFolder) -> str:
+    return where_it_fails(run)
+
+
+def printed(part: object, width: int) -> str:
+    console = Console(width=width, file=io.StringIO())
+    with console.capture() as captured:
+        console.print(part)
+    return captured.get()
+
+
+def lightness(colour: str) -> float:
+    red, green, blue = (int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+    return 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2
+
+
+@pytest.mark.parametrize(("roles", "sign"), [(LIGHT, -1.0), (DARK, 1.0)], ids=["light", "dark"])
+def test_steps_of_error_are_steps_of_lightness_away_from_the_paper(roles: str, sign: float):
+    colours = [re.search(rf"--{step}: (#\w{{6}})", roles) for step in HEAT]
+    light = [lightness(found[1]) for found in colours if found]
+    assert len(light) == 6
+    assert (sign * np.diff(light) > 0.02).all()
+
+
+def test_before_and_after_have_one_scale_of_colour(run: RunFolder, section: str):
+    assert section.count("acceleration error [") == 1
+    used = [set(re.findall(r"var\(--(heat\d)\)", svg)) for svg in re.findall(r"<svg.*?</svg>", section, re.DOTALL)[:2]]
+    assert max(used[0]) > max(used[1])  # the corrected model never errs as much as the nominal one
+    bounds = heat_steps([local_error(run.series, model, 2) for model in ("before", "after")])
+    assert np.diff(bounds) == pytest.approx(bounds[0])
+
+
+def test_a_map_widens_where_the_error_is_large(run: RunFolder):
+    error = np.zeros(len(run.series))
+    error[200:300] = 10.0
+    drawing = error_map(run.series, error, np.arange(1.0, 6.0), "before", 0)
+    lines = re.findall(r'<path d="([^"]+)"[^>]*stroke: var\(--heat6\)', drawing)
+    assert len(lines) == 1
+    assert drawing.count("var(--heat1)") == 1
+
+
+def test_tracks_of_two_stretches_are_not_joined(run: RunFolder):
+    apart = run.series[(run.series["time"] < 30.0) | (run.series["time"] > 60.0)]
+    drawing = error_map(apart, np.zeros(len(apart)), np.arange(1.0, 6.0), "before", 0)
+    (path,) = re.findall(r'<path d="([^"]+)"[^>]*stroke: var\(--heat1\)', drawing)
+    assert path.count("M") == 2
+
+
+def test_the_section_tells_places_times_and_effects(run: RunFolder, section: str):
+    for place in run.comparison["failures"]:
+        assert place["where"].replace("\N{NO-BREAK SPACE}", " ") in section.replace("\N{NO-BREAK SPACE}", " ")
+    for words in ("The worst seconds", "What the error is like", "Fast or slow", "Early or late", "Over time"):
+        assert words in section
+    assert "surge quadratic damping (80" in section
+    assert "None" not in section
+    assert "nan" not in re.sub(r"<[^>]*>", "", section)
+
+
+def test_a_run_of_an_earlier_version_has_a_section_too(run: RunFolder):
+    old = {key: value for key, value in run.comparison.items() if key != "structure"}
+    old["failures"] = [{"where": "surge speed 1 to 2 m/s", "axis": "surge", "share_of_error": 0.4, "rows": 12}]
+    text = where_it_fails(replace(run, comparison=old))
+    assert "surge speed 1 to 2 m/s" in text
+    assert "What the error is like" not in text
+
+
+def test_an_even_error_is_said_to_be_even(run: RunFolder):
+    comparison, findings = ({**content, "failures": []} for content in (run.comparison, run.findings))
+    text = where_it_fails(replace(run, comparison=comparison, findings=findings))
+    assert "No regime stands out" in text
+
+
+PLACE = {
+    "model": "nominal",
+    "where": "sway speed above 0.44 m/s to either side",
+    "axis": "yaw",
+    "share_of_error": 0.79,
+    "share_of_rows": 0.29,
+    "rmse": 1.6,
+    "unit": "rad/s^2",
+    "removed_by": [{"effect": "munk_moment", "share_removed": 0.9994, "sentence": "..."}],
+}
+
+
+def test_the_effect_has_a_column_where_there_is_room_and_a_line_where_not():
+    wide, narrow = (printed(failures_table([PLACE]), width) for width in (120, 80))
+    assert re.search(r"removed by\s*\n", wide)
+    assert re.search(r"1\.6 rad/s²\s+munk moment >\s99", wide)
+    assert re.search(r"removed by munk moment\s+>\s99\s%", narrow)
+    assert not re.search(r"\n\s*%", narrow)
+    assert "removed by" not in printed(failures_table([{**PLACE, "removed_by": []}]), 120)
+
+
+def test_only_what_is_plain_is_told_on_the_terminal(run: RunFolder):
+    structure = json.loads(json.dumps(run.comparison["structure"]))
+    assert structure_list({}) is None
+    for look in ("frequency", "lag", "heading", "drift"):
+        for axis in ("surge", "sway", "yaw"):
+            structure[0][look][axis]["verdict"] = "this log cannot tell"
+    assert structure_list({"structure": structure}) is None
+    structure[0]["lag"]["yaw"] |= {"verdict": "early", "sentence": "the model answers 0.3 s before the boat"}
+    text = printed(structure_list({"structure": structure}), 80)
+    assert "the model answers 0.3 s before the boat" in text
+    assert "surge" not in text
+
+
+def test_local_error_is_blind_at_the_edges(run: RunFolder):
+    error = local_error(run.series, "before", 0)
+    assert np.isnan(error[:8]).all()
+    assert np.isfinite(error[8:-8]).all()
