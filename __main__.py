@@ -107,6 +107,9 @@ def compare(
         list[Path] | None, typer.Option("--model", help="Vehicle file, run folder or network to compare.")
     ] = None,
     judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
+    series: Annotated[
+        Path | None, typer.Option("--series", help="MCAP file to write, for Foxglove or PlotJuggler.")
+    ] = None,
     frame: FrameOption = None,
     channels: MapOption = None,
     as_json: JsonOption = False,
@@ -115,13 +118,17 @@ def compare(
     with failing_clearly():
         from .reports.run import compare as compare_models
 
-        found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
+        if series is not None:
+            check_file(series)
+        found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [], series)
         if as_json:
             print_json(found)
         else:
             from .reports.terminal import comparison_table, failures_table
 
             show(comparison_table(found), failures_table(found))
+            if series is not None:
+                say(f"Series for Foxglove and PlotJuggler: {series}")
 
 
 @app.command()
@@ -457,7 +464,7 @@ def _discover(
     from .reports.run import discover as find
 
     run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
-    write_run(run, out, report=report)
+    write_run(run, out, report=report, progress=progress)
     findings = run.findings.to_dict()
     if as_json:
         print_json(findings)
@@ -479,6 +486,8 @@ def _discover(
         say(f"Corrected vehicle: {out / 'model.yaml'}")
     if report:
         say(f"Report: {out / 'report.html'}")
+    if (out / "series.mcap").is_file():
+        say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
 
 
 def _show_steps(findings: dict[str, Any]) -> None:

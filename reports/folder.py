@@ -3,6 +3,7 @@
 import json
 import os
 import tempfile
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,8 +12,10 @@ from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError
 from ..physics.files import write_json, write_text
 from ..physics.vehicle import Vehicle, load_vehicle
+from .effect_forces import found_forces
 from .page import write_page
-from .run import Run
+from .run import Run, Say
+from .viewer import Prediction, require_mcap, write_series
 
 RUN_SCHEMA = "undertow.run/1"
 INSPECTIONS_SCHEMA = "undertow.inspections/1"
@@ -22,13 +25,14 @@ FILES = (
     "comparison.json",
     "audit.json",
     "series.csv",
+    "series.mcap",
     "nominal.yaml",
     "standardisation.json",
     "inspection.json",
     "run.json",
     "report.html",
 )
-"""What a run folder holds."""
+"""What a run folder holds; series.mcap and report.html may be left out."""
 
 
 def check_target(out: str | os.PathLike[str]) -> Path:
@@ -49,11 +53,16 @@ def check_target(out: str | os.PathLike[str]) -> Path:
     return target
 
 
-def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True) -> Path:
+def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True, progress: Say | None = None) -> Path:
     """Write the run folder: built under a temporary name, then renamed, so it appears whole.
 
     An earlier run in the same folder is replaced; other files in it stay. When anything fails, or the user interrupts,
     the temporary folder goes and the earlier run is as it was.
+
+    Parameters
+    ----------
+    report : False to leave the HTML page out
+    progress : called with a line when `series.mcap` is left out, for want of the extra `logs`; a warning without it
 
     Raises
     ------
@@ -68,6 +77,7 @@ def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True) -> 
             work, aside = Path(scratch, "run"), Path(scratch, "earlier")
             work.mkdir()
             _write_files(run, work)
+            _write_viewer_series(run, work / "series.mcap", progress or _warn)
             if report:
                 write_page(work)
             if target.is_dir():
@@ -119,6 +129,26 @@ def _write_files(run: Run, folder: Path) -> None:
             "judged_on": run.inputs.parts.judge,
         },
     )
+
+
+def _write_viewer_series(run: Run, path: Path, say: Say) -> None:
+    """The series for viewers, or a line on why there is none."""
+    try:
+        require_mcap()
+    except RequestError as error:
+        say(f"{path.name} is left out: {error}")
+        return
+    found, parts = run.discovery, run.inputs.parts
+    forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
+    told = (
+        Prediction("before", found.nominal, run.series, "before"),
+        Prediction("after", found.corrected, run.series, "after", forces),
+    )
+    write_series(path, told, run.inputs.channels, parts)
+
+
+def _warn(line: str) -> None:
+    warnings.warn(line, stacklevel=4)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from ..residuals.onnx_model import load_onnx
 from .assess import audit_along, comparison, model_failures, score_step, series
 from .audit import Audit
 from .inputs import Inputs, PathLike
+from .viewer import compared, require_mcap, write_series
 
 Say = Callable[[str], None]
 
@@ -145,13 +146,14 @@ def _renamed(model: VehicleModel) -> VehicleModel:
     return VehicleModel(model.vehicle, "corrected", "symbolic")
 
 
-def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
+def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLike | None = None) -> dict[str, Any]:
     """Models against measurements: the nominal vehicle and any others, on the same rows.
 
     Parameters
     ----------
     inputs : logs and nominal vehicle, with the part to judge on
     models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
+    series_file : MCAP file to write for viewers, with what was measured and what each model predicts
 
     Returns
     -------
@@ -162,8 +164,11 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
     ------
     RequestError, VehicleError
         when a model cannot be read, takes other commands than the nominal vehicle, is given twice, or is a network
-        that was trained at another rate than that of the comparison, 10 Hz.
+        that was trained at another rate than that of the comparison, 10 Hz; when a series is asked for and the package
+        mcap is missing.
     """
+    if series_file is not None:
+        require_mcap()
     found: list[Model] = [VehicleModel(inputs.vehicle, "nominal", "physics")]
     paths = [os.fspath(path) for path in models]
     for path in paths:
@@ -172,6 +177,8 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
         found.append(_comparable(path, inputs, [model.name for model in found]))
     table = series(found[0], found[-1], inputs.parts, inputs.channels)
     audits = [audit_along(model, inputs.parts) for model in found]
+    if series_file is not None:
+        write_series(series_file, compared(found, inputs.parts, inputs.channels), inputs.channels, inputs.parts)
     return comparison(found, audits, inputs.parts, inputs.paths, table)
 
 
