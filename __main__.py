@@ -49,6 +49,20 @@ def _catalogue() -> str:
     return "\n\n".join(("Effects:", *families, "A term without a name is an axis and a form, such as yaw:u|r|."))
 
 
+def _amounts() -> str:
+    """What the values of `simulate --effect` mean, effect by effect."""
+    added, absolute = (", ".join(e.name for e in EFFECTS if e.added is kind) for kind in (True, False))
+    return "\n\n".join(
+        (
+            "Added to the vehicle's own number, so that X_uu=-12 makes -8 to -20 (a term such as yaw:u|r| too): "
+            f"{added}.",
+            f"Put in the place of the vehicle's own number: {absolute}.",
+            "Symbols such as X_uu, lag or port_scale count like their effects; mass, inertia_z and Y_rdot are put in "
+            "place. What came of it is printed.",
+        )
+    )
+
+
 @app.callback()
 def options(
     version: Annotated[
@@ -392,12 +406,13 @@ def explain(
             show(distilled_table(found))
 
 
-@app.command()
+@app.command(epilog=_amounts())
 def simulate(
     vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Log to write: .csv, .csv.gz or .parquet.")],
     effect: Annotated[
-        list[str] | None, typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value.")
+        list[str] | None,
+        typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value; see below."),
     ] = None,
     programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
     duration: Annotated[

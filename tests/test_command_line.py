@@ -128,6 +128,18 @@ def test_simulate_says_what_it_hid_and_equal_seeds_give_equal_files(here: Path) 
     assert files(here) == first
 
 
+def test_simulate_says_whether_values_are_added_or_absolute(here: Path) -> None:
+    told = " ".join(done("simulate", "--help").split())
+    added, absolute = told.split("Put in the place of the vehicle's own number")
+    for effect in undertow.EFFECTS:
+        assert re.search(rf"\b{effect.name}\b", added if effect.added else absolute)
+    words = ["simulate", "-v", "blueboat", "--duration", "20", "--out", "log.csv"]
+    assert "hidden: lag 0 -> 0.3, memory_sway 0 -> 10," in done(
+        *words, "--effect", "lag=0.3", "--effect", "wake_memory=10"
+    )
+    assert "hidden: X_uu -8 -> -20\n" in done(*words, "--effect", f"{HIDDEN}=-12")
+
+
 def test_inspect_as_a_table_and_as_json(place: Path) -> None:
     table = done("inspect", place / "log.csv", "-v", "blueboat")
     assert all(word in table for word in ("Channels", "newton_port", "rad/s", "What the boat did"))
