@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .physics.effects import EFFECTS
-from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show
+from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show, tell_replaced
 
 if TYPE_CHECKING:
     from .reports.inputs import Inputs
@@ -132,9 +132,10 @@ def compare(
     with failing_clearly():
         from .reports.run import compare as compare_models
 
-        if series is not None:
-            check_file(series)
+        earlier = series is not None and check_file(series)
         found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [], series)
+        if series is not None:
+            tell_replaced(series, earlier)
         if as_json:
             print_json(found)
         else:
@@ -170,11 +171,11 @@ def check(
         from .physics.files import write_json
         from .reports.checked import check as judge
 
-        if out is not None:
-            check_file(out, model)
+        earlier = out is not None and check_file(out, model)
         found = judge(model, logs or [], vehicle, frame=frame, channel_map=channels, seed=seed)
         if out is not None:
             write_json(out, found.to_dict())
+            tell_replaced(out, earlier)
         if as_json:
             print_json(found.to_dict())
         else:
@@ -229,12 +230,12 @@ def fit(
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
-        if out is not None:
-            check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle)
         inputs = _read(logs, vehicle, frame, channels)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out)
+            tell_replaced(out, earlier)
         told = done.to_dict()
         if as_json:
             print_json(told)
@@ -269,8 +270,7 @@ def add(
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
-        if out is not None:
-            check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle)
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
@@ -289,6 +289,7 @@ def add(
         found = add_named(names, _read(paths, nominal, frame, channels), progress=progress)
         if out is not None:
             found.discovery.corrected.save(out)
+            tell_replaced(out, earlier)
         findings = found.findings.to_dict()
         if as_json:
             wanted = {key: findings[key] for key in ("steps", "candidates", "unnamed")}
@@ -427,7 +428,7 @@ def simulate(
         from .physics.vehicle import load_vehicle
         from .physics.worlds import parse_effect, simulate_world
 
-        check_file(out)
+        earlier = check_file(out)
         hidden: dict[str, tuple[float, ...]] = {}
         for text in effect or []:
             name, values = parse_effect(text)
@@ -439,6 +440,7 @@ def simulate(
         nominal = load_vehicle(vehicle)
         world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
         world.write(out)
+        tell_replaced(out, earlier)
         before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
         changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
         listed = ", ".join(changed) or "nothing"

@@ -882,6 +882,26 @@ def test_an_earlier_run_is_replaced_and_other_files_stay(place: Path, here: Path
     assert files(folder) == {**new, "notes.txt": b"mine"}
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        "simulate -v blueboat --duration 20 --out FILE",
+        "check blueboat --out FILE --json",
+        "compare LOG -v blueboat --series FILE",
+        f"add {HIDDEN} -v blueboat LOG --out FILE",
+        "fit LOG -v blueboat --hold Y_v,N_r --out FILE",
+    ],
+)
+def test_a_file_that_is_replaced_is_named(command: str, place: Path, here: Path) -> None:
+    words = command.replace("LOG", str(place / "log.csv")).replace("FILE", "file").split()
+    first = call(*words)
+    second = call(*words)
+    assert (first.exit_code, second.exit_code) == (0, 0), second.stderr
+    assert "replaced" not in first.stderr
+    assert "  replaced the earlier file\n" in second.stderr
+    assert first.stdout == second.stdout
+
+
 def test_bad_input_leaves_an_earlier_run_alone(copy: Path) -> None:
     refused("discover", "none.csv", "-v", "blueboat", "--out", "run", match="none.csv: no such file")
 
