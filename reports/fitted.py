@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from ..discovery.calibrate import Calibration, calibrate
 from ..discovery.discover import DiscoverySettings
 from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle
 from ..residuals.models import VehicleModel
 from .assess import score_step
@@ -39,9 +39,8 @@ class FitRun:
     def vehicle(self) -> Vehicle:
         """The calibrated vehicle; its `sources` say which numbers were fitted, and from which logs."""
         found = self.calibration
-        logs = ", ".join(Path(path).name for path in self.inputs.paths)
-        fitted = f"{', '.join(p.symbol for p in found.parameters)}: fitted to {logs} by undertow ({found.method})"
-        return found.vehicle.model_copy(update={"sources": {**found.vehicle.sources, "calibrated": fitted}})
+        how = f"fitted by undertow to {self.inputs.log_names} ({found.method})"
+        return with_sources(found.nominal, found.vehicle, how)
 
     @property
     def sentences(self) -> list[str]:

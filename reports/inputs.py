@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from ..measurements.dataset import PAPER, WEAK
@@ -48,6 +49,11 @@ class Inputs:
     def fitting(self) -> tuple[Motion, ...]:
         """Unfiltered motions of the training and validation parts; the test part is never fitted."""
         return (*self.weak.train.motions, *self.weak.validation.motions)
+
+    @property
+    def log_names(self) -> str:
+        """Names of the logs' files, for a sentence."""
+        return ", ".join(Path(path).name for path in self.paths)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from ..discovery.discover import Discovery, DiscoverySettings, find_missing
 from ..discovery.findings import Findings
 from ..physics.errors import RequestError
 from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.foreign import is_function_name, load_function
 from ..residuals.model_files import load_network
@@ -82,6 +83,8 @@ def add(
 
 def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
     """Score every step of a discovery on held-out data, and find where the models fail."""
+    how = f"identified by undertow from {inputs.log_names}"
+    found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
     if progress is not None:
         progress("scoring every step on held-out data")
     models = _models(found)
