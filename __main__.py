@@ -366,7 +366,9 @@ def train(
                     progress=told,
                 )
         except KeyboardInterrupt:
-            print(f"\nundertow: interrupted; the same command with --resume goes on from {out}", file=sys.stderr)
+            kept = (out / trained.CHECKPOINT).exists()
+            how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"
+            print(f"\nundertow: interrupted; {how}", file=sys.stderr)
             raise typer.Exit(130) from None
         if explain:
             done = trained.explained(done, out, progress)

@@ -201,6 +201,12 @@ def check_folder(out: str | os.PathLike[str], resume: bool) -> Path:
         )
     if resume and not interrupted and is_network_folder(target):
         raise RequestError(f"nothing to resume: the training in {target} is done; leave --resume out to train anew")
+    if resume and not interrupted:
+        what = "holds none" if target.is_dir() else "does not exist"
+        raise RequestError(
+            f"nothing to resume: expected a folder with the {CHECKPOINT} of an interrupted training, but {target} "
+            f"{what}; give the folder of that training, or leave --resume out to train anew"
+        )
     if target.is_dir() and any(target.iterdir()) and not interrupted and not is_network_folder(target):
         raise RequestError(f"cannot write the network to {target}: the folder holds other files; give a new one")
     return target
