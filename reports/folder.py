@@ -12,6 +12,7 @@ from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError
 from ..physics.files import write_json, write_text
 from ..physics.vehicle import Vehicle, load_vehicle
+from ..residuals.neural import is_network_folder
 from .effect_forces import found_forces
 from .page import write_page
 from .run import Run, Say
@@ -172,6 +173,12 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
         when its nominal vehicle cannot be read.
     """
     folder = Path(run)
+    if is_network_folder(folder):
+        raise RequestError(
+            f"{folder} is the folder of a trained network, not of a run: effects are added to a vehicle; give a folder "
+            "that 'undertow discover' wrote, or --vehicle V and the LOG after the effects. 'undertow explain' says "
+            "what of the network is a named effect"
+        )
     try:
         record = json.loads((folder / "run.json").read_text("utf-8"))
         logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]

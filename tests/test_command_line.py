@@ -806,6 +806,13 @@ def test_a_tampered_record_of_a_run(key: str, value: Any, copy: Path) -> None:
     refused("add", HIDDEN, "--run", "run", match=r"run/run\.json: expected paths under 'logs', a text or null under")
 
 
+def test_a_network_is_no_run_to_add_to(here: Path) -> None:
+    Path("lstm").mkdir()
+    Path("lstm", "model.yaml").write_text("schema: undertow.network/1\n", "utf-8")
+    match = r"lstm is the folder of a trained network, not of a run: .* 'undertow discover' wrote, or --vehicle V and"
+    refused("add", HIDDEN, "--run", "lstm", match=match)
+
+
 def test_a_run_whose_log_is_gone(copy: Path) -> None:
     spoil(copy / "run.json", "logs", value=["gone.csv"])
     match = (
