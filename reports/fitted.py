@@ -6,12 +6,13 @@ from typing import Any
 
 from ..discovery.calibrate import Calibration, calibrate
 from ..discovery.discover import DiscoverySettings
+from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle
 from ..residuals.models import VehicleModel
 from .assess import score_step
-from .inputs import Inputs
+from .inputs import INPUTS_CURE, Inputs
 from .run import Say
 from .wording import ROLLOUT_UNITS, listing
 
@@ -116,6 +117,7 @@ def fit(
     RequestError
         for an unknown symbol, a log that identifies nothing or is too short, or a vehicle that cannot be made lawful.
     """
+    expect("fit: inputs", inputs, Inputs, INPUTS_CURE)
     found = calibrate(inputs.fitting, inputs.vehicle, free, hold, settings, progress)
     if progress is not None:
         progress("scoring before and after on held-out data")

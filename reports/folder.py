@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..measurements.inspection import inspect_log
 from ..measurements.standardisation import Standardisation
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.neural import is_network_folder
@@ -44,6 +44,7 @@ def check_target(out: str | os.PathLike[str]) -> Path:
     RequestError
         when its parent is missing, it is a file, or it is a folder that holds other things than a run.
     """
+    expect("write_run: out", out, (str, os.PathLike), "give the path of a folder")
     target = Path(out)
     if target.is_file():
         raise RequestError(f"cannot write the run to {target}: it is a file; give a folder that may be made")
@@ -70,6 +71,7 @@ def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True, pro
     RequestError
         when the target cannot be written; see `check_target`.
     """
+    expect("write_run: run", run, Run, "undertow.discover(INPUTS) and undertow.add(EFFECTS, INPUTS) make one")
     target = check_target(out)
     # A folder that exists may be another disk, onto which nothing can be renamed: build inside it.
     beside = target if target.is_dir() else target.absolute().parent

@@ -12,7 +12,7 @@ import pandas as pd
 from ..discovery.add import add_effects
 from ..discovery.discover import Discovery, DiscoverySettings, find_missing
 from ..discovery.findings import Findings
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -23,10 +23,11 @@ from ..residuals.neural import SETTINGS, WEIGHTS, is_network_folder
 from ..residuals.onnx_model import load_onnx
 from .assess import audit_along, comparison, model_failures, score_step, series
 from .audit import Audit
-from .inputs import Inputs, PathLike
+from .inputs import INPUTS_CURE, Inputs, PathLike
 from .viewer import compared, require_mcap, write_series
 
 Say = Callable[[str], None]
+MODEL_CURE = "undertow.load_model(PATH) reads one"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,8 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
         when a log is too short, or a solver fails.
     """
     chosen = settings or DiscoverySettings()
+    expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
     return assess(inputs, find_missing(inputs.fitting, inputs.vehicle, chosen, progress), chosen, progress)
 
 
@@ -76,6 +79,8 @@ def add(
     RequestError
         for an unknown effect, naming the nearest.
     """
+    expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
+    expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     settings = DiscoverySettings()
     found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
     return assess(inputs, found, settings, progress)
@@ -170,6 +175,8 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLi
         that was trained at another rate than that of the comparison, 10 Hz; when a series is asked for and the package
         mcap is missing.
     """
+    expect("compare: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("compare: models", models, (list, tuple), "give a list of paths")
     if series_file is not None:
         require_mcap()
     found: list[Model] = [VehicleModel(inputs.vehicle, "nominal", "physics")]

@@ -7,14 +7,14 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.files import write_json
 from ..residuals.model_files import save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from .assess import audit_along, scored
-from .inputs import Inputs
+from .inputs import INPUTS_CURE, Inputs
 from .run import Say
 from .wording import percent
 
@@ -144,6 +144,7 @@ def train(
     RequestError
         when torch is missing, the folder cannot be used, or training fails; see `residuals.training.train`.
     """
+    expect("train: inputs", inputs, Inputs, INPUTS_CURE)
     require_torch()
     from ..residuals.training import train as train_network
 
