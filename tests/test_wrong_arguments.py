@@ -118,7 +118,5 @@ def test_paths_may_come_one_by_one_and_a_vehicle_is_no_model(tmp_path: Path) -> 
     undertow.simulate_world(VEHICLE, {}, duration=40.0).write(tmp_path / "log.csv")
     inputs = undertow.read_inputs(tmp_path.glob("*.csv"), VEHICLE)
     assert inputs.paths == (str(tmp_path / "log.csv"),)
-    with pytest.raises(
-        undertow.RequestError, match="distil: model: expected a Model or str or PathLike, got a V"
-    ):
+    with pytest.raises(undertow.RequestError, match="distil: model: expected a Model or str or PathLike, got a V"):
         undertow.distil(VEHICLE, inputs)  # type: ignore[arg-type]
