@@ -2,15 +2,16 @@
 
 Messages are JSON, their schemas are JSON Schema, embedded. Numbers are those of `series.csv`, in NED/FRD; poses, the
 path and the frame `boat` alone are turned to the ENU/FLU axes (z up) in which 3D views draw (ROS REP-103). Stamps are
-the log's own.
+those of the log as it was read.
 """
 
 import io
 import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from heapq import merge
 from math import isfinite
 from pathlib import Path
 
@@ -125,7 +126,7 @@ def write_series(
     writer = Writer(content)  # in chunks, compressed by zstandard
     writer.start(library="undertow")
     schemas: dict[str, int] = {}
-    messages: list[tuple[int, int, bytes]] = []
+    recorded: list[Iterator[tuple[int, int, bytes]]] = []
     about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
     for log, source in sorted(logs.items()):
         rows = (table["log"] == log).to_numpy()
@@ -135,6 +136,7 @@ def write_series(
         if clock.shift:
             about[f"log{log}_stamps_moved_by_s"] = str(clock.shift)
         taken: set[str] = set()
+        running: list[tuple[int, Iterator[str]]] = []
         for topic in _topics(predictions, channels, rows, clock, f"{prefix}/{BOAT}".removeprefix("/")):
             if topic.schema not in schemas:
                 definition = json.dumps(definitions[topic.schema]).encode()
@@ -144,9 +146,9 @@ def write_series(
                 name += "_"
             taken.add(name)
             channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], dict(topic.about))
-            stamped = zip(clock.stamps, topic.texts, strict=False)
-            messages += [(stamp, channel, text.encode()) for stamp, text in stamped if text]
-    for stamp, channel, data in sorted(messages, key=lambda message: message[:2]):
+            running.append((channel, topic.texts))
+        recorded.append(_in_turn(clock, running))
+    for stamp, channel, data in merge(*recorded, key=lambda message: message[:2]):
         writer.add_message(channel, stamp, data, stamp)
     writer.add_metadata("undertow", about)
     writer.finish()
@@ -170,10 +172,18 @@ class _Clock:
         whole = whole.astype(np.int64) + shift + nanos // _SECOND
         return cls(whole.tolist(), (nanos % _SECOND).tolist(), shift)
 
-    @property
-    def stamps(self) -> list[int]:
-        """In nanoseconds."""
-        return [sec * _SECOND + nsec for sec, nsec in zip(self.seconds, self.nanos, strict=True)]
+    def __iter__(self) -> Iterator[int]:
+        """Stamps in nanoseconds."""
+        return (sec * _SECOND + nsec for sec, nsec in zip(self.seconds, self.nanos, strict=True))
+
+
+def _in_turn(clock: _Clock, topics: Sequence[tuple[int, Iterator[str]]]) -> Iterator[tuple[int, int, bytes]]:
+    """Stamp, channel and content of the messages of one log, made as they are asked for: an hour has half a million."""
+    for stamp in clock:
+        for channel, texts in topics:
+            text = next(texts, "")
+            if text:
+                yield stamp, channel, text.encode()
 
 
 # Topics
@@ -185,7 +195,7 @@ class _Topic:
 
     name: str
     schema: str
-    texts: list[str]
+    texts: Iterator[str]
     about: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -196,12 +206,12 @@ def _topics(
     table = predictions[0].table[rows]
     names = (*STATE, *RATES, *channels)
     flat = _flat(names, table[[_IN_TABLE.get(name, name) for name in names]].to_numpy())
-    parts = [f'{text[:-1]},"part":"{part}"}}' for text, part in zip(flat, table["part"], strict=True)]
+    parts = (f'{text[:-1]},"part":"{part}"}}' for text, part in zip(flat, table["part"], strict=True))
     place = _place(table, "")
     found = [
         _Topic("/measured", "undertow.Measured", parts),
         _Topic("/measured/pose", "foxglove.PoseInFrame", _stamped(POSE_IN_FRAME_TEXT, place, clock)),
-        _Topic("/measured/path", "foxglove.PosesInFrame", [_path(place, clock)]),
+        _Topic("/measured/path", "foxglove.PosesInFrame", iter([_path(place, clock)])),
         _Topic("/tf", "foxglove.FrameTransform", _stamped(FRAME_TRANSFORM_TEXT.replace("BOAT", boat), place, clock)),
     ]
     for model in predictions:
@@ -241,16 +251,15 @@ def _plain(name: str) -> str:
     return re.sub(r"\W+", "_", re.sub(r"\|(\w)\|", r" abs_\1 ", name)).strip("_")
 
 
-def _flat(names: Sequence[str], values: Array) -> list[str]:
+def _flat(names: Sequence[str], values: Array) -> Iterator[str]:
     """A JSON object a row; a number that is not finite is left out."""
     keys = [f'"{name}":' for name in names]
     whole = "{" + ",".join(f"{key}%r" for key in keys) + "}"
-    if np.isfinite(values).all():
-        return [whole % tuple(row) for row in values.tolist()]
-    return [
-        "{" + ",".join(f"{key}{x!r}" for key, x in zip(keys, row, strict=True) if np.isfinite(x)) + "}"
-        for row in values.tolist()
-    ]
+    for row, sound in zip(values, np.isfinite(values).all(axis=1), strict=True):
+        if sound:
+            yield whole % tuple(row.tolist())
+        else:
+            yield "{" + ",".join(f"{key}{x!r}" for key, x in zip(keys, row.tolist(), strict=True) if isfinite(x)) + "}"
 
 
 def _place(table: pd.DataFrame, suffix: str) -> Array:
@@ -260,10 +269,11 @@ def _place(table: pd.DataFrame, suffix: str) -> Array:
     return np.column_stack([east, north, np.sin(half).round(_DIGITS), np.cos(half).round(_DIGITS)])
 
 
-def _stamped(text: str, place: Array, clock: _Clock) -> list[str]:
+def _stamped(text: str, place: Array, clock: _Clock) -> Iterator[str]:
     """A message a row: `text` with its stamp and place; none where a place is not finite."""
-    rows = zip(clock.seconds, clock.nanos, place.tolist(), strict=True)
-    return [text % (sec, nsec, *row) if all(map(isfinite, row)) else "" for sec, nsec, row in rows]
+    sound = np.isfinite(place).all(axis=1)
+    for sec, nsec, row, whole in zip(clock.seconds, clock.nanos, place, sound, strict=True):
+        yield text % (sec, nsec, *row.tolist()) if whole else ""
 
 
 def _path(place: Array, clock: _Clock) -> str:
