@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .physics.effects import EFFECTS
-from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show
+from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show, tell_replaced
 
 if TYPE_CHECKING:
     from .reports.inputs import Inputs
@@ -47,6 +47,20 @@ def _catalogue() -> str:
         names.setdefault(effect.family, []).append(effect.name)
     families = (f"{family}: {', '.join(members)}." for family, members in names.items())
     return "\n\n".join(("Effects:", *families, "A term without a name is an axis and a form, such as yaw:u|r|."))
+
+
+def _amounts() -> str:
+    """What the values of `simulate --effect` mean, effect by effect."""
+    added, absolute = (", ".join(e.name for e in EFFECTS if e.added is kind) for kind in (True, False))
+    return "\n\n".join(
+        (
+            "Added to the vehicle's own number, so that X_uu=-12 makes -8 to -20 (a term such as yaw:u|r| too): "
+            f"{added}.",
+            f"Put in the place of the vehicle's own number: {absolute}.",
+            "Symbols such as X_uu, lag or port_scale count like their effects; mass, inertia_z and Y_rdot are put in "
+            "place. What came of it is printed.",
+        )
+    )
 
 
 @app.callback()
@@ -111,6 +125,9 @@ def compare(
     ] = None,
     judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
     out: Annotated[Path | None, typer.Option("--out", "-o", help="comparison.json to write.")] = None,
+    series: Annotated[
+        Path | None, typer.Option("--series", help="MCAP file to write, for Foxglove or PlotJuggler.")
+    ] = None,
     frame: FrameOption = None,
     channels: MapOption = None,
     as_json: JsonOption = False,
@@ -120,11 +137,13 @@ def compare(
         from .physics.files import write_json
         from .reports.compare import compare as compare_models
 
-        if out is not None:
-            check_file(out, vehicle)
-        found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
+        kept = [path for path in (out, series) if path is not None]
+        earlier = [path for path in kept if check_file(path, vehicle)]
+        found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [], series)
         if out is not None:
             write_json(out, found)
+        for path in kept:
+            tell_replaced(path, path in earlier)
         if as_json:
             print_json(found)
         else:
@@ -135,6 +154,8 @@ def compare(
             show(structure_list(found), notes_list(found))
             if out is not None:
                 say(f"Comparison: {out}")
+            if series is not None:
+                say(f"Series for Foxglove and PlotJuggler: {series}")
 
 
 @app.command()
@@ -162,11 +183,11 @@ def check(
         from .physics.files import write_json
         from .reports.checked import check as judge
 
-        if out is not None:
-            check_file(out, model)
+        earlier = out is not None and check_file(out, model)
         found = judge(model, logs or [], vehicle, frame=frame, channel_map=channels, seed=seed)
         if out is not None:
             write_json(out, found.to_dict())
+            tell_replaced(out, earlier)
         if as_json:
             print_json(found.to_dict())
         else:
@@ -221,12 +242,12 @@ def fit(
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
-        if out is not None:
-            check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle)
         inputs = _read(logs, vehicle, frame, channels)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out)
+            tell_replaced(out, earlier)
         told = done.to_dict()
         if as_json:
             print_json(told)
@@ -261,8 +282,7 @@ def add(
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
-        if out is not None:
-            check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle)
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
@@ -281,6 +301,7 @@ def add(
         found = add_named(names, _read(paths, nominal, frame, channels), progress=progress)
         if out is not None:
             found.discovery.corrected.save(out)
+            tell_replaced(out, earlier)
         findings = found.findings.to_dict()
         if as_json:
             wanted = {key: findings[key] for key in ("steps", "candidates", "unnamed")}
@@ -357,7 +378,9 @@ def train(
                     progress=told,
                 )
         except KeyboardInterrupt:
-            print(f"\nundertow: interrupted; the same command with --resume goes on from {out}", file=sys.stderr)
+            kept = (out / trained.CHECKPOINT).exists()
+            how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"
+            print(f"\nundertow: interrupted; {how}", file=sys.stderr)
             raise typer.Exit(130) from None
         if explain:
             done = trained.explained(done, out, progress)
@@ -398,12 +421,13 @@ def explain(
             show(distilled_table(found))
 
 
-@app.command()
+@app.command(epilog=_amounts())
 def simulate(
     vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Log to write: .csv, .csv.gz or .parquet.")],
     effect: Annotated[
-        list[str] | None, typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value.")
+        list[str] | None,
+        typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value; see below."),
     ] = None,
     programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
     duration: Annotated[
@@ -418,7 +442,7 @@ def simulate(
         from .physics.vehicle import load_vehicle
         from .physics.worlds import parse_effect, simulate_world
 
-        check_file(out)
+        earlier = check_file(out)
         hidden: dict[str, tuple[float, ...]] = {}
         for text in effect or []:
             name, values = parse_effect(text)
@@ -430,6 +454,7 @@ def simulate(
         nominal = load_vehicle(vehicle)
         world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
         world.write(out)
+        tell_replaced(out, earlier)
         before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
         changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
         listed = ", ".join(changed) or "nothing"
@@ -484,7 +509,7 @@ def _discover(
     from .reports.run import discover as find
 
     run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
-    write_run(run, out, report=report)
+    write_run(run, out, report=report, progress=progress)
     findings = run.findings.to_dict()
     if as_json:
         print_json(findings)
@@ -506,6 +531,8 @@ def _discover(
         say(f"Corrected vehicle: {out / 'model.yaml'}")
     if report:
         say(f"Report: {out / 'report.html'}")
+    if (out / "series.mcap").is_file():
+        say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
 
 
 def _show_steps(findings: dict[str, Any]) -> None:

@@ -7,14 +7,14 @@ while errors are larger than the noise explains (Fortescue, Kershenbaum and Ydst
 knows.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..physics.effects import Parameter, effect_named
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -23,6 +23,8 @@ from .options import Candidate, Linearisation, candidates, measurable
 from .rehearsal import plausible_amounts, rehearse
 from .search import Search, SearchSettings
 from .weak import WeakForm, WeakSettings
+
+_MOTIONS = "undertow.prepare(undertow.read_log(LOG), vehicle, undertow.WEAK).motions are some"
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +123,13 @@ def adapt(
         one twice, or a log that is too short.
     """
     settings = settings or AdaptSettings()
-    runs = [motions] if isinstance(motions, Motion) else list(motions)
+    expect("adapt: motions", motions, (Motion, Iterable), _MOTIONS)
+    runs = [motions] if isinstance(motions, Motion | str) else list(motions)
+    for motion in runs:
+        expect("adapt: motions", motion, Motion, _MOTIONS)
+    expect("adapt: vehicle", vehicle, Vehicle, "undertow.load_vehicle(PATH) reads one")
+    expect("adapt: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
+    expect("adapt: settings", settings, AdaptSettings, "undertow.AdaptSettings(...) makes them")
     pool = _linear(runs, vehicle, effects)
     with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
         weak = WeakForm(runs, settings.weak)

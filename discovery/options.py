@@ -136,8 +136,8 @@ class Linearisation:
                     present = (self._present(candidate, vehicle, tuple(absent.values()), -1),)
                 self.options[candidate.key] = (nothing, *present)
         every = np.stack([*self._columns, self._base], axis=-1)
-        self.columns = every[0]
-        self.noise = every[1:] - every[0]
+        every[1:] -= every[0]  # in place: on a log of an hour the copies are most of the memory
+        self.columns, self.noise = every[0], every[1:]
 
     def _add(self, column: Array) -> int:
         self._columns.append(column)

@@ -21,6 +21,8 @@ from ..physics.vehicle import Vehicle
 from .rollouts import rollout_squares
 
 _LEAST_TESTS, _LEAST_BLOCKS = 8, 4
+_AT_ONCE = 1024
+"""Test functions that are applied in one go."""
 _NOISE_SEED = 20040
 _QUIET = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
@@ -143,9 +145,9 @@ class WeakForm:
         parts = []
         for values, kernels in zip(series, self._kernels, strict=True):
             kernel, first = kernels[which], kernels[2]
-            if first.size:
-                windows = np.lib.stride_tricks.sliding_window_view(values, kernel.size, axis=0)[first]
-                parts.append(windows @ kernel)
+            windows = np.lib.stride_tricks.sliding_window_view(values, kernel.size, axis=0) if first.size else values
+            for k in range(0, first.size, _AT_ONCE):  # picking windows copies them: a long log would need a gigabyte
+                parts.append(windows[first[k : k + _AT_ONCE]] @ kernel)
         return np.concatenate(parts)
 
     def balance(self, vehicle: Vehicle) -> Array:

@@ -1,11 +1,11 @@
 """Preparation: logs become motions on one even time base, gap-free, in the grammar of `Motion`."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from ..physics.averages import area_average
-from ..physics.errors import LogError, RequestError
+from ..physics.errors import LogError, RequestError, expect
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import RUN_UP, Motion
 from ..physics.vehicle import Vehicle
@@ -61,7 +61,12 @@ def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe =
     RequestError
         when no log is given, or one is given twice.
     """
-    logs = (logs,) if isinstance(logs, Log) else tuple(logs)
+    expect("prepare: logs", logs, (Log, Iterable), "undertow.read_log(PATH) reads one")
+    logs = (logs,) if isinstance(logs, Log | str) else tuple(logs)
+    for log in logs:
+        expect("prepare: logs", log, Log, "undertow.read_log(PATH) reads one")
+    if vehicle is not None:
+        expect("prepare: vehicle", vehicle, Vehicle, "undertow.load_vehicle(PATH) reads one")
     _check_distinct(logs)
     for log in logs:
         require(log, vehicle)

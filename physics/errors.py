@@ -11,3 +11,27 @@ class VehicleError(ValueError):
 
 class RequestError(ValueError):
     """A request that cannot be met (unknown effect, unusable option, failed solve); the text says what to try."""
+
+
+def expect(what: str, given: object, kind: type | tuple[type, ...], cure: str) -> None:
+    """Check the type of an argument of a function that users call.
+
+    Parameters
+    ----------
+    what : the function and the argument, such as "adapt: vehicle"
+    cure : how one comes by such an argument
+
+    Raises
+    ------
+    RequestError
+        when it is of another type.
+    """
+    kinds = kind if isinstance(kind, tuple) else (kind,)
+    if not isinstance(given, kinds):
+        wanted = " or ".join(k.__name__ for k in kinds)
+        shown = f"{type(given).__name__} {given!r}" if isinstance(given, str | int | float) else type(given).__name__
+        raise RequestError(f"{what}: expected {_article(wanted)}, got {_article(shown)}; {cure}")
+
+
+def _article(name: str) -> str:
+    return f"{'an' if name[0] in 'AEIOaeio' else 'a'} {name}"

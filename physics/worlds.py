@@ -7,7 +7,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from .averages import area_average
-from .errors import RequestError
+from .errors import RequestError, expect
 from .forces import apparent_wind
 from .frames import Array
 from .hidden_effects import Values, apply_effects, parse_effect
@@ -224,6 +224,10 @@ def simulate_world(
         for an unknown effect, programme or noise preset, a duration or waves out of range, values that give no sound
         vehicle, or a diverging motion.
     """
+    expect("simulate_world: vehicle", vehicle, Vehicle, "undertow.load_vehicle(PATH) reads one")
+    expect(
+        "simulate_world: effects", effects, Mapping, 'give values by name, such as {"surge_quadratic_damping": -9.0}'
+    )
     if noise not in NOISE:
         near = get_close_matches(noise, NOISE, n=1, cutoff=0.0)
         raise RequestError(f"unknown noise {noise!r}: did you mean {near[0]!r}? There are: {', '.join(NOISE)}")

@@ -13,7 +13,7 @@ from ..measurements.split import PARTS, Split
 from ..physics.laws import envelope_of
 from ..physics.motion import Motion
 from ..residuals.models import Model, VehicleModel
-from ..residuals.residual import residuals, same_filter
+from ..residuals.residual import residual, same_filter
 from ..residuals.scores import Errors
 from .audit import Audit, audit
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
@@ -72,30 +72,53 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     accelerations filtered alike, open-loop rollouts restarted every 10 s, and the residual force of the first model
     (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns.
     """
-    sources: dict[str, int] = {}
     frames = []
-    for part in PARTS:
-        data = parts.data(part)
-        force = residuals(before.vehicle, data) if isinstance(before, VehicleModel) else None
-        for k, motion in enumerate(data.motions):
-            log = sources.setdefault(motion.source, len(sources))
-            frame = _measured(motion, log, part, channels)
-            for name, model in (("before", before), ("after", after)):
-                modelled = same_filter(model.acceleration(motion), motion, data)
-                frame[[f"{c}_{name}" for c in ("u_dot", "v_dot", "r_dot")]] = modelled
-                states = restarted(model, motion)
-                frame[[f"{c}_{name}" for c in ("north", "east")]] = states[:, :2]
-                frame[[f"{c}_{name}" for c in ("u", "v", "r")]] = states[:, 3:]
-            if force is not None:
-                frame[["X_residual", "Y_residual", "N_residual"]] = force[k].force
-            frames.append(frame)
+    for stretch in stretches(parts):
+        frame, motion = _measured(stretch, channels), stretch.motion
+        for name, model in (("before", before), ("after", after)):
+            modelled = same_filter(model.acceleration(motion), motion, stretch.data)
+            frame[[f"{c}_{name}" for c in ("u_dot", "v_dot", "r_dot")]] = modelled
+            frame[[f"{c}_{name}" for c in ("north", "east", "psi", "u", "v", "r")]] = restarted(model, motion)
+        if isinstance(before, VehicleModel):
+            force = residual(before.vehicle, motion, stretch.data).force
+            frame[["X_residual", "Y_residual", "N_residual"]] = force
+        frames.append(frame)
+    return in_order(frames)
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A motion of the logs: its number of the log, the part that it belongs to, and that part's data."""
+
+    motion: Motion
+    log: int
+    part: str
+    data: DataSet
+
+    def frame(self) -> pd.DataFrame:
+        """A row for each time step, with its time [s], log and part."""
+        return pd.DataFrame({"time": self.motion.time, "log": self.log, "part": self.part})
+
+
+def stretches(parts: Parts) -> list[Stretch]:
+    """Every motion of every part."""
+    logs: dict[str, int] = {}
+    return [
+        Stretch(motion, logs.setdefault(motion.source, len(logs)), part, parts.data(part))
+        for part in PARTS
+        for motion in parts.data(part).motions
+    ]
+
+
+def in_order(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of all stretches in one table, sorted by log and time, as `series.csv` holds them."""
     table = pd.concat(frames, ignore_index=True).sort_values(["log", "time"], kind="stable", ignore_index=True)
     numeric = [c for c in table.columns if c not in ("log", "part")]
     return table.round(dict.fromkeys(numeric, _DIGITS))
 
 
-def _measured(motion: Motion, log: int, part: str, channels: Sequence[str]) -> pd.DataFrame:
-    frame = pd.DataFrame({"time": motion.time, "log": log, "part": part})
+def _measured(stretch: Stretch, channels: Sequence[str]) -> pd.DataFrame:
+    frame, motion = stretch.frame(), stretch.motion
     frame[["north", "east"]] = motion.position
     frame["psi"] = motion.heading
     frame[["u", "v", "r"]] = motion.velocity

@@ -12,6 +12,7 @@ from ..physics.audit.base import Law, Proof, Ruling, Witness
 from ..physics.audit.mass import PositiveMass
 from ..physics.audit.registry import LAWS
 from ..physics.audit.trial import possible_commands
+from ..physics.errors import expect
 from ..physics.frames import Array
 from ..physics.laws import Envelope
 from ..physics.matrices import coriolis_matrix
@@ -96,6 +97,8 @@ def audit(
     RequestError
         when the model does not answer with finite accelerations, or refuses the rate of the motions.
     """
+    expect("audit: model", model, Model, "undertow.load_model(PATH) reads one")
+    expect("audit: envelope", envelope, Envelope, "undertow.check(MODEL) finds one by itself")
     witness = witness_of(model, envelope, motions=motions, commands=commands, seed=seed)
     rulings: list[Ruling] = []
     for law in laws:

@@ -5,23 +5,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models import Model, VehicleModel
 from .assess import series
 from .comparison import BASELINE, comparison, judge, reference_models
 from .folder import read_run_inputs
-from .inputs import Inputs, PathLike, read_inputs
+from .inputs import INPUTS_CURE, Inputs, PathLike, read_inputs
 from .models import CORRECTED, check_commands, fitted_numbers, load_model
+from .viewer import compared, require_mcap, write_series
 
 
-def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
+def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLike | None = None) -> dict[str, Any]:
     """Models against measurements: nominal, calibrated, two baselines and any others, on the same rows.
 
     Parameters
     ----------
     inputs : logs and nominal vehicle, with the part to judge on
     models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
+    series_file : MCAP file to write for viewers, with what was measured and what each model but the baselines predicts
 
     Returns
     -------
@@ -32,9 +34,14 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = ()) -> dict[str, Any]:
     ------
     RequestError, VehicleError
         when a model cannot be read, takes other commands than the nominal vehicle, is given twice, or is a network
-        that was trained at another rate than that of the comparison, 10 Hz.
+        that was trained at another rate than that of the comparison, 10 Hz; when a series is asked for and the package
+        mcap is missing.
     """
-    return _compared(inputs, (), models)
+    expect("compare: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("compare: models", models, (list, tuple), "give a list of paths")
+    if series_file is not None:
+        require_mcap()
+    return _compared(inputs, (), models, series_file)
 
 
 def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any]:
@@ -62,7 +69,9 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any
     return _compared(inputs, (corrected,), models)
 
 
-def _compared(inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike]) -> dict[str, Any]:
+def _compared(
+    inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike], series_file: PathLike | None = None
+) -> dict[str, Any]:
     given = [os.fspath(path) for path in paths]
     for path in given:
         if given.count(path) > 1:
@@ -73,6 +82,8 @@ def _compared(inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike]
     named = [model for model in found if model.kind != BASELINE]
     table = series(named[0], named[-1], inputs.parts, inputs.channels)
     judged = [judge(model, inputs.parts) for model in found]
+    if series_file is not None:
+        write_series(series_file, compared(named, inputs.parts, inputs.channels), inputs.channels, inputs.parts)
     return comparison(judged, inputs, table, timed=True, notes=notes)
 
 

@@ -22,8 +22,11 @@ def flush() -> None:
         raise SystemExit(1) from None
 
 
-def check_file(out: Path, source: Any = None) -> None:
-    """Refuse a file that cannot be written, or that is the one read, before the work on it begins."""
+def check_file(out: Path, source: Any = None) -> bool:
+    """Refuse a file that cannot be written, or that is the one read, before the work on it begins.
+
+    True when a file is there, which `tell_replaced` speaks of once it is replaced.
+    """
     from ..physics.errors import RequestError
 
     if source is not None and out.exists() and Path(source).exists() and out.samefile(source):
@@ -32,6 +35,13 @@ def check_file(out: Path, source: Any = None) -> None:
         raise RequestError(f"cannot write {out}: it is a folder; give the name of a file")
     if not out.parent.is_dir():
         raise RequestError(f"cannot write {out}: the folder {out.parent} does not exist; create it first")
+    return out.exists()
+
+
+def tell_replaced(out: Path, earlier: bool) -> None:
+    """Say on stderr that a file took the place of an earlier one, if it did."""
+    if earlier:
+        progress(f"replaced the earlier {out}")
 
 
 def progress(line: str) -> None:

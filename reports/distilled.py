@@ -1,5 +1,7 @@
 """Distillation of a model on the rows that it was prepared for, and the same as tables for the terminal."""
 
+import os
+
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -7,10 +9,11 @@ from rich.text import Text
 from ..discovery.discover import DiscoverySettings
 from ..discovery.distil import distil_model
 from ..discovery.distilled import Distilled
+from ..physics.errors import expect
 from ..residuals.models import Model
-from .inputs import Inputs, PathLike
+from .inputs import INPUTS_CURE, Inputs, PathLike
 from .layout import Prose, bullets, plain_table, section, stacked
-from .models import check_commands, load_model
+from .models import MODEL_CURE, check_commands, load_model
 from .run import Say
 from .wording import number, percent, unit_text, words
 
@@ -36,6 +39,8 @@ def distil(
         when the model cannot be read or takes other commands, the logs are too short, or the model gives accelerations
         that are not finite.
     """
+    expect("distil: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("distil: model", model, (Model, str, os.PathLike), MODEL_CURE)
     if not isinstance(model, Model):
         model = load_model(model)
     check_commands(model, inputs)

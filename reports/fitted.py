@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from ..discovery.calibrate import Calibration, calibrate
 from ..discovery.discover import DiscoverySettings
+from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle
 from ..residuals.models import VehicleModel
 from ..residuals.scores import evaluate
 from .assess import score_step
-from .inputs import Inputs
+from .inputs import INPUTS_CURE, Inputs
 from .run import Say
 from .wording import ROLLOUT_UNITS, listing
 
@@ -40,9 +41,8 @@ class FitRun:
     def vehicle(self) -> Vehicle:
         """The calibrated vehicle; its `sources` say which numbers were fitted, and from which logs."""
         found = self.calibration
-        logs = ", ".join(Path(path).name for path in self.inputs.paths)
-        fitted = f"{', '.join(p.symbol for p in found.parameters)}: fitted to {logs} by undertow ({found.method})"
-        return found.vehicle.model_copy(update={"sources": {**found.vehicle.sources, "calibrated": fitted}})
+        how = f"fitted by undertow to {self.inputs.log_names} ({found.method})"
+        return with_sources(found.nominal, found.vehicle, how)
 
     @property
     def sentences(self) -> list[str]:
@@ -118,6 +118,7 @@ def fit(
     RequestError
         for an unknown symbol, a log that identifies nothing or is too short, or a vehicle that cannot be made lawful.
     """
+    expect("fit: inputs", inputs, Inputs, INPUTS_CURE)
     found = calibrate(inputs.fitting, inputs.vehicle, free, hold, settings, progress)
     if progress is not None:
         progress("scoring before and after on held-out data")

@@ -3,17 +3,21 @@
 import json
 import os
 import tempfile
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..measurements.inspection import inspect_log
 from ..measurements.standardisation import Standardisation
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
 from ..physics.vehicle import Vehicle, load_vehicle
+from ..residuals.neural import is_network_folder
+from .effect_forces import found_forces
 from .made_from import command, log_digests, versions
 from .page import write_page
-from .run import Run
+from .run import Run, Say
+from .viewer import Prediction, require_mcap, write_series
 
 RUN_SCHEMA = "undertow.run/1"
 INSPECTIONS_SCHEMA = "undertow.inspections/1"
@@ -23,13 +27,14 @@ FILES = (
     "comparison.json",
     "audit.json",
     "series.csv",
+    "series.mcap",
     "nominal.yaml",
     "standardisation.json",
     "inspection.json",
     "run.json",
     "report.html",
 )
-"""What a run folder holds."""
+"""What a run folder holds; series.mcap and report.html may be left out."""
 
 
 def check_target(out: str | os.PathLike[str]) -> Path:
@@ -40,6 +45,7 @@ def check_target(out: str | os.PathLike[str]) -> Path:
     RequestError
         when its parent is missing, it is a file, or it is a folder that holds other things than a run.
     """
+    expect("write_run: out", out, (str, os.PathLike), "give the path of a folder")
     target = Path(out)
     if target.is_file():
         raise RequestError(f"cannot write the run to {target}: it is a file; give a folder that may be made")
@@ -50,17 +56,23 @@ def check_target(out: str | os.PathLike[str]) -> Path:
     return target
 
 
-def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True) -> Path:
+def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True, progress: Say | None = None) -> Path:
     """Write the run folder: built under a temporary name, then renamed, so it appears whole.
 
     An earlier run in the same folder is replaced; other files in it stay. When anything fails, or the user interrupts,
     the temporary folder goes and the earlier run is as it was.
+
+    Parameters
+    ----------
+    report : False to leave the HTML page out
+    progress : called with a line when `series.mcap` is left out, for want of the extra `logs`; a warning without it
 
     Raises
     ------
     RequestError
         when the target cannot be written; see `check_target`.
     """
+    expect("write_run: run", run, Run, "undertow.discover(INPUTS) and undertow.add(EFFECTS, INPUTS) make one")
     target = check_target(out)
     # A folder that exists may be another disk, onto which nothing can be renamed: build inside it.
     beside = target if target.is_dir() else target.absolute().parent
@@ -69,6 +81,7 @@ def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True) -> 
             work, aside = Path(scratch, "run"), Path(scratch, "earlier")
             work.mkdir()
             _write_files(run, work)
+            _write_viewer_series(run, work / "series.mcap", progress or _warn)
             if report:
                 write_page(work)
             if target.is_dir():
@@ -125,6 +138,26 @@ def _write_files(run: Run, folder: Path) -> None:
     )
 
 
+def _write_viewer_series(run: Run, path: Path, say: Say) -> None:
+    """The series for viewers, or a line on why there is none."""
+    try:
+        require_mcap()
+    except RequestError as error:
+        say(f"{path.name} is left out: {error}")
+        return
+    found, parts = run.discovery, run.inputs.parts
+    forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
+    told = (
+        Prediction("before", found.nominal, run.series, "before"),
+        Prediction("after", found.corrected, run.series, "after", forces),
+    )
+    write_series(path, told, run.inputs.channels, parts)
+
+
+def _warn(line: str) -> None:
+    warnings.warn(line, stacklevel=4)
+
+
 @dataclass(frozen=True, slots=True)
 class RunRecord:
     """What a run was made from: paths of the logs, how they were read, and the nominal vehicle."""
@@ -146,6 +179,12 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
         when its nominal vehicle cannot be read.
     """
     folder = Path(run)
+    if is_network_folder(folder):
+        raise RequestError(
+            f"{folder} is the folder of a trained network, not of a run: effects are added to a vehicle; give a folder "
+            "that 'undertow discover' wrote, or --vehicle V and the LOG after the effects. 'undertow explain' says "
+            "what of the network is a named effect"
+        )
     try:
         record = json.loads((folder / "run.json").read_text("utf-8"))
         logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]

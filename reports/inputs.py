@@ -1,8 +1,9 @@
 """Inputs of every verb: logs read and prepared once for a vehicle."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from ..measurements.dataset import PAPER, WEAK
@@ -10,12 +11,13 @@ from ..measurements.inspection import inspect_log
 from ..measurements.log import Log, read_log
 from ..measurements.prepare import prepare
 from ..measurements.split import Split, split
-from ..physics.errors import LogError, RequestError
+from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, load_vehicle
 from .assess import Parts
 
 PathLike = str | os.PathLike[str]
+INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
 Judge = Literal["train", "validation", "test", "all"]
 _JUDGES = ("train", "validation", "test", "all")
 
@@ -50,13 +52,18 @@ class Inputs:
         return (*self.weak.train.motions, *self.weak.validation.motions)
 
     @property
+    def log_names(self) -> str:
+        """Names of the logs' files, for a sentence."""
+        return ", ".join(Path(path).name for path in self.paths)
+
+    @property
     def channels(self) -> tuple[str, ...]:
         """Names of the command columns."""
         return tuple(t.channel for t in self.vehicle.thrusters)
 
 
 def read_inputs(
-    logs: Sequence[PathLike] | PathLike,
+    logs: Iterable[PathLike] | PathLike,
     vehicle: Vehicle | PathLike,
     *,
     frame: str | None = None,
@@ -78,7 +85,11 @@ def read_inputs(
     LogError, VehicleError, RequestError
         when a file cannot be read or used.
     """
+    expect("read_inputs: logs", logs, (str, os.PathLike, Iterable), "give paths of logs")
+    expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
+    for path in paths:
+        expect("read_inputs: logs", path, (str, os.PathLike), "give paths of logs")
     if judge not in _JUDGES:
         raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)

@@ -15,6 +15,7 @@ from .inputs import Inputs, PathLike
 
 CORRECTED = "corrected"
 """Name of the last model of a run, in the run itself."""
+MODEL_CURE = "undertow.load_model(PATH) reads one"
 
 
 def check_commands(model: Model, inputs: Inputs) -> None:

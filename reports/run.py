@@ -9,13 +9,15 @@ import pandas as pd
 from ..discovery.add import add_effects
 from ..discovery.discover import Discovery, DiscoverySettings, find_missing
 from ..discovery.findings import Findings
+from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.sources import with_sources
 from ..residuals.models import VehicleModel
 from ..residuals.scores import evaluate
 from .assess import score_step, series
 from .audit import Audit
 from .comparison import comparison, judge, reference_models
-from .inputs import Inputs
+from .inputs import INPUTS_CURE, Inputs
 from .models import CORRECTED
 
 Say = Callable[[str], None]
@@ -50,6 +52,8 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
         when a log is too short, or a solver fails.
     """
     chosen = settings or DiscoverySettings()
+    expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
     return assess(inputs, find_missing(inputs.fitting, inputs.vehicle, chosen, progress), chosen, progress)
 
 
@@ -69,6 +73,8 @@ def add(
     RequestError
         for an unknown effect, naming the nearest.
     """
+    expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
+    expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     settings = DiscoverySettings()
     found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
     return replace(assess(inputs, found, settings, progress), verb=("add", *effects))
@@ -76,6 +82,8 @@ def add(
 
 def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
     """Score every step of a discovery on held-out data, and find where the models fail."""
+    how = f"identified by undertow from {inputs.log_names}"
+    found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
     if progress is not None:
         progress("scoring every step on held-out data")
     models = _models(found)

@@ -7,14 +7,14 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.files import write_json
 from ..residuals.model_files import save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from .comparison import judge, row
-from .inputs import Inputs
+from .inputs import INPUTS_CURE, Inputs
 from .run import Say
 from .wording import percent
 
@@ -144,6 +144,7 @@ def train(
     RequestError
         when torch is missing, the folder cannot be used, or training fails; see `residuals.training.train`.
     """
+    expect("train: inputs", inputs, Inputs, INPUTS_CURE)
     require_torch()
     from ..residuals.training import train as train_network
 
@@ -201,6 +202,12 @@ def check_folder(out: str | os.PathLike[str], resume: bool) -> Path:
         )
     if resume and not interrupted and is_network_folder(target):
         raise RequestError(f"nothing to resume: the training in {target} is done; leave --resume out to train anew")
+    if resume and not interrupted:
+        what = "holds none" if target.is_dir() else "does not exist"
+        raise RequestError(
+            f"nothing to resume: expected a folder with the {CHECKPOINT} of an interrupted training, but {target} "
+            f"{what}; give the folder of that training, or leave --resume out to train anew"
+        )
     if target.is_dir() and any(target.iterdir()) and not interrupted and not is_network_folder(target):
         raise RequestError(f"cannot write the network to {target}: the folder holds other files; give a new one")
     return target

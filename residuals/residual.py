@@ -35,19 +35,15 @@ def filtered_pairs(data: DataSet) -> list[tuple[Motion, Motion]]:
     return list(zip(data.motions, data.raw, strict=True))
 
 
-def residuals(vehicle: Vehicle, data: DataSet) -> list[Residual]:
-    """The residual of every motion of a data set.
+def residual(vehicle: Vehicle, motion: Motion, data: DataSet) -> Residual:
+    """The residual of one motion of a data set.
 
     The measured acceleration is the central difference of the filtered velocity; the modelled one is evaluated along
     the filtered motion and passes through the same filter.
     """
-    mass = mass_matrix(vehicle)
-    found = []
-    for motion in data.motions:
-        measured = accelerations(motion)
-        modelled = same_filter(modelled_acceleration(vehicle, motion), motion, data)
-        found.append(Residual(motion, measured, modelled, (measured - modelled) @ mass))
-    return found
+    measured = accelerations(motion)
+    modelled = same_filter(modelled_acceleration(vehicle, motion), motion, data)
+    return Residual(motion, measured, modelled, (measured - modelled) @ mass_matrix(vehicle))
 
 
 def same_filter(values: Array, motion: Motion, data: DataSet) -> Array:

@@ -130,6 +130,18 @@ def test_simulate_says_what_it_hid_and_equal_seeds_give_equal_files(here: Path) 
     assert files(here) == first
 
 
+def test_simulate_says_whether_values_are_added_or_absolute(here: Path) -> None:
+    told = " ".join(done("simulate", "--help").split())
+    added, absolute = told.split("Put in the place of the vehicle's own number")
+    for effect in undertow.EFFECTS:
+        assert re.search(rf"\b{effect.name}\b", added if effect.added else absolute)
+    words = ["simulate", "-v", "blueboat", "--duration", "20", "--out", "log.csv"]
+    assert "hidden: lag 0 -> 0.3, memory_sway 0 -> 10," in done(
+        *words, "--effect", "lag=0.3", "--effect", "wake_memory=10"
+    )
+    assert "hidden: X_uu -8 -> -20\n" in done(*words, "--effect", f"{HIDDEN}=-12")
+
+
 def test_inspect_as_a_table_and_as_json(place: Path) -> None:
     table = done("inspect", place / "log.csv", "-v", "blueboat")
     assert all(word in table for word in ("Channels", "newton_port", "rad/s", "What the boat did"))
@@ -396,6 +408,8 @@ def test_the_run_folder_holds_what_was_promised(place: Path) -> None:
     columns = ("time", "u", "u_dot", "u_before", "u_after", "u_dot_before", "u_dot_after", "X_residual", "N_residual")
     assert set(columns) <= set(series.columns)
     assert load_vehicle(run / "model.yaml").value("X_uu") == pytest.approx(-20.0, abs=0.3)
+    assert load_vehicle(run / "model.yaml").sources["damping"].startswith("X_uu: identified by undertow from log.csv;")
+    assert load_vehicle(run / "nominal.yaml").sources == load_vehicle("blueboat").sources
     assert load_vehicle(run / "nominal.yaml").values == load_vehicle("blueboat").values
     page = (run / "report.html").read_text("utf-8")
     assert page.startswith("<!doctype html>")
@@ -797,6 +811,13 @@ def test_a_tampered_record_of_a_run(key: str, value: Any, copy: Path) -> None:
     refused("add", HIDDEN, "--run", "run", match=r"run/run\.json: expected paths under 'logs', a text or null under")
 
 
+def test_a_network_is_no_run_to_add_to(here: Path) -> None:
+    Path("lstm").mkdir()
+    Path("lstm", "model.yaml").write_text("schema: undertow.network/1\n", "utf-8")
+    match = r"lstm is the folder of a trained network, not of a run: .* 'undertow discover' wrote, or --vehicle V and"
+    refused("add", HIDDEN, "--run", "lstm", match=match)
+
+
 def test_a_run_whose_log_is_gone(copy: Path) -> None:
     spoil(copy / "run.json", "logs", value=["gone.csv"])
     match = (
@@ -873,6 +894,26 @@ def test_an_earlier_run_is_replaced_and_other_files_stay(place: Path, here: Path
     undertow.write_run(found, "run", report=False)
     new = {name: data for name, data in files(place / "run").items() if name != "report.html"}
     assert files(folder) == {**new, "notes.txt": b"mine"}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "simulate -v blueboat --duration 20 --out FILE",
+        "check blueboat --out FILE --json",
+        "compare LOG -v blueboat --series FILE",
+        f"add {HIDDEN} -v blueboat LOG --out FILE",
+        "fit LOG -v blueboat --hold Y_v,N_r --out FILE",
+    ],
+)
+def test_a_file_that_is_replaced_is_named(command: str, place: Path, here: Path) -> None:
+    words = command.replace("LOG", str(place / "log.csv")).replace("FILE", "file").split()
+    first = call(*words)
+    second = call(*words)
+    assert (first.exit_code, second.exit_code) == (0, 0), second.stderr
+    assert "replaced" not in first.stderr
+    assert "  replaced the earlier file\n" in second.stderr
+    assert "replaced" not in second.stdout
 
 
 def test_bad_input_leaves_an_earlier_run_alone(copy: Path) -> None:

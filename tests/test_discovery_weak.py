@@ -1,5 +1,6 @@
 """The weak form, the columns, and the compressed scores, each against a direct computation."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -174,3 +175,33 @@ def test_errors_are_compared_as_accelerations_when_the_mass_changes(weak: WeakFo
     mass = mass_matrix(HULL)[0, 0]
     ratio = mass / (mass - raw.change[0])
     np.testing.assert_allclose(compared.held_out, raw.held_out * [ratio**2, 1.0, 1.0])
+
+
+def test_a_long_log_is_tested_piece_by_piece() -> None:
+    rows, columns = 40_000, 20
+    rng = np.random.default_rng(5)
+    time, zero = 0.05 * np.arange(rows, dtype=float), np.zeros((rows, 2))
+    long = Motion(time, zero, zero[:, 0], rng.normal(0.0, 1.0, (rows, 3)), zero, ("port", "stbd"))
+    weak = WeakForm([long], WeakSettings(copies=0))
+    values = rng.normal(0.0, 1.0, (rows, columns))
+    tracemalloc.start()
+    found = weak.average([values])
+    needed = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    width = 33
+    assert found.shape == (weak.time.size, columns)
+    assert needed < 0.3 * 8 * weak.time.size * columns * width, "less than all windows side by side"
+    k = weak.time.size // 2
+    grid = np.linspace(-1.0, 1.0, width)
+    phi = (1.0 - grid**2) ** 3
+    centre = round(weak.time[k] / 0.05)
+    assert found[k] == pytest.approx(phi @ values[centre - 16 : centre + 17] / phi.sum(), rel=1e-12)
+
+
+def test_noise_of_a_column_is_what_noisier_copies_change_in_it() -> None:
+    weak = WeakForm([simulate_world(HULL, {}, duration=60.0).motion()], WeakSettings())
+    linear = Linearisation(weak, HULL, HULL, candidates(HULL), ())
+    balances = weak.balances(HULL)
+    assert np.array_equal(linear.columns[..., -1], balances[0])
+    assert np.array_equal(linear.noise[..., -1], balances[1:] - balances[0])
+    assert np.abs(linear.noise[..., -1]).max() > 0.1

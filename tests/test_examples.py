@@ -116,3 +116,10 @@ def test_links_in_the_documents_lead_somewhere(document: str):
     for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
         if not target.startswith(("http://", "https://")):
             assert ((ROOT / document).parent / target).exists(), f"{document} links to {target}, which is not there"
+
+
+def test_prose_on_networks_is_wrapped_and_keeps_code_on_one_line():
+    text = re.sub(r"```.*?```", "", (ROOT / "docs" / "neural.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    prose = [line for line in text.splitlines() if not line.startswith(("|", "    "))]
+    assert max(map(len, prose)) <= 120
+    assert [line for line in prose if line.count("`") % 2] == []

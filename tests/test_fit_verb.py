@@ -1,5 +1,6 @@
 """The verb `fit` and `discover --refit` as a user meets them, and the law of dissipation on screen and page."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -40,9 +41,14 @@ def test_fit_writes_a_vehicle_that_says_where_its_numbers_come_from(place: Path)
     assert vehicle.value("N_uv") == pytest.approx(14.0, rel=0.1)
     assert vehicle.value("X_u") == pytest.approx(-15.0, rel=0.1)
     assert (vehicle.mass, vehicle.value("thrust_scale")) == (HULL.mass, 1.0)
-    source = yaml.safe_load((place / "v").read_text())["sources"]["calibrated"]
-    assert "log.csv" in source
-    assert str(place) not in source
+    sources = yaml.safe_load((place / "v").read_text())["sources"]
+    assert sources["damping"].startswith("X_u, X_uu, Y_v, Y_vv, N_r, N_rr: fitted by undertow")
+    assert f"the others, and these before: {HULL.sources['damping']}" in sources["damping"]
+    for symbol, section in (("X_u", "damping"), ("N_uv", "coupling"), ("X_udot", "added_mass")):
+        assert re.search(rf"\b{symbol}\b.*: fitted by undertow to log.csv \(", sources[section])
+    assert (sources["mass"], sources["thrusters"]) == (HULL.sources["mass"], HULL.sources["thrusters"])
+    assert sources["all"].startswith("Not of what undertow identified (see ")
+    assert str(place) not in str(sources)
 
 
 def test_fit_prints_strict_json_and_the_same_again(place: Path, tmp_path: Path) -> None:

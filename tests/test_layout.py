@@ -29,6 +29,7 @@ ROOMS = {
     "rosbags": ("measurements/formats/",),
     "pymavlink": ("measurements/formats/",),
     "pyulog": ("measurements/formats/",),
+    "mcap": ("reports/viewer",),
     "casadi": ("exports/",),
     "onnx": ("exports/",),
     "onnxruntime": ("exports/", "residuals/"),

@@ -11,7 +11,7 @@ from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
 from undertow.residuals.models import VehicleModel
-from undertow.residuals.residual import residuals
+from undertow.residuals.residual import residual
 from undertow.residuals.scores import acceleration_score, rollout_scores
 
 HULL = load_vehicle("blueboat")
@@ -51,7 +51,7 @@ def test_horizons_longer_than_every_motion_are_left_out(world: Motion):
 
 def test_a_constant_force_too_much_shows_with_its_size(world: Motion):
     wrong = VehicleModel(HULL.with_values({"yaw_trim": 2.0}), "wrong")
-    found = residuals(wrong.vehicle, raw(world))[0]
+    found = residual(wrong.vehicle, world, raw(world))
     assert np.median(found.force[:, 2]) == pytest.approx(-2.0, abs=0.02)
     expected = (np.linalg.inv(mass_matrix(HULL)) @ [0.0, 0.0, 2.0])[2]
     assert acceleration_score(wrong, raw(world)).rmse[2] == pytest.approx(expected, rel=0.1)

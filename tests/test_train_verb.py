@@ -160,6 +160,11 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
         (("--epochs", "0"), "at least 1 for epochs"),
         (("--device", "tpu"), "auto or cpu or cuda"),
         (("--rollout-rows", "100"), "give shorter rollouts"),
+        (("--resume",), "expected a folder with the checkpoint.safetensors of an interrupted training, but M does not"),
+        (
+            ("--resume", "--out", "empty"),
+            "but empty holds none; give the folder of that training, or leave --resume out",
+        ),
         (("--out", "missing/M"), "does not exist; make it"),
         (("--out", "full"), "holds other files; give a new one"),
         (("--out", "file"), "it is a file"),
@@ -172,11 +177,32 @@ def test_train_refuses_with_a_cure(
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.txt").write_text("words")
     (tmp_path / "file").write_text("words")
+    (tmp_path / "empty").mkdir()
     out = () if "--out" in words else ("--out", "M")
     result = call("train", place / "log.csv", "-v", "blueboat", *out, *words)
     assert (result.exit_code, result.stdout) == (2, "")
     assert text in " ".join(result.stderr.split())
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "full"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty", "file", "full"]
+
+
+@pytest.mark.parametrize(
+    ("kept", "text"),
+    [(True, "the same command with --resume goes on from M"), (False, "no epoch was done, nothing is kept")],
+)
+def test_an_interrupt_says_whether_it_can_go_on(
+    kept: bool, text: str, place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object, out: Path, **__: object) -> NoReturn:
+        out.mkdir()
+        if kept:
+            (out / "checkpoint.safetensors").write_bytes(b"")
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("undertow.reports.trained.train", interrupt)
+    result = call("train", place / "log.csv", "-v", "blueboat", "--out", "M")
+    assert result.exit_code == 130
+    assert f"undertow: interrupted; {text}" in result.stderr
 
 
 def test_a_finished_training_has_nothing_to_resume(place: Path) -> None:

@@ -1,0 +1,55 @@
+"""Where the numbers of a vehicle came from, kept true when some of them are identified anew."""
+
+import re
+from typing import Any
+
+from .effects import PARAMETERS
+from .vehicle import Vehicle
+
+ALL = "all"
+"""The entry that speaks of every number for which no other entry does."""
+_NOT_ALL = re.compile(r"Not of what undertow identified \(see (.*?)\): ")
+
+
+def with_sources(before: Vehicle, after: Vehicle, how: str) -> Vehicle:
+    """The vehicle `after`, its `sources` saying of each number that is not that of `before` how it was found.
+
+    An entry under a symbol is that symbol's; one under a section of the file (`damping`, `thrusters`, ...) keeps what
+    it said, since that is still the source of the section's other numbers, and of these before.
+
+    Parameters
+    ----------
+    how : such as "identified by undertow from log.csv"
+    """
+    sources: dict[str, Any] = dict(after.sources)
+    sections: dict[str, list[str]] = {}
+    for symbol in [s for s in {**before.values, **after.values} if before.value(s) != after.value(s)]:
+        section = _section(symbol)
+        entry = sources.get(section)
+        if symbol in sources:
+            sources[symbol] = f"{how}; before: {sources[symbol]}"
+        elif isinstance(entry, dict):
+            earlier = f"; before: {entry[symbol]}" if symbol in entry else ""
+            sources[section] = {**entry, symbol: how + earlier}
+        elif section == symbol:
+            sources[symbol] = how
+        else:
+            sections.setdefault(section, []).append(symbol)
+    for section, symbols in sections.items():
+        earlier = f"; the others, and these before: {sources[section]}" if section in sources else ""
+        sources[section] = f"{', '.join(symbols)}: {how}{earlier}"
+    moved = [key for key, entry in sources.items() if entry != after.sources.get(key)]
+    if ALL in sources and moved:
+        said = str(sources[ALL])
+        marked = _NOT_ALL.match(said)
+        see = dict.fromkeys([*(marked[1].split(", ") if marked else ()), *moved])
+        sources[ALL] = f"Not of what undertow identified (see {', '.join(see)}): {_NOT_ALL.sub('', said, count=1)}"
+    return after.model_copy(update={"sources": sources})
+
+
+def _section(symbol: str) -> str:
+    """The part of the vehicle file in which a symbol stands."""
+    if ":" in symbol:
+        return "terms"
+    section = PARAMETERS[symbol].section if symbol in PARAMETERS else "thrusters"
+    return symbol if section == "top" else section
