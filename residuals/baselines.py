@@ -33,7 +33,7 @@ class Baseline(Model):
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         """See `Model.rollout`."""
         rows = np.asarray(starts, dtype=int)
-        t = np.arange(steps + 1) * motion.time_step
+        t = np.arange(steps + 1, dtype=float) * motion.time_step
         psi, nu = motion.heading[rows], motion.velocity[rows]
         states = np.empty((rows.size, steps + 1, 6))
         states[..., 2] = psi[:, None] + nu[:, 2:] * t

@@ -308,8 +308,8 @@ def test_a_model_far_from_its_training_is_said_to_be(inputs: Inputs):
     assert known_to(VehicleModel(HULL, "hull")) is None
     models, _ = reference_models(inputs)
     judged = [judge(model, inputs.parts) for model in (*models, Narrow())]
-    named = [judged[0].model, judged[-1].model]
-    told = comparison(judged, inputs, series(*named, inputs.parts, inputs.channels))
+    table = series(judged[0].model, judged[-1].model, inputs.parts, inputs.channels)
+    told = comparison(judged, inputs, table)
     (note,) = told["notes"]
     assert note.startswith("narrow is judged far from what it was trained on at")
     assert by_name(told)["narrow"]["seconds_to_fit"] is None
