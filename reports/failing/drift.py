@@ -40,7 +40,14 @@ def over_time(stage: Scene) -> dict[str, dict[str, Any]]:
         grown = fit_beside(
             stage, size, time[:, None], np.column_stack([_logs(stage), moved[:, 1:], np.abs(stage.measured[:, k])])
         )
-        told[axis] = _judged(mean, grown, span, float(stage.spread[k]), float(np.nanmean(size)), k)
+        told[axis] = _judged(
+            mean,
+            grown,
+            span,
+            float(stage.spread[k]),
+            float(np.sum(np.nan_to_num(size)) / max(int(np.isfinite(size).sum()), 1)),
+            k,
+        )
     return told
 
 
