@@ -255,11 +255,16 @@ def _flat(names: Sequence[str], values: Array) -> Iterator[str]:
     """A JSON object a row; a number that is not finite is left out."""
     keys = [f'"{name}":' for name in names]
     whole = "{" + ",".join(f"{key}%r" for key in keys) + "}"
-    for row, sound in zip(values, np.isfinite(values).all(axis=1), strict=True):
+    for row, sound in zip(values, _sound(values), strict=True):
         if sound:
             yield whole % tuple(row.tolist())
         else:
             yield "{" + ",".join(f"{key}{x!r}" for key, x in zip(keys, row.tolist(), strict=True) if isfinite(x)) + "}"
+
+
+def _sound(values: Array) -> np.ndarray:
+    """True for the rows in which every number is finite, (n,)."""
+    return np.atleast_1d(np.isfinite(values).all(axis=1))
 
 
 def _place(table: pd.DataFrame, suffix: str) -> Array:
@@ -271,8 +276,7 @@ def _place(table: pd.DataFrame, suffix: str) -> Array:
 
 def _stamped(text: str, place: Array, clock: _Clock) -> Iterator[str]:
     """A message a row: `text` with its stamp and place; none where a place is not finite."""
-    sound = np.isfinite(place).all(axis=1)
-    for sec, nsec, row, whole in zip(clock.seconds, clock.nanos, place, sound, strict=True):
+    for sec, nsec, row, whole in zip(clock.seconds, clock.nanos, place, _sound(place), strict=True):
         yield text % (sec, nsec, *row.tolist()) if whole else ""
 
 
