@@ -23,7 +23,7 @@ _LARGEST = 256 * 2**20
 _LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "": ""}
 
 
-class _Broken(Exception):
+class _BrokenError(Exception):
     """The records make no sense from here on."""
 
 
@@ -75,7 +75,7 @@ class McapWalk:
                 if not whole_record and length > _LARGEST and op not in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
                     whole_record = _skipped(file, length - len(data))
                 why = "" if whole_record else "in the middle of a record"
-            except _Broken as error:
+            except _BrokenError as error:
                 why = str(error)
             at += _RECORD.size + length * (not why)
             ended = op == _DATA_END
@@ -147,7 +147,7 @@ class McapWalk:
                 )
                 (self._wanted.add if wanted else self._wanted.discard)(number)
         except struct.error as error:
-            raise _Broken("a record is shorter than it must be") from error
+            raise _BrokenError("a record is shorter than it must be") from error
 
 
 def _text(data: memoryview, at: int) -> tuple[str, int]:
