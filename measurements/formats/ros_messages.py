@@ -106,6 +106,8 @@ class Collector:
             return None
         try:
             what = message_type(kind, definition, language, encoding, self._distribution)
+        except ImportError:
+            raise
         except Exception as error:
             # A definition is a little program in the file; a broken one makes the parser fail in any way.
             self._unread[Name(topic, "(type not readable)", kind)] = None
