@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from .channels import command_kind
 from .formats.base import Name
 
 Axes = Literal["log", "ros", "ned"]
@@ -96,7 +97,8 @@ _STANDARD = re.compile(
 """Packages whose types are known: what is not in `TYPES` is no measurement of the vehicle (a marker, a path)."""
 _EARTH = re.compile(r"(map|odom|world|earth|enu|ned|utm|local_origin|gps)(_ned|_enu)?")
 _DOWN = re.compile(r"(^|.*_)(ned|frd)")
-_NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
+NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
+"""In the name of what is wanted of a vehicle, or is not in its axes; commands of thrusters may bear such names."""
 
 
 def short_kind(kind: str) -> str:
@@ -124,7 +126,7 @@ def meaning_of(name: Name, frame: str = "") -> Meaning | None:
         frame whose name ends in `ned` or `frd` is one
     """
     found = TYPES.get(short_kind(name.kind), {}).get(name.field)
-    if found is None or _NOT_MEASURED.search(name.topic.lower()):
+    if found is None or (command_kind(found.role) is None and NOT_MEASURED.search(name.topic.lower())):
         return None
     last = frame.strip("/").rpartition("/")[2].lower()
     if found.role in ("u", "v") and _EARTH.fullmatch(last):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from .channels import is_canonical
 from .formats.base import Name
-from .message_types import COMMANDS, JOINTS, Axes, is_known, meaning_of, short_kind
+from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
 _ROS = (
@@ -21,7 +21,6 @@ _ROS = (
 """Field name endings of the ROS messages, the channel of each axis, and their rank (odometry before sensors)."""
 _PLACE = re.compile(r"(?:^|\.)(?P<axis>latitude|longitude)$")
 
-_NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
 _SIDES = {
     "port": "port",
     "left": "port",
@@ -85,7 +84,7 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     if is_canonical(name.field):
         return Guess(name.field, "log", 0, "")
     field = name.field.replace("/", ".").strip(".")
-    if not _NOT_MEASURED.search(name.name.lower()):
+    if not NOT_MEASURED.search(name.name.lower()):
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:
