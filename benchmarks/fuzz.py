@@ -3,8 +3,8 @@
 python benchmarks/fuzz.py [--files 2000] [--format NAME]... [--seed 0] [--inspect]
 
 Each file is a sound log of 30 s with bytes flipped, cut, moved, doubled, wiped, or with extreme lengths. It is read
-in a process of its own kind: 10 s for each file, and 1 GB of memory beyond what the loaded program takes. What counts
-as a crash is any exception but LogError; as a hang, more than 10 s; memory is the most that the process held at once. With
+in a process that has 10 s for each file, and 1 GB of memory beyond what the loaded program takes. What counts as a
+crash is any exception but LogError; as a hang, more than 10 s; memory is the most that the process held at once. With
 --inspect, what could be read is inspected as well.
 """
 
