@@ -64,7 +64,13 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any
     """
     folder = Path(run)
     record = read_run_inputs(folder)
-    inputs = read_inputs(record.logs, record.vehicle, frame=record.frame, channel_map=record.channel_map)
+    inputs = read_inputs(
+        record.logs,
+        record.vehicle,
+        frame=record.frame,
+        channel_map=record.channel_map,
+        namespace=record.namespace,
+    )
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", fitted_numbers(folder))
     return _compared(inputs, (corrected,), models)
 

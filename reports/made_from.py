@@ -32,19 +32,27 @@ def log_digests(paths: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def command(
-    verb: Sequence[str], logs: Sequence[str], *, seed: int, refit: bool, frame: str | None, channel_map: str | None
+    verb: Sequence[str],
+    logs: Sequence[str],
+    *,
+    seed: int,
+    refit: bool,
+    frame: str | None = None,
+    channel_map: str | None = None,
+    namespace: str | None = None,
 ) -> str:
     """The command line that makes the run again from its logs and its `nominal.yaml`.
 
     Examples
     --------
-    >>> command(["discover"], ["one log.csv"], seed=3, refit=False, frame="enu", channel_map=None)
+    >>> command(["discover"], ["one log.csv"], seed=3, refit=False, frame="enu")
     "undertow discover 'one log.csv' --vehicle nominal.yaml --seed 3 --frame enu"
     """
     words = ["undertow", *verb, *logs, "--vehicle", "nominal.yaml"]
     words += ["--seed", str(seed)] * (verb[0] == "discover") + ["--refit"] * refit
     words += ["--frame", frame] if frame else []
     words += ["--map", channel_map] if channel_map else []
+    words += ["--namespace", namespace] if namespace else []
     return shlex.join(words)
 
 

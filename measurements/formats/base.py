@@ -1,8 +1,8 @@
-"""What every log reader gives: streams of stamped numbers, named as the file names them."""
+"""What every log reader is asked and what it gives: streams of stamped numbers, named as the file names them."""
 
 import gzip
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,24 +21,20 @@ EXPECTED = (
 _HEAD_BYTES = 65536
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stream:
-    """One field of one topic (long tables) or one column (wide tables), as written in the file.
+@dataclass(frozen=True, slots=True)
+class Name:
+    """What a file calls one sequence of numbers.
 
     Attributes
     ----------
-    topic : empty in a wide table
-    field : the field or column name
-    time : (n,) [s]
-    value : (n,) in the file's own unit; NaN where the file holds no number
-    row : (n,) line in the file, for messages
+    topic : of a bag or a long table, message of an autopilot's log; empty in a wide table
+    field : of the message, with dots; or the column
+    kind : type of the message, such as `nav_msgs/msg/Odometry` or `dataflash/ATT`; empty where the file tells none
     """
 
     topic: str
     field: str
-    time: Array
-    value: Array
-    row: NDArray[np.int64]
+    kind: str = ""
 
     @property
     def name(self) -> str:
@@ -46,69 +42,161 @@ class Stream:
         return f"{self.topic}:{self.field}" if self.topic else self.field
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Stream:
+    """One field of one topic (bags and long tables) or one column (wide tables), as written in the file.
+
+    Attributes
+    ----------
+    topic, field, kind : see `Name`
+    time : (n,) [s]
+    value : (n,) in the file's own unit; NaN where the file holds no number
+    row : (n,) line in the file, or number of the message, for messages
+    frame : frame of reference in which a message says its values are, such as `base_link` or `map_ned`; mostly empty
+    """
+
+    topic: str
+    field: str
+    time: Array
+    value: Array
+    row: NDArray[np.int64]
+    kind: str = ""
+    frame: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name that a channel map uses: `topic:field`, or the column."""
+        return self.label.name
+
+    @property
+    def label(self) -> Name:
+        """Topic, field and kind, without the numbers."""
+        return Name(self.topic, self.field, self.kind)
+
+
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Everything that a reader found in a file, in the order of the file, and what it had to assume."""
+    """What a reader found in a file, in the order of the file, and what it had to assume.
+
+    Attributes
+    ----------
+    streams : what was read
+    notes : what was assumed, converted, or lost at a break (see `torn`)
+    unread : what the file holds beside, which nobody asked for
+    """
 
     streams: tuple[Stream, ...]
     notes: tuple[str, ...] = ()
+    unread: tuple[Name, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """The first look at a file, from which the format is told.
+    """The first look at a file or folder, from which the format is told.
 
     Attributes
     ----------
-    path : the file
-    magic : its first four bytes
+    path : the file or folder
+    start : the first 64 KiB of the content, unpacked when it is gzip; empty for a folder
     gzipped : whether the content is gzip, whatever the file's name
     separator : the column separator of a text table
     columns : the stripped column names of a text table, empty when the file is not text
+    entries : names in the folder, sorted; None for a file
     """
 
     path: Path
-    magic: bytes
-    gzipped: bool
-    separator: str
-    columns: tuple[str, ...]
+    start: bytes
+    gzipped: bool = False
+    separator: str = ","
+    columns: tuple[str, ...] = ()
+    entries: tuple[str, ...] | None = None
+
+
+def _all(names: Sequence[Name]) -> frozenset[Name]:
+    return frozenset(names)
+
+
+def _silent(done: int, total: int) -> None:
+    """Tell nobody."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What is asked of a reader.
+
+    Attributes
+    ----------
+    choose : told the names that a file holds, picks those to read; the others are named in `Recording.unread`. A
+        reader calls it before it unpacks messages, so that what nobody wants costs nothing; a small table may ignore
+        it. It may raise LogError, which the reader lets pass.
+    progress : told the bytes done, and the bytes in all, now and then (every few MB)
+    """
+
+    choose: Callable[[Sequence[Name]], frozenset[Name]] = _all
+    progress: Callable[[int, int], None] = _silent
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One log format: its name, how it is recognised, and how it is read."""
+    """One log format.
+
+    Attributes
+    ----------
+    name : as messages say it, after "a broken"
+    matches : recognises it by the content (by the name only where the content has no mark)
+    read : gives the recording, or raises LogError
+    suffixes : usual endings of the file name, by which the command line tells a log from other words
+    library : import name of the library of the extra `logs` that reads it; empty for our own readers. Whatever it
+        raises is turned into a LogError at the door (`registry.read_recording`).
+    """
 
     name: str
     matches: Callable[[Head], bool]
-    read: Callable[[Head], Recording]
+    read: Callable[[Head, Request], Recording]
+    suffixes: tuple[str, ...] = ()
+    library: str = ""
 
 
 def read_head(path: Path) -> Head:
-    """Look at the first bytes of `path`.
+    """Look at the first bytes of the file `path`, or into the folder `path`.
 
     Raises
     ------
     LogError
-        when the file is missing, empty, or a broken gzip file.
+        when it is missing, cannot be opened, or is a broken gzip file.
     """
     if not path.exists():
-        raise LogError(f"{path}: no such file; expected a log (CSV, CSV.gz or Parquet). Check the path.")
-    if not path.is_file():
-        raise LogError(f"{path}: expected a log file, got a folder. Name the file inside it.")
-    with path.open("rb") as file:
-        raw = file.read(_HEAD_BYTES)
-    gzipped = raw[:2] == b"\x1f\x8b"
-    content = raw
+        raise LogError(f"{path}: no such file; expected a log (CSV, CSV.gz, Parquet, a bag, ...). Check the path.")
+    if path.is_dir():
+        return Head(path, b"", entries=tuple(sorted(entry.name for entry in path.iterdir())))
+    try:
+        with path.open("rb") as file:
+            start = file.read(_HEAD_BYTES)
+    except OSError as error:
+        raise LogError(f"{path}: the file cannot be opened ({error.strerror}). Check its permissions.") from error
+    gzipped = start[:2] == b"\x1f\x8b"
     if gzipped:
         try:
             with gzip.open(path, "rb") as file:
-                content = file.read(_HEAD_BYTES)
+                start = file.read(_HEAD_BYTES)
         except (OSError, EOFError, zlib.error) as error:
             raise LogError(f"{path}: a broken gzip file ({error}). Copy the log again.") from error
-    if not content.strip():
-        raise LogError(f"{path}: the file is empty; {EXPECTED}.")
-    separator, columns = _header(content)
-    return Head(path, raw[:4], gzipped, separator, columns)
+    return Head(path, start, gzipped, *_header(start))
+
+
+def torn(done: int, total: int, why: str) -> str:
+    """Say in a note that a file was read up to a break, at byte `done` of `total`.
+
+    >>> torn(1_500_000, 2_000_000, "no index")
+    'the file breaks off (no index): read up to there, 1.500 of 2.000 MB; what was recorded after it is lost'
+    """
+    read = f"{done / 1e6:.3f} of {total / 1e6:.3f} MB"
+    return f"the file breaks off ({why}): read up to there, {read}; what was recorded after it is lost"
+
+
+def from_first(stamps: NDArray[np.int64], first: int) -> Array:
+    """Seconds after `first` of the stamps [ns]; subtracting before the conversion keeps the nanoseconds."""
+    return (stamps - first) / 1e9
 
 
 def _header(content: bytes) -> tuple[str, tuple[str, ...]]:

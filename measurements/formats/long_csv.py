@@ -1,6 +1,6 @@
 """Long CSV: a bag flattened to time, topic, field, value."""
 
-from .base import Format, Head, Recording
+from .base import Format, Head, Recording, Request
 from .tables import is_long, long_recording, read_text
 
 
@@ -8,8 +8,8 @@ def _matches(head: Head) -> bool:
     return is_long(head.columns)
 
 
-def _read(head: Head) -> Recording:
+def _read(head: Head, request: Request) -> Recording:
     return long_recording(read_text(head), head.path)
 
 
-LONG_CSV = Format("long CSV", _matches, _read)
+LONG_CSV = Format("long CSV", _matches, _read, (".csv", ".gz"))

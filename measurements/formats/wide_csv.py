@@ -1,6 +1,6 @@
 """Wide CSV: a row per time stamp, a column per channel."""
 
-from .base import Format, Head, Recording
+from .base import Format, Head, Recording, Request
 from .tables import is_wide, read_text, wide_recording
 
 
@@ -8,8 +8,8 @@ def _matches(head: Head) -> bool:
     return is_wide(head.columns)
 
 
-def _read(head: Head) -> Recording:
+def _read(head: Head, request: Request) -> Recording:
     return wide_recording(read_text(head), head.path)
 
 
-WIDE_CSV = Format("wide CSV", _matches, _read)
+WIDE_CSV = Format("wide CSV", _matches, _read, (".csv", ".gz"))
