@@ -50,7 +50,7 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
     """
     # A heading's noise, differentiated, hides the peak; integrated records found a delay of 0.1 s to 3 ms where rates
     # erred by 50 ms. The band-pass takes away what integration made drift, and moves neither record against the other.
-    a, b = (_integrated(series, step) for series in values)
+    a, b = (drift_free(series, step) for series in values)
     most = min(round(reach / step), a.size // 4)
     if most < 1 or min(a.std(), b.std()) < 1e-9:
         return Alignment(first, second, None, None, f"{first} or {second} never changes; nothing to compare.")
@@ -74,7 +74,8 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
     return Alignment(first, second, offset, top, f"{second} is {abs(offset):.3f} s {order} than {first}.")
 
 
-def _integrated(rate: Array, step: float) -> Array:
+def drift_free(rate: Array, step: float) -> Array:
+    """Integrate a rate (n,) sampled every `step` [s], and keep 0.05 to 1 Hz of it, without moving it in time."""
     total = np.concatenate(([0.0], np.cumsum(0.5 * step * (rate[1:] + rate[:-1]))))
     band = (_BAND[0], min(_BAND[1], 0.4 / step))
     sections = butter(2, band, "bandpass", fs=1.0 / step, output="sos")
