@@ -76,27 +76,30 @@ def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")
 
 @app.command()
 def inspect(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log to look into.")],
+    logs: Annotated[
+        list[Path], typer.Argument(metavar="LOG...", help="Logs of one boat, or folders of them; several tell more.")
+    ],
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Vehicle whose needs are checked.")] = None,
     frame: FrameOption = None,
     channels: MapOption = None,
+    fix: Annotated[
+        Path | None, typer.Option("--fix", metavar="OUT.csv", help="Write the log with the safe repairs made.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show channels, rates, gaps, time alignment, excitation, and what undertow would do with a log."""
+    """Say whether logs are sound and what to do about it, and what undertow would do with them."""
     with failing_clearly():
-        from .measurements.inspection import inspect_log
-        from .measurements.log import read_log
         from .physics.vehicle import load_vehicle
-        from .reports.inputs import check_frame
+        from .reports.looked_over import look_over
 
         model = None if vehicle is None else load_vehicle(vehicle)
-        found = inspect_log(read_log(log, frame=check_frame(frame), channel_map=channels), model).to_dict()
+        found = look_over(logs, model, frame=frame, channel_map=channels, fix=fix)
         if as_json:
             print_json(found)
         else:
-            from .reports.inspected import inspection_screen
+            from .reports.inspected import fixed_text, inspection_screen, inspections_screen
 
-            show(inspection_screen(found, model))
+            show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
 
 
 @app.command()

@@ -9,6 +9,9 @@ from ..physics.motion import Motion
 
 _ASTERN = -0.05
 _TURNING = 0.05
+_SHIP = 0.3
+"""Share of its fastest turn from which a ship that turns slowly, but far, is said to turn."""
+_FAR = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +23,8 @@ class Excitation:
     seconds : duration of the usable motion [s]
     u, v, r : smallest and largest speed [m/s] and yaw rate [rad/s]
     astern : share of the time with u < -0.05 m/s
-    turning_to_starboard, turning_to_port : share of the time with a yaw rate beyond 0.05 rad/s to that side
+    turning_to_starboard, turning_to_port : share of the time with a yaw rate beyond 0.05 rad/s to that side, or
+        beyond 30 % of the fastest one of a ship that turns slowly, but through 30 degrees
     sentences : what this log cannot tell, for a person
     """
 
@@ -39,7 +43,10 @@ def excitation_of(motions: Sequence[Motion]) -> Excitation:
     velocity = np.concatenate([motion.velocity for motion in motions])
     u, v, r = (_range(column) for column in velocity.T)
     astern = float(np.mean(velocity[:, 0] < _ASTERN))
-    starboard, port = float(np.mean(velocity[:, 2] > _TURNING)), float(np.mean(velocity[:, 2] < -_TURNING))
+    turning = _TURNING
+    if max(float(np.ptp(motion.heading)) for motion in motions) > _FAR:
+        turning = min(_TURNING, _SHIP * float(np.quantile(np.abs(velocity[:, 2]), 0.99)))
+    starboard, port = float(np.mean(velocity[:, 2] > turning)), float(np.mean(velocity[:, 2] < -turning))
     sentences = []
     if astern < 0.02:
         sentences.append("The boat hardly went astern: effects in u|u| and u u, or |u|r and u r, cannot be told apart.")

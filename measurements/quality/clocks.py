@@ -18,7 +18,7 @@ _IN_STEP = 0.03
 _PITCHING = 0.05
 """Offset up to which records are in step [s]; a boat that pitches as it speeds up holds its accelerometer back a little."""
 _ALIKE = (0.8, 1.25)
-"""Slope of one record over the other between which they are records of one quantity."""
+"""Slope of one record over the other between which they are records of one quantity; a filter makes it smaller."""
 _NEARLY = 0.1
 """Offset that must be ruled out before records are said to be in step [s]."""
 _FOLLOWS = 0.6
@@ -83,6 +83,7 @@ _COMPARISONS = (
         frozenset({"x", "y", "psi", "u"}),
         _made_good,
         "speeds and positions tell of different instants; a lag of that size is no finding",
+        alike=(0.4, 1.25),
     ),
     _Comparison(
         "the accelerometer",
@@ -158,6 +159,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag]) -> Findin
         pair.consequence,
         f"move {' and '.join(pair.channels)} by {-lag.seconds:+.2f} s",
         Fix(f"stamps of {' and '.join(pair.channels)} moved by {-lag.seconds:+.3f} s", _move(shifts)),
+        short=f"{pair.late} is {abs(lag.seconds):.2f} s {order} {pair.reference}",
     )
 
 
@@ -192,6 +194,7 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
             "a delay of the thrusters comes out too small or negative, and damping with it",
             f"move the commands by {seconds:+.2f} s or more",
             Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds))),
+            short=f"the motion leads the command by {-seconds:.2f} s",
         )
     ]
 

@@ -12,6 +12,8 @@ from .record import RATE, Record
 
 _LEAST = 2.0
 """A deviation is told when it is surely more than this [deg]; the drift of a lively hull passes for less."""
+_LAZY = 0.02, 0.2
+"""Of a ship whose fastest turns lie between these [rad/s], no run is straight by the measure of `compass_of`."""
 _SECTORS, _MOST_SECTORS = 12, 7
 """Sectors of the compass, and those on which the boat must have run straight before the curve is told."""
 _STRAIGHT, _FAST = 0.1, 0.2
@@ -33,6 +35,9 @@ class Deviation(Check):
         channels = ("psi",)
         if not np.isfinite(compass.error):
             return [Finding(self.name, "cannot tell", compass.sentence, unit="deg", channels=channels)]
+        if _LAZY[0] < _fastest_turn(having) < _LAZY[1]:
+            text = "the boat turns too slowly for its drift in a turn to be told from a deviation of the compass"
+            return [Finding(self.name, "cannot tell", text, unit="deg", channels=channels)]
         size, error = float(np.degrees(compass.size)), float(np.degrees(compass.error))
         ends = max(0.0, size - 1.96 * error), size + 1.96 * error
         names = ("constant", "sin", "cos")
@@ -62,8 +67,14 @@ class Deviation(Check):
                 "learned",
                 "calibrate the compass; discover corrects the heading by this curve and judges no sway force",
                 parts=parts,
+                short=f"the compass deviates by {size:.0f} degrees",
             )
         ]
+
+
+def _fastest_turn(records: Sequence[Record]) -> float:
+    rates = [np.abs(stretch.motion.velocity[:, 2]) for record in records for stretch in record.stretches]
+    return float(np.quantile(np.concatenate(rates), 0.99)) if rates else 0.0
 
 
 def _sectors(records: Sequence[Record]) -> int:

@@ -8,6 +8,9 @@ from .finding import SEVERITY, Finding
 from .record import Record
 from .registry import CHECKS
 
+_TOLD = 3
+"""Findings that the verdict tells."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examination:
@@ -28,6 +31,12 @@ class Examination:
     def fixes(self) -> tuple[str, ...]:
         """What was done to `clean`, as sentences."""
         return tuple(finding.fix.sentence for finding in self.findings if finding.fix is not None)
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """What is still wrong with `clean`, as sentences."""
+        unfixed = [finding for finding in self.findings if finding.fix is None]
+        return tuple(finding.sentence for finding in unfixed if finding.verdict in SEVERITY[:2])
 
 
 def examine(log: Log) -> Examination:
@@ -55,25 +64,25 @@ def pool(examinations: Sequence[Examination]) -> tuple[Finding, ...]:
     )
 
 
-def verdict(findings: Sequence[Finding], missing: Sequence[str] = ()) -> str:
+def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: bool = False) -> str:
     """Say in one or two sentences whether a log is usable, and what is worst about it.
 
     Parameters
     ----------
     findings : of the checks
     missing : what keeps the log from being used, empty where nothing does
+    curable : whether the safe fixes do away with that
     """
     if missing:
-        return f"Not usable: {missing[0]}"
+        cure = " --fix OUT.csv writes a log that can be used." if curable else ""
+        return f"Not usable as it is: {missing[0]}{cure}"
     worst = sorted((f for f in findings if f.verdict in SEVERITY[:2]), key=lambda f: SEVERITY.index(f.verdict))
-    defects = sum(f.verdict == "defect" for f in worst)
+    defects = sum(finding.verdict == "defect" for finding in worst)
     if not worst:
-        untold = sum(f.verdict == "cannot tell" for f in findings)
-        more = f" {untold} things it cannot tell." if untold else ""
+        untold = sum(finding.verdict == "cannot tell" for finding in findings)
+        things = "one thing" if untold == 1 else f"{untold} things"
+        more = f" It is too short or too calm to tell {things}." if untold else ""
         return f"Usable; no defect was found.{more}"
-    told = "; ".join(finding.sentence for finding in worst[:_TOLD])
+    told = "; ".join(finding.short or finding.sentence for finding in worst[:_TOLD])
     more = f"; and {len(worst) - _TOLD} more" if len(worst) > _TOLD else ""
-    return f"{'Usable only after repair' if defects else 'Usable, but'}: {told}{more}."
-
-
-_TOLD = 3
+    return f"{'Usable after repair' if defects else 'Usable, but mind'}: {told}{more}."

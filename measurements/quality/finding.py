@@ -39,6 +39,7 @@ class Finding:
     remedy : what to do about it
     fix : what `--fix` does about it; None where only a person should
     parts : further numbers by name, such as the coefficients of a curve
+    short : the sentence in a few words, for the verdict on the log; empty for the sentence itself
     """
 
     check: str
@@ -52,6 +53,7 @@ class Finding:
     remedy: str = ""
     fix: Fix | None = None
     parts: Mapping[str, float | str] = field(default_factory=dict)
+    short: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values, fit for strict JSON."""

@@ -45,6 +45,7 @@ class HeldFixes(Check):
                 consequence="a speed taken from row to row is zero, then too large",
                 remedy="use a position only where it is new",
                 fix=Fix("rows that repeat a position dropped from x and y", _fresh),
+                short=f"positions are held over {rows:.0f} rows",
             )
         ]
 

@@ -11,6 +11,7 @@ from .fixes import LEAST, fixes_of, taken_at
 from .record import Record
 
 _OFTEN = 0.01
+_TOLD = 5
 _REAL = 0.5
 """Surplus way over surplus time in a step that is off: 1 for honest stamps, 0 where only the stamp is off."""
 
@@ -39,7 +40,10 @@ class LateFixes(Check):
         late = float(np.median(np.concatenate([np.abs(np.diff(f.time) - f.beat * f.whole)[f.off] for f in found])))
         slopes = [(f.slope, np.count_nonzero(f.off & f.moving)) for f in found]
         known = [(s, n) for s, n in slopes if s is not None]
-        told = f"{100.0 * share:.0f} % of the steps between fixes are {late:.2g} s too long or too short"
+        each = {r.log.name: float(f.off.mean()) for r, f in zip(records, every, strict=True) if f in found}
+        worst = sorted((name for name in each if each[name] > _OFTEN), key=lambda name: -each[name])[:_TOLD]
+        where = f" ({', '.join(f'{name} {100.0 * each[name]:.0f} %' for name in worst)})" if len(records) > 1 else ""
+        told = f"{100.0 * share:.0f} % of the steps between fixes{where} are {late:.2g} s too long or too short"
         if not known:
             text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
             return [Finding(self.name, "cannot tell", text, share, "1", channels=channels)]
@@ -60,6 +64,7 @@ class LateFixes(Check):
                 remedy="put late fixes back on their beat",
                 fix=Fix(f"late fixes put back on their beat of {found[0].beat:.3g} s", _retimed),
                 parts={"late": late, "spikes": spikes},
+                short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
             )
         ]
 

@@ -65,6 +65,7 @@ class Neutral(Check):
                 f"map each with 'offset: {USUAL - value:+g}', or set the curve's zero in the vehicle file to {value:g}",
                 Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off)),
                 parts,
+                f"neutral PWM is {value:g} us",
             )
         ]
 

@@ -11,7 +11,7 @@ from .finding import Check, Finding
 from .record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
-_SLOW, _TOO_SLOW = 5.0, 1.0
+_SLOW, _TOO_SLOW = 4.5, 1.0
 """Rates below which motion is coarse, and below which it is not seen [Hz]."""
 _JITTER = 0.3
 """Share of its period by which a channel's stamps may stray before it matters."""

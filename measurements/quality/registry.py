@@ -1,6 +1,7 @@
 """The table of all checks, in the order in which they are made; a new check is one file and one entry here."""
 
 from .clocks import Clocks
+from .commands import Commands
 from .deviation import Deviation
 from .excitation import Excitation
 from .finding import Check
@@ -22,12 +23,14 @@ CHECKS: tuple[Check, ...] = (
     Units(),
     HeldFixes(),
     LateFixes(),
-    Neutral(),
-    Clocks(),
+    Commands(),
     Direction(),
     Sides(),
+    Clocks(),
+    Neutral(),
     Deviation(),
     Tilt(),
     Excitation(),
 )
-"""Each sees the log as the safe fixes of those before it leave it: units before speeds, fixes before clocks."""
+"""Each sees the log as the safe fixes of those before it leave it: units before speeds, fixes before clocks, and
+what speaks of PWM as it is in the file before the neutral is moved."""

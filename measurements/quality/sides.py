@@ -37,7 +37,7 @@ class Direction(Check):
             return [Finding(self.name, "ok", text, least.surge, "m/s^2", ends, tuple(found), parts=parts)]
         worst = min(wrong.values(), key=lambda answer: answer.surge)
         told = [_reversed(records, name) for name in wrong]
-        maps = [f"'{name}: {{from: {_source(records, name)}, {_turned(records, name)}}}'" for name in wrong]
+        maps = [_line(records, name, answer) for name, answer in wrong.items()]
         return [
             Finding(
                 self.name,
@@ -50,6 +50,7 @@ class Direction(Check):
                 "a model drives ahead where the boat goes astern; no thrust can be fitted",
                 f"turn it round in a channel map: {', '.join(maps)}",
                 parts=parts,
+                short=f"{_and(tuple(wrong))} {'are' if len(wrong) > 1 else 'is'} reversed",
             )
         ]
 
@@ -80,7 +81,7 @@ class Sides(Check):
             remedy = "" if known else "name the commands by their sides in a channel map"
             verdict = "ok" if known else "note"
             return [Finding(self.name, verdict, text, value, "rad/s^2", ends, tuple(found), remedy=remedy, parts=parts)]
-        maps = [f"'{_renamed(name)}: {_source(records, name)}'" for name in wrong]
+        maps = [_line(records, name, found[name]) for name in wrong]
         either = "" if _surveyed(records) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
         return [
             Finding(
@@ -94,6 +95,7 @@ class Sides(Check):
                 "every turn is predicted to the wrong side",
                 f"swap them in a channel map: {', '.join(maps)}{either}",
                 parts=parts,
+                short="port and starboard look swapped",
             )
         ]
 
@@ -142,6 +144,13 @@ def _turned(records: Sequence[Record], name: str) -> str:
         return "scale: -1"
     neutral = neutral_of(records, name)
     return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
+
+
+def _line(records: Sequence[Record], name: str, answer: Answer) -> str:
+    """The line of a channel map that puts a command on its side and the right way round."""
+    swapped = answer.side and side_of(name) not in ("", answer.side)
+    target, source = _renamed(name) if swapped else name, _source(records, name)
+    return f"'{target}: {{from: {source}, {_turned(records, name)}}}'" if answer.ahead < 0 else f"'{target}: {source}'"
 
 
 def _renamed(name: str) -> str:

@@ -14,6 +14,8 @@ _GRAVITY = 9.81
 _BLOCK = 5.0
 _SMALL = 0.15
 """Leak up to which the accelerometer shows accelerations [m/s^2]: a degree of trim."""
+_MUCH = 0.5
+"""Leak from which the accelerometer is of no use as one [m/s^2]."""
 _TIMES = 5.0
 
 
@@ -61,7 +63,7 @@ class Tilt(Check):
         return [
             Finding(
                 self.name,
-                "warning",
+                "warning" if abs(leak) > _MUCH else "note",
                 f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: the sensor trims {trim} by {angle:.0f} degrees",
                 leak,
                 "m/s^2",
@@ -70,5 +72,6 @@ class Tilt(Check):
                 "ax is no acceleration at speed; undertow does not use it",
                 "take accelerations from speeds, or correct ax for the pitch angle",
                 parts=parts,
+                short="gravity leaks into the accelerometer",
             )
         ]
