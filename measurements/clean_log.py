@@ -33,8 +33,8 @@ def check_target(out: Path, logs: Sequence[Path]) -> None:
 def write_clean(log: Log, fixes: Sequence[str], left: Sequence[str], out: str | os.PathLike[str]) -> Path:
     """Write a log: a row per stamp where all channels share their stamps, a long table otherwise.
 
-    The first lines are remarks, `# ...`: what was fixed, what was not, and what reading the raw log had to assume. `read_log` gives
-    them back as notes. The same log gives the same bytes.
+    The first lines are remarks, `# ...`: what was fixed, what was not, and what reading the raw log had to assume.
+    `read_log` gives them back as notes. The same log gives the same bytes.
 
     Parameters
     ----------

@@ -60,7 +60,11 @@ class Cleaner:
             cut = time.size - order.size
             time, value = time[order], value[order]
             steps = np.diff(time)
-            what = f"{cut} values beyond a clock that was set back left out" if cut else f"{backward} values sorted by time"
+            what = (
+                f"{cut} values beyond a clock that was set back left out"
+                if cut
+                else f"{backward} values sorted by time"
+            )
             self._mended[what].append(name)
         last = np.append(steps > 0, True)
         lost = Lost(int(keep.size - keep.sum()), int(last.size - last.sum()), backward, cut)

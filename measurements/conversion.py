@@ -145,7 +145,9 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
     known = (latitude != 0.0) | (longitude != 0.0)
     origin = f"{parts[0].origin}, {parts[1].origin}"
     if not known.any():
-        raise LogError(f"{where}: {origin} are zero in all {known.size} rows: no fix. Map x and y, or u and v, instead.")
+        raise LogError(
+            f"{where}: {origin} are zero in all {known.size} rows: no fix. Map x and y, or u and v, instead."
+        )
     if not known.all():
         notes.append(f"x y: {np.count_nonzero(~known)} rows without a fix (0 degrees both) dropped")
     north, east, (first, across) = local_metres(latitude[known], longitude[known])

@@ -25,6 +25,7 @@ from .resampling import gap_limit, gaps
 SCHEMA = "undertow.inspection/1"
 SCHEMA_OF_SEVERAL = "undertow.inspections/1"
 
+
 @dataclass(frozen=True, slots=True)
 class ChannelSummary:
     """One channel in numbers: stamps [s], rate [Hz], gaps [s], values and noise in its unit."""

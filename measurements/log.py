@@ -89,9 +89,7 @@ def read_log(
     return Log(path, mapped.channels, (*recording.notes, *told, *mapped.notes), mapped.unused, mapped.entries)
 
 
-def _chooser(
-    entries: Mapping[str, Entry | None], namespace: str | None
-) -> Callable[[Sequence[Name]], frozenset[Name]]:
+def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
     """Choose what the channel map names, and in the namespace what may be guessed to be a channel."""
     named = {entry.source for entry in entries.values() if entry is not None}
     topics = {source.rpartition(":")[0] for source in named if ":" in source}

@@ -82,7 +82,9 @@ def map_channels(
         )
     _drop(sources, "psi" in sources, _QUATERNION, "psi is a channel of its own; the quaternion is not used", notes)
     has_position = "x" in sources and "y" in sources
-    _drop(sources, has_position, _PLACE, "x and y are channels of their own; latitude and longitude are not used", notes)
+    _drop(
+        sources, has_position, _PLACE, "x and y are channels of their own; latitude and longitude are not used", notes
+    )
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
     used = {id(source.stream) for source in sources.values()}

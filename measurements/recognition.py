@@ -32,8 +32,8 @@ _ARDUPILOT = {
     "rcou.c3": ("pwm_stbd", 1.0),
 }
 """`MESSAGE.Field` of ArduPilot in a table: the channel, NED/FRD, and its scale. Outputs 1 and 3 drive the left and the
-right thruster in its usual setting for two (`SERVO1_FUNCTION` 73, `SERVO3_FUNCTION` 74); only a log's parameters, or the
-boat's answer, tell."""
+right thruster in its usual setting for two (`SERVO1_FUNCTION` 73, `SERVO3_FUNCTION` 74); whether that is so, only a
+log's parameters or the boat's answer tell."""
 _PLACE = re.compile(r"(?:^|\.)(?P<axis>latitude|longitude)$")
 
 _NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")

@@ -87,7 +87,9 @@ def inspections_screen(inspections: Mapping[str, Any]) -> RenderableType:
         table.add_column(verdict)
     for log in logs:
         checks = [
-            Prose(", ".join(dict.fromkeys(str(f["check"]) for f in log.get("quality") or [] if f["verdict"] == verdict)))
+            Prose(
+                ", ".join(dict.fromkeys(str(f["check"]) for f in log.get("quality") or [] if f["verdict"] == verdict))
+            )
             for verdict in ("defect", "warning", "cannot tell")
         ]
         usable = number((log.get("excitation") or {}).get("seconds"), blank="none")

@@ -1,1 +1,1 @@
-"""Is the log sound? One file for every check of its quality, each with a number, its consequence and the remedy."""
+"""One file for every check of a log's quality: what is wrong, by how much, what follows, and what to do."""

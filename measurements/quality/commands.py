@@ -1,4 +1,4 @@
-"""Is there a command of a thruster, and nothing else that steers?"""
+"""Whether there is a command of a thruster, and nothing else that steers."""
 
 import re
 from collections.abc import Sequence

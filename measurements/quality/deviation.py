@@ -1,4 +1,4 @@
-"""Does the compass point where the boat goes? Its deviation against the course over ground."""
+"""Whether the compass points where the boat goes: its deviation against the course over ground."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final
@@ -6,12 +6,15 @@ from typing import ClassVar, final
 import numpy as np
 
 from ..compass import compass_of
+from ..derive import smooth
 from .finding import Check, Finding
 from .record import RATE, Record
 
-
 _LEAST = 2.0
 """A deviation is told when it is surely more than this [deg]; the drift of a lively hull passes for less."""
+_SLOW = 0.5
+"""Drift is slower than this [Hz]; what is faster is the noise of positions."""
+_SETTLES = 4.0
 _LAZY = 0.02, 0.2
 """Of a ship whose fastest turns lie between these [rad/s], no run is straight by the measure of `compass_of`."""
 _SECTORS, _MOST_SECTORS = 12, 7
@@ -31,7 +34,8 @@ class Deviation(Check):
         having = [r for r in records if "psi" in r.log.channels and {"x", "y", "v"} & set(r.log.channels)]
         if not having:
             return []
-        compass = compass_of([stretch.motion for record in having for stretch in record.stretches])
+        motions = [stretch.motion for record in having for stretch in record.stretches]
+        compass = compass_of([smooth(motion, _SLOW) for motion in motions if motion.duration > _SETTLES])
         channels = ("psi",)
         if not np.isfinite(compass.error):
             return [Finding(self.name, "cannot tell", compass.sentence, unit="deg", channels=channels)]
@@ -49,8 +53,8 @@ class Deviation(Check):
         told = compass.sentence
         if _sectors(having) < _MOST_SECTORS:
             told = (
-                f"on the headings of its straight runs, the boat goes {size:.1f} degrees beside its heading; on too few "
-                "headings to tell the curve"
+                f"on the headings of its straight runs, the boat goes {size:.1f} degrees beside its heading; they are "
+                "too few to tell the curve"
             )
             parts = {}
         fast = max(float(np.abs(s.motion.velocity[:, 0]).max()) for record in having for s in record.stretches)

@@ -1,4 +1,4 @@
-"""What did the boat do, and what can the log therefore tell?"""
+"""What the boat did, and what the log can therefore tell."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

@@ -11,8 +11,8 @@ from .finding import Channels
 
 LEAST = 20
 """Fixes of a moving boat from which something can be said."""
-_HELD = 0.6
-"""Share of the steps between fixes, of a moving boat, that must span the usual number of rows."""
+_TOGETHER = 4
+"""Steps between fixes that are taken together to find the beat."""
 _OFF = 0.25
 """Share of the beat by which a step between fixes must miss a whole number of beats to be off."""
 _BREAK = 5.0
@@ -51,7 +51,7 @@ class Fixes:
 
     @property
     def slope(self) -> float | None:
-        """By how much of its surplus time the boat moved on in steps that are off: 1 for honest stamps, 0 for late ones.
+        """Share of its surplus time in which the boat moved on, in steps that are off: 1 for honest stamps, 0 for late.
 
         None where too few such steps lie within straight motion.
         """
@@ -101,12 +101,15 @@ def fixes_of(channels: Channels) -> Fixes | None:
     # A boat at rest shows a new position now and then only: a fix is as fine as its last digit.
     moving = length > 0.3 * np.quantile(length, 0.9)
     spans = np.diff(row)
-    counts = np.bincount(spans[moving])
-    rows = int(np.argmax(counts)) if counts.size and counts.max() >= _HELD * moving.sum() else 1
     steps = np.diff(time)
-    beat = float(np.median(steps[moving & (spans == rows)])) if np.any(moving & (spans == rows)) else 0.0
-    if beat <= 0.0:
+    # A late fix makes one step longer and the next one shorter; over four steps that is little.
+    whole = np.convolve(moving, np.ones(_TOGETHER), "valid") == _TOGETHER
+    if not whole.any():
         return None
+    rows, beat = (
+        float(np.median(np.convolve(part, np.ones(_TOGETHER), "valid")[whole])) / _TOGETHER for part in (spans, steps)
+    )
+    rows = max(1, round(rows))
     whole = np.maximum(np.rint(steps / beat), 1).astype(np.int64)
     # A step of one and a half beats is off, whichever way it is rounded.
     off = np.abs(steps / beat - whole) > _OFF

@@ -1,4 +1,4 @@
-"""Are positions new in every row? A receiver of 5 Hz on a grid of 10 Hz repeats itself."""
+"""Whether positions are new in every row: a receiver of 5 Hz on a grid of 10 Hz repeats itself."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

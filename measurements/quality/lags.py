@@ -4,10 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from ...physics.frames import Array
-from ..alignment import drift_free
+from ..alignment import band_passed, drift_free
 from .regression import CI
 
 _BLOCK = 10.0
@@ -56,9 +55,8 @@ class Lag:
 
 
 def quick(rate: Array, step: float) -> Array:
-    """Keep 0.2 to 2 Hz of a record (n,) sampled every `step` [s], without moving it in time."""
-    sections = butter(2, (_QUICK[0], min(_QUICK[1], 0.4 / step)), "bandpass", fs=1.0 / step, output="sos")
-    return np.asarray(sosfiltfilt(sections, rate - rate.mean(), padlen=min(rate.size - 1, round(5.0 / step))), float)
+    """Keep 0.2 to 2 Hz of records (n, ...) sampled every `step` [s], without moving them in time."""
+    return band_passed(rate, step, (_QUICK[0], min(_QUICK[1], 0.4 / step)))
 
 
 def lag_of(
@@ -87,8 +85,7 @@ def lag_of(
         table = np.column_stack([one.drivers, one.besides, one.rate])
         if not np.isfinite(table).all():
             continue
-        smooth = np.column_stack([smoothed(column, step) for column in table.T])
-        grams += _grams(smooth, one.drivers.shape[1], lags, margin, block)
+        grams += _grams(smoothed(table, step), one.drivers.shape[1], lags, margin, block)
     if len(grams) < _LEAST_BLOCKS:
         return None
     every = np.array(grams)

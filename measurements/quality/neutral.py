@@ -1,4 +1,4 @@
-"""At which PWM do the thrusters stand still? What the commands are while the boat lies at rest."""
+"""The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -34,7 +34,9 @@ class Neutral(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: one finding for all PWM channels."""
-        names = sorted({name for record in records for name in record.commands if (command_kind(name) or ("",))[0] == "pwm"})
+        names = sorted(
+            {name for record in records for name in record.commands if (command_kind(name) or ("",))[0] == "pwm"}
+        )
         if not names:
             return []
         found = {name: value for name in names if (value := neutral_of(records, name)) is not None}

@@ -1,4 +1,4 @@
-"""Is the log dense enough? Rates of the channels, their jitter, and gaps."""
+"""Whether the log is dense enough: rates of the channels, their jitter, and gaps."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final

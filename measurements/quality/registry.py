@@ -9,7 +9,7 @@ from .held import HeldFixes
 from .late import LateFixes
 from .neutral import Neutral
 from .rates import Gaps, Rates
-from .sides import Direction, Sides
+from .sides import Sides
 from .stamps import Stamps
 from .stuck import Stuck
 from .tilt import Tilt
@@ -24,7 +24,6 @@ CHECKS: tuple[Check, ...] = (
     HeldFixes(),
     LateFixes(),
     Commands(),
-    Direction(),
     Sides(),
     Clocks(),
     Neutral(),

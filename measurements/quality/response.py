@@ -77,7 +77,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> dict[str, Answer]:
             drag = np.column_stack([surge, surge * np.abs(surge), rate, np.abs(surge) * rate, np.abs(rate) * rate])
             changes = np.column_stack([np.gradient(surge, _STEP), np.gradient(rate, _STEP)])
             table = np.column_stack([changes, commands, drag])
-            tables.append(np.column_stack([quick(column, _STEP) for column in table.T]))
+            tables.append(quick(table, _STEP))
             number = ((one.motion.time - one.motion.time[0]) // _BLOCK).astype(np.int64)
             stretches.append(begun + number)
             begun += int(number[-1]) + 1

@@ -1,4 +1,4 @@
-"""Is port port, and ahead ahead? The sign of the boat's answer against the names of its commands."""
+"""Whether port is port, and ahead ahead: the sign of the boat's answer against the names of its commands."""
 
 from collections.abc import Mapping, Sequence
 from typing import ClassVar, final
@@ -14,90 +14,80 @@ _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "starboard": "sta
 
 
 @final
-class Direction(Check):
-    """Finds thrusters that push astern when the command says ahead."""
-
-    name: ClassVar[str] = "direction"
-
-    def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
-        names = sorted({name for record in records for name in record.commands})
-        if not names:
-            return []
-        found = {name: answer for name, answer in answers(records).items() if answer.ahead}
-        if not found:
-            text = "the thrusters are not used one by one enough to tell whether one is reversed"
-            return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
-        wrong = {name: answer for name, answer in found.items() if answer.ahead < 0}
-        parts = {name: answer.surge for name, answer in found.items()}
-        if not wrong:
-            least = min(found.values(), key=lambda answer: answer.surge)
-            text = f"more command pushes ahead on {_and(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
-            ends = least.surge - 1.96 * least.surge_error, least.surge + 1.96 * least.surge_error
-            return [Finding(self.name, "ok", text, least.surge, "m/s^2", ends, tuple(found), parts=parts)]
-        worst = min(wrong.values(), key=lambda answer: answer.surge)
-        told = [_reversed(records, name) for name in wrong]
-        maps = [_line(records, name, answer) for name, answer in wrong.items()]
-        return [
-            Finding(
-                self.name,
-                "defect",
-                f"{_and(told)}: more command pushes astern ({worst.surge:.2g} m/s² at the end of the range)",
-                worst.surge,
-                "m/s^2",
-                (worst.surge - 1.96 * worst.surge_error, worst.surge + 1.96 * worst.surge_error),
-                tuple(wrong),
-                "a model drives ahead where the boat goes astern; no thrust can be fitted",
-                f"turn it round in a channel map: {', '.join(maps)}",
-                parts=parts,
-                short=f"{_and(tuple(wrong))} {'are' if len(wrong) > 1 else 'is'} reversed",
-            )
-        ]
-
-
-@final
 class Sides(Check):
-    """Finds commands whose thruster sits on the other side than its name says."""
+    """Finds thrusters that push astern when the command says ahead, and ones on the other side than their name says."""
 
     name: ClassVar[str] = "sides"
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
-        """See `Check`."""
+        """See `Check`: a finding "direction" where there is a command, and "sides" where there are two."""
         names = sorted({name for record in records for name in record.commands})
-        if len(names) < 2:
-            return []
-        found = {name: answer for name, answer in answers(records).items() if answer.side}
-        named = {name: side for name in names if (side := side_of(name))}
-        if len(found) < 2:
-            text = "the boat does not turn by its thrusters enough to tell which side each is on"
-            return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
-        lies = [f"{_told(records, name)} is on the {answer.side} side" for name, answer in found.items()]
-        parts: Mapping[str, float | str] = {name: answer.side for name, answer in found.items()}
-        wrong = [name for name, answer in found.items() if named.get(name, answer.side) != answer.side]
-        value, ends = _turn(found, named)
-        if not wrong:
-            known = set(found) <= set(named)
-            text = "; ".join(lies) + (", as named" if known else "")
-            remedy = "" if known else "name the commands by their sides in a channel map"
-            verdict = "ok" if known else "note"
-            return [Finding(self.name, verdict, text, value, "rad/s^2", ends, tuple(found), remedy=remedy, parts=parts)]
-        maps = [_line(records, name, found[name]) for name in wrong]
-        either = "" if _surveyed(records) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
-        return [
-            Finding(
-                self.name,
-                "defect",
-                f"port and starboard look swapped: {'; '.join(lies)}",
-                value,
-                "rad/s^2",
-                ends,
-                tuple(wrong),
-                "every turn is predicted to the wrong side",
-                f"swap them in a channel map: {', '.join(maps)}{either}",
-                parts=parts,
-                short="port and starboard look swapped",
-            )
-        ]
+        told = answers(records)
+        found = [_direction(records, names, told)] if names else []
+        return [*found, _sides(records, names, told)] if len(names) > 1 else found
+
+
+def _direction(records: Sequence[Record], names: Sequence[str], told: Mapping[str, Answer]) -> Finding:
+    found = {name: answer for name, answer in told.items() if answer.ahead}
+    if not found:
+        text = "the thrusters are not used one by one enough to tell whether one is reversed"
+        return Finding("direction", "cannot tell", text, channels=tuple(names))
+    wrong = {name: answer for name, answer in found.items() if answer.ahead < 0}
+    parts = {name: answer.surge for name, answer in found.items()}
+    if not wrong:
+        least = min(found.values(), key=lambda answer: answer.surge)
+        text = f"more command pushes ahead on {_and(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
+        ends = least.surge - 1.96 * least.surge_error, least.surge + 1.96 * least.surge_error
+        return Finding("direction", "ok", text, least.surge, "m/s^2", ends, tuple(found), parts=parts)
+    worst = min(wrong.values(), key=lambda answer: answer.surge)
+    how = [_reversed(records, name) for name in wrong]
+    maps = [_line(records, name, answer) for name, answer in wrong.items()]
+    return Finding(
+        "direction",
+        "defect",
+        f"{_and(how)}: more command pushes astern ({worst.surge:.2g} m/s² at the end of the range)",
+        worst.surge,
+        "m/s^2",
+        (worst.surge - 1.96 * worst.surge_error, worst.surge + 1.96 * worst.surge_error),
+        tuple(wrong),
+        "a model drives ahead where the boat goes astern; no thrust can be fitted",
+        f"turn it round in a channel map: {', '.join(maps)}",
+        parts=parts,
+        short=f"{_and(tuple(wrong))} {'are' if len(wrong) > 1 else 'is'} reversed",
+    )
+
+
+def _sides(records: Sequence[Record], names: Sequence[str], told: Mapping[str, Answer]) -> Finding:
+    found = {name: answer for name, answer in told.items() if answer.side}
+    named = {name: side for name in names if (side := side_of(name))}
+    if len(found) < 2:
+        text = "the boat does not turn by its thrusters enough to tell which side each is on"
+        return Finding("sides", "cannot tell", text, channels=tuple(names))
+    lies = [f"{_told(records, name)} is on the {answer.side} side" for name, answer in found.items()]
+    parts: Mapping[str, float | str] = {name: answer.side for name, answer in found.items()}
+    wrong = [name for name, answer in found.items() if named.get(name, answer.side) != answer.side]
+    value, ends = _turn(found, named)
+    if not wrong:
+        known = set(found) <= set(named)
+        text = "; ".join(lies) + (", as named" if known else "")
+        remedy = "" if known else "name the commands by their sides in a channel map"
+        verdict = "ok" if known else "note"
+        return Finding("sides", verdict, text, value, "rad/s^2", ends, tuple(found), remedy=remedy, parts=parts)
+    maps = [_line(records, name, found[name]) for name in wrong]
+    either = "" if _surveyed(records) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
+    return Finding(
+        "sides",
+        "defect",
+        f"port and starboard look swapped: {'; '.join(lies)}",
+        value,
+        "rad/s^2",
+        ends,
+        tuple(wrong),
+        "every turn is predicted to the wrong side",
+        f"swap them in a channel map: {', '.join(maps)}{either}",
+        parts=parts,
+        short="port and starboard look swapped",
+    )
 
 
 def side_of(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Do the time stamps run forward? Repeated ones, and ones that go back."""
+"""Whether the time stamps run forward: repeated ones, and ones that go back."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final
@@ -31,7 +31,7 @@ class Stamps(Check):
                 Finding(
                     self.name,
                     "defect",
-                    f"the clock is set back in the log; {100.0 * share:.0f} % of the values lie beyond the longest piece",
+                    f"the clock is set back; {100.0 * share:.0f} % of the values lie beyond the longest piece",
                     share,
                     "1",
                     None,
@@ -47,7 +47,7 @@ class Stamps(Check):
                 Finding(
                     self.name,
                     "defect",
-                    f"time runs backwards: {100.0 * share:.2g} % of the values stand after later ones ({backward} values)",
+                    f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
                     share,
                     "1",
                     None,

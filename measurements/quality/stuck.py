@@ -1,4 +1,4 @@
-"""Does a sensor repeat itself? A value that stays exactly the same while it should move."""
+"""Whether a sensor repeats itself: a value that stays exactly the same while it should move."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final
@@ -57,8 +57,8 @@ class Stuck(Check):
                 Finding(
                     self.name,
                     "defect" if share > _MUCH else "warning",
-                    f"{' and '.join(names)} {'are' if len(names) > 1 else 'is'} stuck in mid-motion {_times(len(lengths))}, for up to "
-                    f"{longest:.2g} s",
+                    f"{' and '.join(names)} {'are' if len(names) > 1 else 'is'} stuck in mid-motion "
+                    f"{_times(len(lengths))}, for up to {longest:.2g} s",
                     longest,
                     "s",
                     None,

@@ -1,4 +1,4 @@
-"""Does gravity leak into the accelerometer? A boat that trims with speed tilts its sensor."""
+"""Whether gravity leaks into the accelerometer: a boat that trims with speed tilts its sensor."""
 
 from collections.abc import Sequence
 from typing import ClassVar, final
@@ -56,7 +56,9 @@ class Tilt(Check):
             text = f"the accelerometer shows accelerations only (a leak of {leak:+.2f} m/s² at {fast:.1f} m/s)"
             return [Finding(self.name, "ok", text, leak, "m/s^2", ends, channels, parts=parts)]
         if abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
-            text = f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
+            text = (
+                f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
+            )
             return [Finding(self.name, "cannot tell", text, leak, "m/s^2", ends, channels, parts=parts)]
         angle = float(np.degrees(np.arcsin(np.clip(abs(leak) / _GRAVITY, 0.0, 1.0))))
         trim = "bow up" if leak > 0.0 else "bow down"
@@ -64,7 +66,7 @@ class Tilt(Check):
             Finding(
                 self.name,
                 "warning" if abs(leak) > _MUCH else "note",
-                f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: the sensor trims {trim} by {angle:.0f} degrees",
+                f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: it trims {trim} by {angle:.0f} degrees",
                 leak,
                 "m/s^2",
                 ends,

@@ -1,4 +1,4 @@
-"""Do two records of one quantity agree in size? Degrees for radians, knots for metres a second, and the like."""
+"""Whether two records of one quantity agree in size: degrees for radians, knots for metres a second, and the like."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -94,7 +94,9 @@ def _angles(logs: Sequence[Log]) -> tuple[list[Finding], Fix | None]:
     if ratio < 0.0:
         remedy = "say --frame enu if the log is ENU/FLU, or turn one of them with 'scale: -1' in a channel map"
         text = f"psi and r have opposite signs (ratio {ratio:.3g})"
-        return [Finding("units", "defect", text, ratio, "1", ends, channels, "which side is port is lost", remedy)], None
+        return [
+            Finding("units", "defect", text, ratio, "1", ends, channels, "which side is port is lost", remedy)
+        ], None
     remedy = "check the gyro's scale; a compass deviation changes the ratio with the heading, too"
     return [Finding("units", _verdict(ratio), told, ratio, "1", ends, channels, wrong, remedy)], None
 
@@ -130,7 +132,9 @@ def _speeds(logs: Sequence[Log]) -> list[Finding]:
         if abs(ratio / factor - 1.0) <= _FINE:
             fix = _scale(speeds, factor, f"{' and '.join(speeds)} turned from {unit} into m/s")
             remedy = f"map them with 'scale: {factor:g}'"
-            return [Finding("units", "defect", f"{told}: they are in {unit}", ratio, "1", ends, speeds, wrong, remedy, fix)]
+            return [
+                Finding("units", "defect", f"{told}: they are in {unit}", ratio, "1", ends, speeds, wrong, remedy, fix)
+            ]
     for factor, unit in _LENGTHS.items():
         if abs(ratio / factor - 1.0) <= _FINE:
             other = " (or the speeds in mm/s)" if unit == "km" else ""
