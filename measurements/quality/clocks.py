@@ -24,6 +24,8 @@ _NEARLY = 0.1
 _FOLLOWS = 0.6
 _ANSWERS = 0.5
 """Share of a record that the other must explain, in the band of their comparison, before its delay means anything."""
+_STRETCHES = 8
+"""Stretches of 10 s from which an answer to the commands is believed: its model is a coarse one."""
 _UNSURE = 0.06
 _SURE = 0.02
 """Standard errors above which a delay is not known, and above which it is not told for a single log of several [s]."""
@@ -207,7 +209,7 @@ def _answer(records: Sequence[Record], centre: Mapping[str, float], gyro: float)
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
         lag = lag_of(every, _STEP, quick)
-        if lag is not None and _sure(lag, _ANSWERS):
+        if lag is not None and lag.stretches >= _STRETCHES and _sure(lag, _ANSWERS):
             lags.append(lag)
     if not lags:
         return None

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import t as student
 
 from ...physics.frames import Array
 from ..alignment import band_passed, drift_free
@@ -38,15 +39,18 @@ class Lag:
 
     Attributes
     ----------
-    seconds, error : how much later the record is than its drivers, and the standard error of that [s]
+    seconds, error : how much later the record is than its drivers, and the standard error of that [s], larger where
+        few stretches tell it (Student's t)
     explained : share of the record's power that the drivers and the rest explain at that delay
     slope : of the record over the first driver
+    stretches : of 10 s that tell it
     """
 
     seconds: float
     error: float
     explained: float
     slope: float
+    stretches: int
 
     @property
     def ci95(self) -> tuple[float, float]:
@@ -103,7 +107,8 @@ def lag_of(
         return None
     count = known.size
     error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
-    return Lag(seconds, error, 1.0 - left, slope)
+    few = float(student.ppf(0.975, count - 1)) / CI
+    return Lag(seconds, few * error, 1.0 - left, slope, count)
 
 
 def _grams(smooth: Array, drivers: int, lags: Array, margin: int, block: int) -> list[Array]:
