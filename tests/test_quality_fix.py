@@ -12,6 +12,7 @@ from verbs import call, done, refused, strict
 from undertow.measurements.log import read_log
 from undertow.measurements.prepare import prepare
 from undertow.physics.errors import LogError
+from undertow.reports.inputs import read_inputs
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -174,3 +175,13 @@ def test_milliseconds_and_units_of_a_channel_map_are_read(place: Path):
     (place / "map.yaml").write_text("psi: {from: Heading, unit: gon}\n")
     with pytest.raises(LogError, match=r"needs a unit among deg, deg/s, .*got 'gon'"):
         read_log("a.csv", channel_map="map.yaml")
+
+
+def test_a_defect_of_the_log_is_told_beside_every_finding(place: Path):
+    done("simulate", "-v", "blueboat", "--duration", "120", "--out", "raw.csv")
+    text = (place / "raw.csv").read_text()
+    other = {"port": "stbd", "stbd": "port"}
+    (place / "swapped.csv").write_text(re.sub(r"_(port|stbd),", lambda side: f"_{other[side[1]]},", text))
+    notes = read_inputs("swapped.csv", "blueboat").notes
+    assert any("port and starboard look swapped" in note for note in notes)
+    assert not any("swapped" in note for note in read_inputs("raw.csv", "blueboat").notes)

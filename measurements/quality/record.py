@@ -16,6 +16,7 @@ from ..prepare import prepare
 
 RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
+_MOST = 0.5
 _EVEN = Recipe(rate=RATE, cutoff=None)
 
 
@@ -58,7 +59,7 @@ class Record:
             motions = prepare(log, None, _EVEN).motions
         except LogError as error:
             return cls(log, (), names, str(error).removeprefix(f"{log.path}: "))
-        return cls(log, tuple(Stretch(m, _commands(log, names, m)) for m in motions), names)
+        return cls(log, tuple(_stretch(m, _commands(log, names, m)) for m in motions), names)
 
     def repaired(self, channels: Mapping[str, Channel]) -> "Record":
         """The same log with other channels."""
@@ -68,6 +69,15 @@ class Record:
     def seconds(self) -> float:
         """Usable motion [s]."""
         return sum(stretch.motion.duration for stretch in self.stretches)
+
+
+def _stretch(motion: Motion, commands: Array) -> Stretch:
+    """A motion and its commands, cut to where these are known if that is most of it."""
+    known = np.flatnonzero(np.isfinite(commands).all(axis=1))
+    if known.size < _MOST * motion.time.size or known.size < 2:
+        return Stretch(motion, commands)
+    first, last = int(known[0]), int(known[-1]) + 1
+    return Stretch(motion.slice(first, last), commands[first:last])
 
 
 def _commands(log: Log, names: tuple[str, ...], motion: Motion) -> Array:

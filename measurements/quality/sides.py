@@ -38,6 +38,10 @@ def _direction(records: Sequence[Record], names: Sequence[str], told: Mapping[st
         least = min(found.values(), key=lambda answer: answer.surge)
         text = f"more command pushes ahead on {_and(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
         ends = least.surge - 1.96 * least.surge_error, least.surge + 1.96 * least.surge_error
+        untold = [name for name in names if name not in found]
+        if untold:
+            text = f"{text}; of {_and(untold)} the log does not tell"
+            return Finding("direction", "cannot tell", text, least.surge, "m/s^2", ends, tuple(names), parts=parts)
         return Finding("direction", "ok", text, least.surge, "m/s^2", ends, tuple(found), parts=parts)
     worst = min(wrong.values(), key=lambda answer: answer.surge)
     how = [_reversed(records, name) for name in wrong]
