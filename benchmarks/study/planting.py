@@ -144,6 +144,7 @@ def late_share(share: float) -> float:
     return 2.0 * share * (1.0 - share)
 
 
+# Commands are rounded to the grid twice, when they are sampled and when they are made late: half a step each time.
 DEFECTS = (
     Defect("port and starboard swapped", "sides", "", _swapped),
     Defect("port output reversed", "direction", "pwm_port", _reversed),
@@ -157,7 +158,7 @@ DEFECTS = (
         "pwm_port",
         _late("pwm_port pwm_stbd"),
         (0.1, 0.3),
-        lambda s: -s - 0.05,
+        lambda s: -s - _GRID,
         lambda s: 0.06,
     ),
     Defect(
