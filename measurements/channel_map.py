@@ -111,6 +111,21 @@ def _entry(path: Path, key: str, value: Any) -> Entry:
     return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame)
 
 
+def map_dict(entries: Mapping[str, Entry]) -> dict[str, dict[str, str | float]]:
+    """The same channel map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
+    found = {}
+    for name, entry in entries.items():
+        parts: dict[str, str | float] = {"from": entry.source}
+        if entry.scale != 1.0:
+            parts["scale"] = entry.scale
+        if entry.offset != 0.0:
+            parts["offset"] = entry.offset
+        if entry.frame is not None:
+            parts["frame"] = entry.frame
+        found[name] = parts
+    return found
+
+
 def map_text(entries: Mapping[str, Entry], unused: Sequence[str] = ()) -> str:
     """Write a channel map that `read_channel_map` reads back to the same entries.
 
@@ -125,16 +140,11 @@ def map_text(entries: Mapping[str, Entry], unused: Sequence[str] = ()) -> str:
     u: {from: '/odom:twist.linear.x', frame: enu}
     pwm_port: {from: left}
     """
-    lines = []
-    for name, entry in entries.items():
-        parts: dict[str, str | float] = {"from": entry.source}
-        if entry.scale != 1.0:
-            parts["scale"] = entry.scale
-        if entry.offset != 0.0:
-            parts["offset"] = entry.offset
-        if entry.frame is not None:
-            parts["frame"] = entry.frame
-        lines.append(f"{name}: " + yaml.safe_dump(parts, default_flow_style=True, sort_keys=False, width=math.inf))
+    lines = [
+        f"{name}: "
+        + yaml.safe_dump(parts, default_flow_style=True, sort_keys=False, width=math.inf, allow_unicode=True)
+        for name, parts in map_dict(entries).items()
+    ]
     if unused:
         lines.append("# Not used:\n" + "".join(f"#   {name!r}\n" for name in unused[:_MOST_UNUSED]))
     if len(unused) > _MOST_UNUSED:

@@ -45,7 +45,9 @@ class Cleaner:
                 f"{self._where}: {name} ({stream.name}) holds no number in any of its {value.size} rows. Was the "
                 f"sensor connected? Remove the column, or leave it out with '{name}: null' in a channel map."
             )
-        time, value, rows = stream.time[keep], value[keep], stream.row[keep]
+        time, rows = stream.time, stream.row
+        if not keep.all():
+            time, rows, value = time[keep], rows[keep], value[keep]
         steps = np.diff(time)
         backward = cut = 0
         if steps.size and steps.min() < 0:
@@ -70,8 +72,10 @@ class Cleaner:
         lost = Lost(int(keep.size - keep.sum()), int(last.size - last.sum()), backward, cut)
         if lost.empty:
             self._empty[lost.empty].append(name)
-        if lost.repeated:
-            self._repeated[lost.repeated].append(name)
+        if not lost.repeated:
+            # Nothing is copied: the channels of a large log share one array of stamps.
+            return Channel(name, time, value, stream.name, lost)
+        self._repeated[lost.repeated].append(name)
         return Channel(name, time[last], value[last], stream.name, lost)
 
     def notes(self) -> tuple[str, ...]:

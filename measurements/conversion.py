@@ -104,10 +104,13 @@ def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
     value = source.stream.value
     if source.within is not None:
         value = np.where((value >= source.within[0]) & (value <= source.within[1]), value, np.nan)
-    if (source.scale, source.offset) != (1.0, 0.0):
-        value = source.scale * value + source.offset
-    if source.frame == "enu" and name not in _QUATERNION:
-        value = heading_from_enu(value) if name == "psi" else _FROM_ENU.get(source.role, (name, 1.0))[1] * value
+    # A broken file holds numbers that overflow here; the channel's limits refuse them.
+    with np.errstate(over="ignore", invalid="ignore"):
+        if (source.scale, source.offset) != (1.0, 0.0):
+            value = source.scale * value + source.offset
+        if source.frame == "enu" and name not in _QUATERNION:
+            sign = _FROM_ENU.get(source.role, (name, 1.0))[1]
+            value = heading_from_enu(value) if name == "psi" else value if sign == 1.0 else sign * value
     return cleaner.channel(name, source.stream, value)
 
 
@@ -152,8 +155,8 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
         notes.append(f"x y: {np.count_nonzero(~known)} rows without a fix (0 degrees both) dropped")
     north, east, (first, across) = local_metres(latitude[known], longitude[known])
     notes.append(
-        f"x y: metres north and east of the first fix, latitude {first:.7f}, longitude {across:.7f} [deg] (WGS 84 tangent "
-        f"plane), from {origin}"
+        f"x y: metres north and east of the first fix, latitude {first:.7f}, longitude {across:.7f} [deg] (tangent "
+        f"plane of WGS 84), from {origin}"
     )
     channels["x"] = Channel("x", time[known], north, parts[0].origin, parts[0].lost)
     channels["y"] = Channel("y", time[known], east, parts[1].origin, parts[1].lost)
@@ -162,6 +165,8 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
 def _together(parts: list[Channel]) -> tuple[Array, list[Array]]:
     """The stamps that all channels have, and the values at them."""
     time = parts[0].time
+    if all(part.time is time for part in parts):
+        return time, [part.value for part in parts]
     for part in parts[1:]:
         time = np.intersect1d(time, part.time, assume_unique=True)
     return time, [part.value[np.searchsorted(part.time, time)] for part in parts]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from .channels import command_kind
 from .formats.base import Name
 
 Axes = Literal["log", "ros", "ned"]
@@ -89,15 +90,15 @@ TYPES: Mapping[str, Mapping[str, Meaning]] = {
 JOINTS = "sensor_msgs/JointState"
 COMMANDS = frozenset({"std_msgs/Float64", "std_msgs/Float32", "std_msgs/Int16", "std_msgs/Int32", "std_msgs/UInt16"})
 """Types of one number, whose topic tells what it is."""
-_STANDARD = frozenset(
-    "actionlib_msgs control_msgs diagnostic_msgs geographic_msgs geometry_msgs gps_common gps_msgs map_msgs "
-    "mavros_msgs nav_msgs rcl_interfaces rosgraph_msgs sensor_msgs shape_msgs std_msgs stereo_msgs tf2_msgs "
-    "trajectory_msgs vision_msgs visualization_msgs".split()
+_STANDARD = re.compile(
+    "(actionlib|control|diagnostic|geographic|geometry|gps|map|mavros|nav|rosgraph|sensor|shape|std|stereo|tf2"
+    "|trajectory|vision|visualization)_msgs|gps_common|rcl_interfaces"
 )
 """Packages whose types are known: what is not in `TYPES` is no measurement of the vehicle (a marker, a path)."""
 _EARTH = re.compile(r"(map|odom|world|earth|enu|ned|utm|local_origin|gps)(_ned|_enu)?")
 _DOWN = re.compile(r"(^|.*_)(ned|frd)")
-_NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
+NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
+"""In the name of what is wanted of a vehicle, or is not in its axes; commands of thrusters may bear such names."""
 
 
 def short_kind(kind: str) -> str:
@@ -112,7 +113,7 @@ def short_kind(kind: str) -> str:
 def is_known(kind: str) -> bool:
     """Whether the type itself says what its numbers are, so that the names of its fields are not asked."""
     short = short_kind(kind)
-    return short in TYPES or short.partition("/")[0] in _STANDARD
+    return short in TYPES or _STANDARD.fullmatch(short.partition("/")[0]) is not None
 
 
 def meaning_of(name: Name, frame: str = "") -> Meaning | None:
@@ -125,7 +126,7 @@ def meaning_of(name: Name, frame: str = "") -> Meaning | None:
         frame whose name ends in `ned` or `frd` is one
     """
     found = TYPES.get(short_kind(name.kind), {}).get(name.field)
-    if found is None or _NOT_MEASURED.search(name.topic.lower()):
+    if found is None or (command_kind(found.role) is None and NOT_MEASURED.search(name.topic.lower())):
         return None
     last = frame.strip("/").rpartition("/")[2].lower()
     if found.role in ("u", "v") and _EARTH.fullmatch(last):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from .channels import is_canonical
 from .formats.base import Name
-from .message_types import COMMANDS, JOINTS, Axes, is_known, meaning_of, short_kind
+from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
 _ROS = (
@@ -36,7 +36,6 @@ right thruster in its usual setting for two (`SERVO1_FUNCTION` 73, `SERVO3_FUNCT
 log's parameters or the boat's answer tell."""
 _PLACE = re.compile(r"(?:^|\.)(?P<axis>latitude|longitude)$")
 
-_NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
 _SIDES = {
     "port": "port",
     "left": "port",
@@ -104,7 +103,7 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     if autopilot is not None:
         role, scale = autopilot
         return Guess(role, "log" if role.startswith("pwm") else "ned", 2, name.name.partition(".")[0], scale)
-    if not _NOT_MEASURED.search(name.name.lower()):
+    if not NOT_MEASURED.search(name.name.lower()):
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:

@@ -1,12 +1,13 @@
 """The verb `inspect`: logs read as they are, looked over one by one and together, and one of them repaired."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..measurements.channel_map import map_dict
 from ..measurements.clean_log import check_target, write_clean
 from ..measurements.inspection import inspect_log, inspect_logs
-from ..measurements.log import read_log
+from ..measurements.log import Log, read_log
 from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
 from .inputs import check_frame
@@ -38,22 +39,24 @@ def look_over(
     *,
     frame: str | None = None,
     channel_map: Path | None = None,
+    namespace: str | None = None,
     fix: Path | None = None,
-) -> dict[str, Any]:
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[dict[str, Any], Log]:
     """Inspect logs, and write one of them repaired.
 
     Parameters
     ----------
     paths : logs, or folders of tables
     vehicle : whose needs are checked
-    frame, channel_map : see `read_log`
+    frame, channel_map, namespace, progress : see `read_log`
     fix : file for the repaired log, None to write nothing
 
     Returns
     -------
-    dict
-        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several; with `fix`, its path and what was done
-        under `fixed`.
+    (what was found, the first log) : dict, Log
+        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several, each log with its channel map under
+        `map`; with `fix`, its path and what was done under `fixed`.
 
     Raises
     ------
@@ -65,13 +68,20 @@ def look_over(
         if len(logs) > 1:
             raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
         check_target(fix, logs)
-    read = [read_log(log, frame=check_frame(frame), channel_map=channel_map, mend=True) for log in logs]
+    axes = check_frame(frame)
+    read = [
+        read_log(log, frame=axes, channel_map=channel_map, namespace=namespace, progress=progress, mend=True)
+        for log in logs
+    ]
     if len(read) > 1:
-        return inspect_logs(read, vehicle).to_dict()
+        several = inspect_logs(read, vehicle).to_dict()
+        for content, log in zip(several["logs"], read, strict=True):
+            content["map"] = map_dict(log.entries)
+        return several, read[0]
     inspection = inspect_log(read[0], vehicle)
-    found = inspection.to_dict()
+    found = {**inspection.to_dict(), "map": map_dict(read[0].entries)}
     if fix is not None:
         examination = inspection.examination
         write_clean(examination.clean, examination.fixes, examination.left, fix)
         found["fixed"] = {"path": str(fix), "done": list(examination.fixes), "left": list(examination.left)}
-    return found
+    return found, read[0]

@@ -5,6 +5,7 @@ messages, and a recorder that died has not written it.
 """
 
 import struct
+from collections.abc import Callable
 from typing import BinaryIO
 from zlib import crc32
 
@@ -43,23 +44,21 @@ class McapWalk:
         self._wanted: set[int] = set()
         self._damaged = 0
 
-    def read(
-        self, file: BinaryIO, total: int, request: Request, before: int = 0, whole: int | None = None
-    ) -> list[str]:
-        """Hand all messages to the collector; give notes on what is damaged.
+    def read(self, file: BinaryIO, total: int, told: Callable[[float], None]) -> list[str]:
+        """Hand all messages to the collector, tell the share done, and give notes on what is damaged.
 
         Parameters
         ----------
-        file : at its start; it need not seek
-        total : bytes of the file; of one that is unpacked on the way, those of the packed one
-        request : whose progress is told, `before` bytes of `whole` being done already
+        file : at its start
+        total : its bytes
+        told : called for every chunk
         """
         self._collector.new_file()
         at = len(file.read(len(MAGIC)))
         why = "" if at == len(MAGIC) else "in the middle of a record"
         ended = False
         while not why and not ended:
-            request.progress(before + min(at, total), whole or total)
+            told(min(at / total, 1.0))
             head = file.read(_RECORD.size)
             if len(head) < _RECORD.size:
                 why = "it was not closed" if not head else "in the middle of a record"
@@ -176,7 +175,7 @@ def _read(head: Head, request: Request) -> Recording:
     collector = Collector(request)
     total = head.path.stat().st_size
     with head.path.open("rb") as file:
-        notes = McapWalk(collector).read(file, total, request)
+        notes = McapWalk(collector).read(file, total, lambda share: request.progress(int(share * total), total))
     request.progress(total, total)
     try:
         return collector.recording(notes)

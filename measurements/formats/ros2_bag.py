@@ -3,7 +3,7 @@
 import re
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -22,6 +22,7 @@ from .ros_zstd import zstd
 METADATA = "metadata.yaml"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _STORAGE = re.compile(r"(?P<stem>.+?)(?:_\d+)?\.(?:db3|mcap)(?:\.zstd)?")
+_BLOCK = 2**20
 _MOST_UNPACKED = 64 * 2**30
 """Bytes that a packed storage file may have unpacked; more is a broken file that fills the disk."""
 
@@ -52,27 +53,30 @@ def _read(head: Head, request: Request) -> Recording:
     collector = Collector(request, contents.distribution)
     notes = list(contents.notes)
     sizes = [path.stat().st_size for path in contents.files]
+    total = sum(sizes)
     for k, path in enumerate(contents.files):
-        found = _walk(path, sizes[k], collector, contents.packed, request, (sum(sizes[:k]), sum(sizes)))
+
+        def told(share: float, before: int = sum(sizes[:k]), size: int = sizes[k]) -> None:
+            request.progress(before + int(share * size), total)
+
+        found = _walk(path, collector, contents.packed, told)
         notes += [f"{path.name}: {note}" for note in found] if len(contents.files) > 1 else found
-    request.progress(sum(sizes), sum(sizes))
+    request.progress(total, total)
     try:
         return collector.recording(notes)
     except LogError as error:
         raise LogError(f"{head.path}: {error}") from error
 
 
-def _walk(
-    path: Path, size: int, collector: Collector, packed: bool, request: Request, done: tuple[int, int]
-) -> list[str]:
+def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float], None]) -> list[str]:
     """Hand the messages of one storage file to the collector."""
     with path.open("rb") as file:
         start = file.read(16)
     if start.startswith(MCAP_MAGIC):
         with path.open("rb") as file:
-            return McapWalk(collector, packed).read(file, size, request, *done)
+            return McapWalk(collector, packed).read(file, path.stat().st_size, told)
     if start.startswith(SQLITE_MAGIC):
-        return SqliteWalk(collector, packed).read(path, size, request, *done)
+        return SqliteWalk(collector, packed).read(path, told)
     if start.startswith(_ZSTD_MAGIC):
         with tempfile.TemporaryDirectory(prefix="undertow-") as folder:
             inner = Path(folder) / path.stem
@@ -80,26 +84,30 @@ def _walk(
             with inner.open("rb") as file:
                 if file.read(4) == _ZSTD_MAGIC:
                     raise LogError(f"{path}: a packed file in a packed file. Copy the log again.")
-            return [*notes, *_walk(inner, size, collector, packed, request, done)]
+            return [*notes, *_walk(inner, collector, packed, told)]
     raise LogError(f"{path}: expected an MCAP or sqlite3 file of a ROS 2 bag, got {start[:8]!r}. Copy the log again.")
 
 
 def _unpacked(path: Path, target: Path) -> list[str]:
     """Unpack a storage file as far as it goes."""
-    module = zstd()
-    written = 0
-    with path.open("rb") as raw, module.open(raw, "rb") as source, target.open("wb") as file:
+    unpacker = zstd().ZstdDecompressor()
+    written, why = 0, ""
+    with path.open("rb") as source, target.open("wb") as file:
         try:
-            while block := source.read(2**20):
-                written += len(block)
+            while not unpacker.eof and not why:
+                block = source.read(_BLOCK) if unpacker.needs_input else b""
+                if not block and unpacker.needs_input:
+                    why = "it ends too early"
+                content = unpacker.decompress(block, _BLOCK)
+                written += len(content)
                 if written > min(_MOST_UNPACKED, shutil.disk_usage(target.parent).free):
                     raise LogError(f"{path}: it unpacks to more than the disk holds. Unpack it elsewhere with zstd -d.")
-                file.write(block)
-        except (module.ZstdError, EOFError) as error:
-            if not written:
-                raise LogError(f"{path}: it cannot be unpacked ({error}). Copy the log again.") from error
-            return [f"{path.name} cannot be unpacked beyond {written / 1e6:.3f} MB ({error})"]
-    return []
+                file.write(content)
+        except zstd().ZstdError as error:
+            why = str(error)
+    if not written:
+        raise LogError(f"{path}: it cannot be unpacked ({why}). Copy the log again.")
+    return [f"{path.name} cannot be unpacked beyond {written / 1e6:.3f} MB ({why})"] if why else []
 
 
 def _contents(folder: Path, entries: Sequence[str]) -> _Contents:

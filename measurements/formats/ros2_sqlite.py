@@ -1,11 +1,12 @@
 """The sqlite3 storage of ROS 2 bags, read in the order of its rows, up to where the file is torn."""
 
 import sqlite3
+from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import quote
 
 from ...physics.errors import LogError
-from .base import Request, torn
+from .base import torn
 from .ros_messages import Collector
 from .ros_zstd import unpacked_message
 
@@ -26,8 +27,8 @@ class SqliteWalk:
         self._collector = collector
         self._packed = packed
 
-    def read(self, path: Path, total: int, request: Request, before: int = 0, whole: int | None = None) -> list[str]:
-        """Hand all messages to the collector; give notes on what is damaged.
+    def read(self, path: Path, told: Callable[[float], None]) -> list[str]:
+        """Hand all messages to the collector, tell the share done, and give notes on what is damaged.
 
         Raises
         ------
@@ -36,6 +37,7 @@ class SqliteWalk:
         """
         self._collector.new_file()
         notes: list[str] = []
+        total = path.stat().st_size
         database = _opened(path, total, notes)
         try:
             try:
@@ -45,11 +47,11 @@ class SqliteWalk:
                 raise LogError(
                     f"{path}: expected a ROS 2 bag with tables 'topics' and 'messages' ({error}). Copy the log again."
                 ) from error
-            at, why = self._messages(
-                database, wanted, rows, lambda share: request.progress(before + int(share * total), whole or total)
-            )
+            declared = _declared(path)
+            missing = declared > total or declared == 0
+            why = self._messages(database, wanted, missing, lambda row: told(min(row / max(rows, 1), 1.0)))
             if why:
-                notes.append(torn(int(at / max(rows, at, 1) * total), total, why))
+                notes.append(torn(total, max(declared, total), why))
         finally:
             database.close()
         return notes
@@ -71,29 +73,38 @@ class SqliteWalk:
                 wanted.append(int(number))
         return wanted
 
-    def _messages(self, database: sqlite3.Connection, wanted: list[int], rows: int, progress) -> tuple[int, str]:
-        """Hand over the messages; give the number of the last row, and why there are no more."""
-        last, count, why = 0, 0, ""
+    def _messages(
+        self, database: sqlite3.Connection, wanted: list[int], missing: bool, progress: Callable[[int], None]
+    ) -> str:
+        """Hand over the messages; say why there are no more, where the end is not reached."""
+        last: int | None = None
         # The order of rows is that of the table itself; an index or a sort would touch pages behind the break first.
-        marks = ",".join("?" * len(wanted))
-        query = (
-            f"SELECT id, topic_id, timestamp, data FROM messages NOT INDEXED WHERE topic_id IN ({marks}) ORDER BY id"
-        )
+        # Rows that nobody wants are stepped over here, without their data, so that none can be missing unseen.
+        data_of_wanted = f"CASE WHEN topic_id IN ({','.join('?' * len(wanted))}) THEN data END"
+        query = f"SELECT id, topic_id, timestamp, {data_of_wanted} FROM messages NOT INDEXED ORDER BY id"
+        topics = set(wanted)
         try:
             for row, number, received, data in database.execute(query, wanted):
-                if row <= last:
-                    # Damaged pages may lead in a circle; rows of a sound table only go up.
-                    return last, "rows repeat"
-                last, count = row, count + 1
-                raw = data if isinstance(data, bytes) else str(data).encode()
-                self._collector.message(number, received, unpacked_message(raw) if self._packed else raw)
-                if count % 1000 == 0:
-                    progress(min(row / max(rows, 1), 1.0))
+                if last is not None and (row <= last or (missing and row != last + 1)):
+                    # Damaged pages may lead in a circle, and pages that are not there read as empty.
+                    return "rows repeat" if row <= last else "rows are missing"
+                last = row
+                if number in topics and isinstance(received, int):
+                    raw = data if isinstance(data, bytes) else str(data).encode()
+                    self._collector.message(number, received, unpacked_message(raw) if self._packed else raw)
+                if row % 1000 == 0:
+                    progress(row)
         except sqlite3.Error as error:
-            why = str(error)
-        except (TypeError, OverflowError):
-            why = "a row holds what is no message"
-        return last, why
+            return str(error)
+        return "it is shorter than it says" if missing else ""
+
+
+def _declared(path: Path) -> int:
+    """The size of the file by its own first page [bytes] (https://www.sqlite.org/fileformat.html, section 1.3)."""
+    with path.open("rb") as file:
+        start = file.read(100)
+    size, pages = int.from_bytes(start[16:18], "big"), int.from_bytes(start[28:32], "big")
+    return (65536 if size == 1 else size) * pages
 
 
 def _opened(path: Path, total: int, notes: list[str]) -> sqlite3.Connection:

@@ -82,8 +82,8 @@ def agree(topics: Sequence[Stamps], first: int) -> tuple[list[Array], list[str]]
         elif abs(delay) > LATE:
             longest = float((stamps.received - header).max()) / 1e9
             notes.append(
-                f"{stamps.name}: received {delay:.3f} s after its header stamps in the median, {longest:.3f} s at most; "
-                "header stamps used"
+                f"{stamps.name}: received {delay:.3f} s (median), {longest:.3f} s at most, after its header stamps, "
+                "which are used"
             )
         times.append(from_first(moved, first))
     epoch = f"time counts from the first message, {first} ns"

@@ -106,6 +106,8 @@ class Collector:
             return None
         try:
             what = message_type(kind, definition, language, encoding, self._distribution)
+        except ImportError:
+            raise
         except Exception as error:
             # A definition is a little program in the file; a broken one makes the parser fail in any way.
             self._unread[Name(topic, "(type not readable)", kind)] = None
@@ -158,8 +160,8 @@ class _Topic:
             self.broken += 1
             return
         self._rows += 1
+        table.received.append(received)  # first, for it refuses a stamp that is no whole number
         table.rows += row
-        table.received.append(received)
         table.number.append(self._rows)
 
     def streams(self, times: Sequence[np.ndarray]) -> list[Stream]:
@@ -283,12 +285,15 @@ def _getter(paths: Sequence[str], arrays: Sequence[str]) -> Any:
     """A function that gives the numbers of a message in the order of the columns."""
     first = attrgetter(*paths) if paths else None
     one = len(paths) == 1
-    if not arrays:
-        return (lambda message: (first(message),)) if one and first else first
+    if not arrays and first is not None and not one:
+        return first
     rest = [attrgetter(path) for path in arrays]
 
     def get(message: Any) -> list[float]:
-        row = [] if first is None else [first(message)] if one else list(first(message))
+        row: list[float] = []
+        if first is not None:
+            found = first(message)
+            row += [found] if one else found
         for part in rest:
             row.extend(part(message))
         return row

@@ -127,7 +127,7 @@ def write_mcap(path: Path, messages: Iterable[Message], compression: str = "none
 
 WRITERS: dict[str, tuple[str, Callable[[Path, Iterable[Message]], Path]]] = {
     "ROS 1": (".bag", write_ros1),
-    "ROS 1 bz2": (".bag", functools.partial(write_ros1, compression="bz2")),
+    "ROS 1 bz2": (".bag", functools.partial(write_ros1, compression="bz2", chunk=20_000)),
     "ROS 1 lz4": (".bag", functools.partial(write_ros1, compression="lz4", chunk=20_000)),
     "ROS 2 sqlite3": ("", write_ros2),
     "ROS 2 sqlite3 by message": ("", functools.partial(write_ros2, compression="message")),
