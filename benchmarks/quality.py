@@ -91,7 +91,7 @@ def accusations(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--duration", type=float, default=240.0)
     parser.add_argument("--table", type=Path)

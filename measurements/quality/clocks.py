@@ -116,7 +116,7 @@ class Clocks(Check):
             lags = [lag_of([pair.response(record, s) for s in record.stretches], _STEP) for record in having]
             every = [pair.response(record, s) for record in having for s in record.stretches]
             lag = lags[0] if len(having) == 1 else lag_of(every, _STEP)
-            finding = _compared(pair, lag, [one for one in lags if _sure(one, _FOLLOWS, _SURE)])
+            finding = _compared(pair, lag, [one for one in lags if one is not None and _sure(one, _FOLLOWS, _SURE)])
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
             found.append(finding)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from ...physics.frames import Array
@@ -79,7 +80,7 @@ def lag_of(
     Lag or None
         None where there are fewer than four stretches, nothing moves, or the best delay is the longest or shortest.
     """
-    lags = np.arange(round(reach[0] / step), round(reach[1] / step) + 1)
+    lags = np.arange(round(reach[0] / step), round(reach[1] / step) + 1, dtype=np.int64)
     margin = int(np.abs(lags).max())
     block = round(_BLOCK / step)
     grams: list[Array] = []
@@ -111,7 +112,7 @@ def lag_of(
     return Lag(seconds, few * error, 1.0 - left, slope, count)
 
 
-def _grams(smooth: Array, drivers: int, lags: Array, margin: int, block: int) -> list[Array]:
+def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> list[Array]:
     """Normal matrices (lags, p, p) of the stretches of one record, drivers first and the record last."""
     rows = smooth.shape[0] - 2 * margin
     count = max(1, round(rows / block))
@@ -126,7 +127,7 @@ def _grams(smooth: Array, drivers: int, lags: Array, margin: int, block: int) ->
     return list(found)
 
 
-def _best(grams: Array, lags: Array, step: float) -> tuple[float, float, float] | None:
+def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:
     """The delay [s] that leaves least, the share of the record's power that it leaves, and the first slope there."""
     size = np.sqrt(np.diagonal(grams, axis1=1, axis2=2).clip(0.0))
     size = np.where(size > 0.0, size, 1.0)
