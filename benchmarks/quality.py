@@ -2,9 +2,9 @@
 
 Each world is a BlueBoat on a random heading and programme, with the noise of field sensors, in two shapes: as an
 autopilot writes it (positions, heading, gyro, PWM about a neutral of 1500, at 10 Hz), and as odometry with speeds.
-Each defect is planted alone, with a size drawn from its range; it is found when the check accuses the right channel, and
-right when the number, sign included, is within its tolerance. Sound logs, and the Gazebo logs where they are at hand,
-must accuse nobody, and a check that misses its defect must say that it cannot tell: otherwise the exit code is 1.
+Each defect is planted alone, with a size drawn from its range; it is found when the check accuses the right channel,
+and right when the number, sign included, is within its tolerance. Sound logs, and the Gazebo logs where they are at
+hand, must accuse nobody, and a check that misses its defect must say that it cannot tell: otherwise the exit code is 1.
 
     python benchmarks/quality.py [--seeds 10] [--duration 240] [--table FILE]
 """

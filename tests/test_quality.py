@@ -38,6 +38,8 @@ PLANTED = (
     "heading in degrees",
     "gyro in degrees",
     "gyro stuck",
+    "stamps repeated",
+    "stamps backward",
     "speeds in knots",
     "speeds in km/h",
     "speeds late",

@@ -1,12 +1,15 @@
 """Defects of real logs, planted in the channels of a sound one: what is written, and what a check should say of it."""
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from undertow.measurements.channels import Channel, Lost
-from undertow.measurements.log import Log
+from undertow.measurements.channels import Channel
+from undertow.measurements.log import Log, read_log
 from undertow.physics.frames import Array, body_to_earth
 
 Channels = dict[str, Channel]
@@ -132,11 +135,26 @@ def _stuck(channels: Channels, size: float, rng: np.random.Generator) -> Channel
     return _changed(channels, r=value)
 
 
-def _lost(**counts: int) -> Callable[[Channels, float, np.random.Generator], Channels]:
-    def plant(channels: Channels, size: float, rng: np.random.Generator) -> Channels:
-        return {name: replace(channel, lost=Lost(**counts)) for name, channel in channels.items()}
+def _written(channels: Channels, row: NDArray[np.int64]) -> Channels:
+    """The rows of a wide table in another order, or some of them twice, written and read again."""
+    table = np.column_stack([next(iter(channels.values())).time, *(c.value for c in channels.values())])[row]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "log.csv"
+        np.savetxt(path, table, "%.6f", ",", header=",".join(["t", *channels]), comments="")
+        return read_log(path, mend=True).channels
 
-    return plant
+
+def _repeated(channels: Channels, size: float, rng: np.random.Generator) -> Channels:
+    count = next(iter(channels.values())).time.size
+    again = rng.choice(count, round(size * count), replace=False)
+    return _written(channels, np.sort(np.concatenate([np.arange(count), again])))
+
+
+def _backward(channels: Channels, size: float, rng: np.random.Generator) -> Channels:
+    row = np.arange(next(iter(channels.values())).time.size)
+    first = 2 * rng.choice(row.size // 2, round(size * row.size), replace=False)
+    row[first], row[first + 1] = first + 1, first
+    return _written(channels, row)
 
 
 def late_share(share: float) -> float:
@@ -177,6 +195,8 @@ DEFECTS = (
         "gyro in degrees", "units", "r", _scaled("r", 180.0 / np.pi), (1.0, 1.0), lambda s: 0.01745, lambda s: 0.001
     ),
     Defect("gyro stuck", "stuck", "r", _stuck, (2.0, 10.0), lambda s: s, lambda s: 0.3),
+    Defect("stamps repeated", "stamps", "", _repeated, (0.02, 0.2), lambda s: s / (1.0 + s), lambda s: 0.002),
+    Defect("stamps backward", "stamps", "", _backward, (0.002, 0.04), lambda s: s, lambda s: 0.001),
 )
 """Defects of a log as an autopilot writes it."""
 

@@ -49,7 +49,13 @@ class Deviation(Check):
         parts = {name: float(np.degrees(value)) for name, value in zip(names, values, strict=True)}
         if not compass.plain or ends[0] < _LEAST:
             verdict = "ok" if compass.sound else "cannot tell"
-            return [Finding(self.name, verdict, compass.sentence, size, "deg", ends, channels, parts=parts)]
+            told = compass.sentence
+            if compass.deviates:
+                told = (
+                    f"the straight runs ask for a deviation of {size:.1f} +- {error:.1f} degrees, which may as well be "
+                    "the drift of the hull"
+                )
+            return [Finding(self.name, verdict, told, size, "deg", ends, channels, parts=parts)]
         told = compass.sentence
         if _sectors(having) < _MOST_SECTORS:
             told = (

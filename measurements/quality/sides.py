@@ -73,7 +73,7 @@ def _sides(records: Sequence[Record], names: Sequence[str], told: Mapping[str, A
     value, ends = _turn(found, named)
     if not wrong:
         known = set(found) <= set(named)
-        text = "; ".join(lies) + (", as named" if known else "")
+        text = f"the sides of {_and(tuple(found))} are as named" if known else "; ".join(lies)
         remedy = "" if known else "name the commands by their sides in a channel map"
         verdict = "ok" if known else "note"
         return Finding("sides", verdict, text, value, "rad/s^2", ends, tuple(found), remedy=remedy, parts=parts)
