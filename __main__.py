@@ -93,7 +93,9 @@ def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")
 
 @app.command()
 def inspect(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log to look into.")],
+    logs: Annotated[
+        list[Path], typer.Argument(metavar="LOG...", help="Logs of one boat, or folders of them; several tell more.")
+    ],
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Vehicle whose needs are checked.")] = None,
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -101,33 +103,36 @@ def inspect(
     map_out: Annotated[
         Path | None, typer.Option("--map-out", help="YAML file to write the channel map in use to, for --map.")
     ] = None,
+    fix: Annotated[
+        Path | None, typer.Option("--fix", metavar="OUT.csv", help="Write the log with the safe repairs made.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show channels, rates, gaps, time alignment, excitation, and what undertow would do with a log."""
+    """Say whether logs are sound and what to do about it, and what undertow would do with them."""
     with failing_clearly():
-        from .measurements.channel_map import map_dict, map_text
-        from .measurements.inspection import inspect_log
-        from .measurements.log import read_log
+        from .measurements.channel_map import map_text
         from .physics.files import write_text
         from .physics.vehicle import load_vehicle
-        from .reports.inputs import check_frame
+        from .reports.looked_over import look_over
         from .reports.reading_progress import reading_progress
 
         if map_out is not None:
             check_file(map_out)
         model = None if vehicle is None else load_vehicle(vehicle)
         with reading_progress(progress) as reading:
-            read = read_log(log, frame=check_frame(frame), channel_map=channels, namespace=namespace, progress=reading)
+            found, read = look_over(
+                logs, model, frame=frame, channel_map=channels, namespace=namespace, fix=fix, progress=reading
+            )
         if map_out is not None:
             write_text(map_out, map_text(read.entries, read.unused))
-        found = inspect_log(read, model).to_dict()
         if as_json:
-            print_json({**found, "map": map_dict(read.entries)})
+            print_json(found)
         else:
-            from .reports.inspected import inspection_screen
+            from .reports.inspected import fixed_text, inspection_screen, inspections_screen
 
-            show(inspection_screen(found, model))
-            say("The channel map in use; edit it, and give it back with --map:\n")
+            show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
+            of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
+            say(f"The channel map in use{of}; edit it, and give it back with --map:\n")
             say(map_text(read.entries))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -50,7 +51,7 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
     """
     # A heading's noise, differentiated, hides the peak; integrated records found a delay of 0.1 s to 3 ms where rates
     # erred by 50 ms. The band-pass takes away what integration made drift, and moves neither record against the other.
-    a, b = (_integrated(series, step) for series in values)
+    a, b = (drift_free(series, step) for series in values)
     most = min(round(reach / step), a.size // 4)
     if most < 1 or min(a.std(), b.std()) < 1e-9:
         return Alignment(first, second, None, None, f"{first} or {second} never changes; nothing to compare.")
@@ -74,11 +75,22 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
     return Alignment(first, second, offset, top, f"{second} is {abs(offset):.3f} s {order} than {first}.")
 
 
-def _integrated(rate: Array, step: float) -> Array:
-    total = np.concatenate(([0.0], np.cumsum(0.5 * step * (rate[1:] + rate[:-1]))))
-    band = (_BAND[0], min(_BAND[1], 0.4 / step))
-    sections = butter(2, band, "bandpass", fs=1.0 / step, output="sos")
-    return np.asarray(sosfiltfilt(sections, total - total.mean(), padlen=min(total.size - 1, round(5.0 / step))), float)
+def drift_free(rate: Array, step: float) -> Array:
+    """Integrate rates (n, ...) sampled every `step` [s], and keep 0.05 to 1 Hz of them, without moving them in time."""
+    total = np.zeros(rate.shape)
+    np.cumsum(0.5 * step * (rate[1:] + rate[:-1]), axis=0, out=total[1:])
+    return band_passed(total, step, (_BAND[0], min(_BAND[1], 0.4 / step)))
+
+
+def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
+    """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time."""
+    padding = min(values.shape[0] - 1, round(5.0 / step))
+    return np.asarray(sosfiltfilt(_sections(band, step), values - values.mean(axis=0), axis=0, padlen=padding), float)
+
+
+@lru_cache(maxsize=16)
+def _sections(band: tuple[float, float], step: float) -> Array:
+    return np.asarray(butter(2, band, "bandpass", fs=1.0 / step, output="sos"), dtype=float)
 
 
 def _correlation(a: Array, b: Array, lag: int) -> float:

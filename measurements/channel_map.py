@@ -11,7 +11,20 @@ import yaml
 from ..physics.errors import LogError
 from .channels import COMMAND_UNITS, UNITS, is_canonical
 
-_KEYS = {"from", "scale", "offset", "frame"}
+_KEYS = {"from", "scale", "offset", "frame", "unit"}
+_UNITS = {
+    "deg": math.pi / 180.0,
+    "deg/s": math.pi / 180.0,
+    "1e-7 deg": 1e-7,
+    "knots": 1852.0 / 3600.0,
+    "km/h": 1.0 / 3.6,
+    "cm/s": 0.01,
+    "cm": 0.01,
+    "g": 9.80665,
+    "rpm": math.pi / 30.0,
+    "percent": 0.01,
+}
+"""Units that a stream may be in instead of its channel's, and what they are in it."""
 _MOST_UNUSED = 40
 
 
@@ -38,12 +51,13 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
     .. code-block:: yaml
 
         u: "/dvl:velocity.ahead"                            # topic:field of a long table
-        psi: {from: heading_deg, scale: 0.017453292519943}  # a column, degrees to radians
+        psi: {from: heading_deg, unit: deg}                 # a column, degrees to radians
         v: {from: sway_to_port, frame: enu}                 # body FLU instead of FRD
         newton_port: "/thrusters/1:data"
         pwm_port: null                                      # leave this channel out
 
-    The channel is `scale * stream + offset` (1 and 0 when absent). `frame: enu` says that the entry is the ENU/FLU
+    The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots, km/h,
+    cm/s, cm, g, rpm, percent) both are turned into the channel's own. `frame: enu` says that the entry is the ENU/FLU
     channel of that name (x east, y north, psi counter-clockwise from east, v and r to port); without it a ROS-style
     field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and everything else is in the frame of
     the log.
@@ -77,7 +91,7 @@ def _entry(path: Path, key: str, value: Any) -> Entry:
     if not isinstance(value, dict) or not isinstance(value.get("from"), str) or set(value) - _KEYS:
         raise LogError(
             f"{path}: channel map entry '{key}' must be 'topic:field', a column, null, or a mapping with 'from' and "
-            f"optionally scale, offset, frame; got {value!r}."
+            f"optionally scale, offset, unit, frame; got {value!r}."
         )
     numbers = []
     for part, null in (("scale", 1.0), ("offset", 0.0)):
@@ -88,7 +102,13 @@ def _entry(path: Path, key: str, value: Any) -> Entry:
     frame = value.get("frame")
     if frame not in (None, "ned", "enu"):
         raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {frame!r}.")
-    return Entry(value["from"], numbers[0], numbers[1], frame)
+    unit = value.get("unit")
+    if unit is not None and unit not in _UNITS:
+        raise LogError(
+            f"{path}: channel map entry '{key}' needs a unit among {', '.join(_UNITS)}, or a scale; got {unit!r}."
+        )
+    factor = 1.0 if unit is None else _UNITS[unit]
+    return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame)
 
 
 def map_dict(entries: Mapping[str, Entry]) -> dict[str, dict[str, str | float]]:

@@ -56,6 +56,24 @@ LIMITS = {
 _COMMAND = re.compile(rf"({'|'.join(COMMAND_UNITS)})_(\w+)")
 
 
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """What a channel lost, or had to be sorted, when it was read.
+
+    Attributes
+    ----------
+    empty : rows without a number
+    repeated : rows whose stamp another row repeats
+    backward : rows that stood after a later one, and were sorted
+    cut : rows beyond the longest piece of a log whose clock was set back
+    """
+
+    empty: int = 0
+    repeated: int = 0
+    backward: int = 0
+    cut: int = 0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Channel:
     """One canonical channel of a log.
@@ -66,12 +84,14 @@ class Channel:
     time : (n,) [s], strictly increasing
     value : (n,) in the unit of the channel, finite
     origin : where in the file it came from: `topic:field`, or the column
+    lost : what it lost when it was read
     """
 
     name: str
     time: Array
     value: Array
     origin: str
+    lost: Lost = Lost()
 
     @property
     def period(self) -> float:

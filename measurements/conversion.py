@@ -1,7 +1,7 @@
 """From streams with a role to canonical channels: scaled, turned into NED/FRD axes, quaternions and fixes resolved."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,8 @@ _FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "v": ("v", -1.0), "r": ("r", -1.0
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _PLACE = ("lat", "lon")
+_WHOLE = 1e4
+"""No angle in degrees is as large as this; a latitude in 1e-7 degrees is, unless it is within 110 m of the equator."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +57,7 @@ class Source:
         return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None)
 
 
-def channels_of(sources: Mapping[str, Source], where: str) -> tuple[dict[str, Channel], list[str]]:
+def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -> tuple[dict[str, Channel], list[str]]:
     """Make the channels of sources by target, and notes on what was converted or dropped.
 
     Raises
@@ -64,7 +66,8 @@ def channels_of(sources: Mapping[str, Source], where: str) -> tuple[dict[str, Ch
         see `read_log`.
     """
     notes = _frame_notes(sources)
-    cleaner = Cleaner(where)
+    sources = {name: _in_degrees(source, notes) if name in _PLACE else source for name, source in sources.items()}
+    cleaner = Cleaner(where, mend)
     channels = {name: _channel(name, source, cleaner) for name, source in sources.items()}
     for channel in channels.values():
         check_limits(channel, where)
@@ -86,6 +89,15 @@ def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
         f"{' '.join(sorted(turned, key=list(UNITS).index))}: converted from ENU/FLU (REP-103) to NED/FRD: "
         "north = world y, east = world x, psi = pi/2 - yaw, v and r change sign"
     ]
+
+
+def _in_degrees(source: Source, notes: list[str]) -> Source:
+    """A place as autopilots send it, in whole 1e-7 degrees, with the scale that this asks for."""
+    finite = source.stream.value[np.isfinite(source.stream.value)]
+    if source.scale != 1.0 or not finite.size or np.abs(finite).max() < _WHOLE:
+        return source
+    notes.append(f"{source.role}: {source.stream.name} taken in 1e-7 degrees, because it is above {_WHOLE:g}")
+    return replace(source, scale=1e-7)
 
 
 def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
@@ -120,7 +132,7 @@ def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where:
     heading = heading_from_quaternion(x[known], y[known], z[known], w[known])
     if sources["qw"].frame == "enu":
         heading = heading_from_enu(heading)
-    channels["psi"] = Channel("psi", time[known], heading, origin)
+    channels["psi"] = Channel("psi", time[known], heading, origin, parts[0].lost)
     notes.append(f"psi: heading of the {origin}")
 
 
@@ -146,8 +158,8 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
         f"x y: metres north and east of the first fix, latitude {first:.7f}, longitude {across:.7f} [deg] (tangent "
         f"plane of WGS 84), from {origin}"
     )
-    channels["x"] = Channel("x", time[known], north, parts[0].origin)
-    channels["y"] = Channel("y", time[known], east, parts[1].origin)
+    channels["x"] = Channel("x", time[known], north, parts[0].origin, parts[0].lost)
+    channels["y"] = Channel("y", time[known], east, parts[1].origin, parts[1].lost)
 
 
 def _together(parts: list[Channel]) -> tuple[Array, list[Array]]:

@@ -1,6 +1,7 @@
 """What a log holds, and what the tool would do with it, before anything is computed from it."""
 
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,18 +10,20 @@ from ..physics.errors import LogError
 from ..physics.frames import earth_to_body
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .activity import Excitation, excitation_of
 from .alignment import Alignment, align, noise_level
-from .channels import Channel, command_kind
+from .channels import Channel, Lost, command_kind
 from .dataset import PAPER, WEAK, Recipe
 from .log import Log
 from .needs import problems
 from .prepare import native_rate, prepare, shortfall, usable_spans
+from .quality.examination import Examination, examine, pool, verdict
+from .quality.finding import Finding
+from .quality.record import Record
 from .resampling import gap_limit, gaps
 
 SCHEMA = "undertow.inspection/1"
-
-_ASTERN = -0.05
-_TURNING = 0.05
+SCHEMA_OF_SEVERAL = "undertow.inspections/1"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,29 +42,6 @@ class ChannelSummary:
     minimum: float
     maximum: float
     noise: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Excitation:
-    """What the boat did.
-
-    Attributes
-    ----------
-    seconds : duration of the usable motion [s]
-    u, v, r : smallest and largest speed [m/s] and yaw rate [rad/s]
-    astern : share of the time with u < -0.05 m/s
-    turning_to_starboard, turning_to_port : share of the time with a yaw rate beyond 0.05 rad/s to that side
-    sentences : what this log cannot tell, for a person
-    """
-
-    seconds: float
-    u: tuple[float, float]
-    v: tuple[float, float]
-    r: tuple[float, float]
-    astern: float
-    turning_to_starboard: float
-    turning_to_port: float
-    sentences: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,23 +66,72 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """A log seen from all sides; `to_dict` is the machine's view of it."""
+    """A log seen from all sides; `to_dict` is the machine's view of it.
+
+    Attributes
+    ----------
+    verdict : whether it can be used, and what is worst about it, in one or two sentences
+    quality : what each check found
+    examination : the same with the log as repaired
+    """
 
     path: str
+    verdict: str
     channels: tuple[ChannelSummary, ...]
     unused: tuple[str, ...]
     alignment: tuple[Alignment, ...]
     excitation: Excitation | None
     plan: Plan
     notes: tuple[str, ...]
+    examination: Examination
+
+    @property
+    def quality(self) -> tuple[Finding, ...]:
+        """What each check found."""
+        return self.examination.findings
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values, fit for strict JSON (no NaN or Infinity)."""
-        return {"schema": SCHEMA, **asdict(self)}
+        return {
+            "schema": SCHEMA,
+            "path": self.path,
+            "verdict": self.verdict,
+            "quality": [finding.to_dict() for finding in self.quality],
+            "channels": [asdict(channel) for channel in self.channels],
+            "unused": list(self.unused),
+            "alignment": [asdict(alignment) for alignment in self.alignment],
+            "excitation": None if self.excitation is None else asdict(self.excitation),
+            "plan": asdict(self.plan),
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Inspections:
+    """Several logs of one boat, each by itself, and what they show together.
+
+    Attributes
+    ----------
+    logs : each by itself
+    verdict, quality : of all together
+    """
+
+    logs: tuple[Inspection, ...]
+    verdict: str
+    quality: tuple[Finding, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain values, fit for strict JSON."""
+        return {
+            "schema": SCHEMA_OF_SEVERAL,
+            "verdict": self.verdict,
+            "quality": [finding.to_dict() for finding in self.quality],
+            "logs": [inspection.to_dict() for inspection in self.logs],
+        }
 
 
 def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspection:
-    """Look a log over: channels, rates, gaps, time alignment, noise, excitation, and the plan.
+    """Look a log over: its quality, channels, rates, gaps, noise, excitation, and the plan.
 
     A log that cannot be prepared is no error here: `plan.missing` says why.
 
@@ -114,15 +143,40 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
     """
     motions = _motions(log)
     longest = max(motions, key=lambda motion: motion.duration, default=None)
+    plan = _plan(log, vehicle, recipe)
+    examination = examine(log)
+    # Late and held fixes make false speeds; what the boat did is told of the log without them.
+    seen = [stretch.motion for stretch in Record.of(examination.clean).stretches]
+    curable = bool(plan.missing) and not _plan(_mended(examination.clean), vehicle, recipe).missing
     return Inspection(
         path=str(log.path),
+        verdict=verdict(examination.findings, plan.missing, curable),
         channels=tuple(_summary(channel, recipe) for channel in log.channels.values()),
         unused=log.unused,
         alignment=_alignment(log, longest) if longest else (),
-        excitation=_excitation(motions) if motions else None,
-        plan=_plan(log, vehicle, recipe),
+        excitation=excitation_of(seen) if seen else None,
+        plan=plan,
         notes=log.notes,
+        examination=examination,
     )
+
+
+def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspections:
+    """Look several logs of one boat over, each by itself and all together; see `inspect_log`."""
+    each = tuple(inspect_log(log, vehicle, recipe) for log in logs)
+    quality = pool([inspection.examination for inspection in each])
+    unusable = [inspection for inspection in each if inspection.plan.missing]
+    told = verdict(quality)
+    if unusable:
+        names = ", ".join(inspection.path for inspection in unusable[:3])
+        more = f" and {len(unusable) - 3} more" if len(unusable) > 3 else ""
+        told = f"{told} {len(unusable)} of {len(each)} logs cannot be used as they are: {names}{more}."
+    return Inspections(each, told, quality)
+
+
+def _mended(log: Log) -> Log:
+    """The log as it will be read back: what was sorted is in order."""
+    return replace(log, channels={name: replace(c, lost=Lost()) for name, c in log.channels.items()})
 
 
 def _motions(log: Log) -> tuple[Motion, ...]:
@@ -169,35 +223,20 @@ def _alignment(log: Log, motion: Motion) -> tuple[Alignment, ...]:
     return tuple(found)
 
 
-def _excitation(motions: tuple[Motion, ...]) -> Excitation:
-    velocity = np.concatenate([motion.velocity for motion in motions])
-    u, v, r = (_range(column) for column in velocity.T)
-    astern = float(np.mean(velocity[:, 0] < _ASTERN))
-    starboard, port = float(np.mean(velocity[:, 2] > _TURNING)), float(np.mean(velocity[:, 2] < -_TURNING))
-    sentences = []
-    if astern < 0.02:
-        sentences.append("The boat hardly went astern: effects in u|u| and u u, or |u|r and u r, cannot be told apart.")
-    if starboard < 0.02 and port < 0.02:
-        sentences.append("The boat hardly turned: nothing can be learned about yaw.")
-    elif min(starboard, port) < 0.02:
-        side = "starboard" if starboard > port else "port"
-        sentences.append(f"The boat turned to {side} only: a trim cannot be told from yaw damping.")
-    seconds = float(sum(motion.duration for motion in motions))
-    return Excitation(seconds, u, v, r, astern, starboard, port, tuple(sentences))
-
-
-def _range(values: np.ndarray) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
-
-
 def _plan(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> Plan:
     rate = recipe.rate
     if rate is None:
         rate = native_rate(log) if {"u", "x", "psi"} & set(log.channels) else 0.0
-    missing = problems(log, vehicle)
+    missing = [*_backward(log), *problems(log, vehicle)]
     if missing:
         return Plan(recipe, rate, (), (), tuple(missing))
     spans, notes = usable_spans(log, vehicle, recipe)
     found = tuple(Segment(low, high, int((high - low) * rate + 1e-6) + 1) for low, high in spans)
     short = shortfall(log, spans, notes)
     return Plan(recipe, rate, found, tuple(notes), (short,) if short else ())
+
+
+def _backward(log: Log) -> list[str]:
+    """Time that runs backwards, which reading for inspection alone puts up with."""
+    names = [name for name, channel in log.channels.items() if channel.lost.backward or channel.lost.cut]
+    return [f"time runs backwards in {', '.join(names)}; every other verb refuses the log."] if names else []

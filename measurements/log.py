@@ -49,6 +49,7 @@ def read_log(
     channel_map: Path | str | None = None,
     namespace: str | None = None,
     progress: Callable[[int, int], None] | None = None,
+    mend: bool = False,
 ) -> Log:
     """Read a log of any known format into canonical channels.
 
@@ -67,6 +68,7 @@ def read_log(
     channel_map : YAML file that overrides the guess, see `channel_map.read_channel_map`
     namespace : start of the topics of the vehicle that is meant, in a log of several
     progress : told bytes done and bytes in all, while a large file is read
+    mend : for inspection: put up with time that runs backwards, see `cleaning.Cleaner`
 
     Raises
     ------
@@ -83,7 +85,7 @@ def read_log(
     recording = read_recording(path, request)
     names = [*(stream.label for stream in recording.streams), *recording.unread]
     told = check_namespace(names, namespace, str(path))
-    mapped = map_channels(recording.streams, frame, entries, str(path), recording.unread, namespace)
+    mapped = map_channels(recording.streams, frame, entries, str(path), recording.unread, namespace, mend)
     return Log(path, mapped.channels, (*recording.notes, *told, *mapped.notes), mapped.unused, mapped.entries)
 
 

@@ -47,6 +47,7 @@ def map_channels(
     where: str,
     unread: Sequence[Name] = (),
     namespace: str | None = None,
+    mend: bool = False,
 ) -> Mapped:
     """Turn streams into canonical channels.
 
@@ -58,6 +59,7 @@ def map_channels(
     where : the file, for messages
     unread : what the file holds beside
     namespace : in which the guess looks; None for everywhere. The channel map may name any topic.
+    mend : see `Cleaner`
 
     Raises
     ------
@@ -84,7 +86,7 @@ def map_channels(
         sources, has_position, _PLACE, "x and y are channels of their own; latitude and longitude are not used", notes
     )
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
-    channels, told = channels_of(sources, where)
+    channels, told = channels_of(sources, where, mend)
     used = {id(source.stream) for source in sources.values()}
     unused = [stream.name for stream in streams if id(stream) not in used] + [name.name for name in unread]
     in_use = {source.role: source.entry for source in sources.values()}

@@ -82,10 +82,15 @@ def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
         return [f"psi ({heading.origin}) must be in radians, but it jumps by 360 as degrees do. {cure}"]
     if rate is None or rate.time.size < 20 or heading.time.size < 20:
         return []
-    turning = np.gradient(np.unwrap(heading.value), heading.time)
     measured = np.interp(heading.time, rate.time, rate.value)
-    if min(turning.std(), measured.std()) < 1e-6 or abs(np.corrcoef(turning, measured)[0, 1]) < 0.5:
+    # Degrees are torn where they are unwrapped as radians: the reading that follows the yaw rate is the right one.
+    readings = [np.gradient(np.unwrap(heading.value, period=p), heading.time) for p in (2.0 * np.pi, 360.0)]
+    if min(measured.std(), *(reading.std() for reading in readings)) < 1e-6:
         return []
+    alike = [abs(np.corrcoef(reading, measured)[0, 1]) for reading in readings]
+    if max(alike) < 0.5:
+        return []
+    turning = readings[int(np.argmax(alike))]
     ratio = abs(float(turning @ measured / (measured @ measured)))
     if 30.0 < ratio < 120.0:
         return [

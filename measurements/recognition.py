@@ -19,6 +19,21 @@ _ROS = (
     (re.compile(r"(?:^|\.)linear_acceleration\.(?P<axis>[xy])$"), {"x": "ax", "y": "ay"}, 2),
 )
 """Field name endings of the ROS messages, the channel of each axis, and their rank (odometry before sensors)."""
+_DEGREES = 0.017453292519943295
+_ARDUPILOT = {
+    "gps.lat": ("lat", 1.0),
+    "gps.lng": ("lon", 1.0),
+    "att.yaw": ("psi", _DEGREES),
+    "dcm.yaw": ("psi", _DEGREES),
+    "imu.gyrz": ("r", 1.0),
+    "imu.accx": ("ax", 1.0),
+    "imu.accy": ("ay", 1.0),
+    "rcou.c1": ("pwm_port", 1.0),
+    "rcou.c3": ("pwm_stbd", 1.0),
+}
+"""`MESSAGE.Field` of ArduPilot in a table: the channel, NED/FRD, and its scale. Outputs 1 and 3 drive the left and the
+right thruster in its usual setting for two (`SERVO1_FUNCTION` 73, `SERVO3_FUNCTION` 74); whether that is so, only a
+log's parameters or the boat's answer tell."""
 _PLACE = re.compile(r"(?:^|\.)(?P<axis>latitude|longitude)$")
 
 _SIDES = {
@@ -84,6 +99,10 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     if is_canonical(name.field):
         return Guess(name.field, "log", 0, "")
     field = name.field.replace("/", ".").strip(".")
+    autopilot = _ARDUPILOT.get(f"{name.topic}.{field}".strip(".").lower())
+    if autopilot is not None:
+        role, scale = autopilot
+        return Guess(role, "log" if role.startswith("pwm") else "ned", 2, name.name.partition(".")[0], scale)
     if not NOT_MEASURED.search(name.name.lower()):
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)

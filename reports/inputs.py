@@ -19,6 +19,8 @@ from .assess import Parts
 PathLike = str | os.PathLike[str]
 INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
 Judge = Literal["train", "validation", "test", "all"]
+_WRONG = ("direction", "sides", "late fixes", "stuck")
+"""Checks whose defects make findings about the log and not about the boat."""
 _JUDGES = ("train", "validation", "test", "all")
 
 
@@ -148,15 +150,17 @@ def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
 
 
 def _alignment_notes(log: Log, vehicle: Vehicle) -> list[str]:
-    """What is out of step in a log, as sentences; a lag or a delay that is found may be no more than that.
+    """What is wrong or out of step in a log, as sentences: what is found may be no more than that.
 
     Raises
     ------
     LogError
         when two records of one quantity have opposite signs: every finding would be about the axes.
     """
-    notes = []
-    for record in inspect_log(log, vehicle).alignment:
+    inspection = inspect_log(log, vehicle)
+    wrong = [f for f in inspection.quality if f.verdict == "defect" and f.check in _WRONG]
+    notes = [f"{log.name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
+    for record in inspection.alignment:
         if record.offset is None and record.correlation is not None and record.correlation < 0:
             raise LogError(
                 f"{log.path}: {record.sentence} Say --frame enu if the log is ENU/FLU, or turn the channel with --map "

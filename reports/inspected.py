@@ -1,6 +1,7 @@
 """An inspection as a screen: what would be done with the log, what to mind, what the boat did, and the channels."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from rich.console import RenderableType
@@ -10,6 +11,7 @@ from rich.text import Text
 from ..measurements.channels import command_kind
 from ..physics.vehicle import Vehicle
 from .layout import Fitting, Prose, bullets, plain_table, section, stacked
+from .quality_table import quality_parts, style_of
 from .wording import finite, listing, number, percent, unit_text
 
 _MOST_UNUSED = 12
@@ -30,7 +32,11 @@ def inspection_screen(inspection: Mapping[str, Any], vehicle: Vehicle | None = N
     excitation: Mapping[str, Any] = inspection.get("excitation") or {}
     plan: Mapping[str, Any] = inspection.get("plan") or {}
     length = f": {number(excitation['seconds'])} s of usable motion" if "seconds" in excitation else ""
+    quality: Sequence[Mapping[str, Any]] = inspection.get("quality") or []
     parts: list[RenderableType] = [Prose(f"{inspection.get('path', 'log')}{length}")]
+    if inspection.get("verdict"):
+        parts.append(Prose(str(inspection["verdict"]), "bold red" if plan.get("missing") else style_of(quality)))
+    parts += quality_parts(quality)
     if plan.get("missing"):
         title = f"Not usable for {vehicle.name}, because" if vehicle else "Not usable, because"
         parts.append(section(title, bullets(plan["missing"]), style="bold red"))
@@ -41,16 +47,54 @@ def inspection_screen(inspection: Mapping[str, Any], vehicle: Vehicle | None = N
     if notes:
         parts.append(section("Notes", *notes))
     if excitation:
-        sentences = [bullets(texts, style) for texts, style in _excitation(excitation) if texts]
+        sentences = [bullets(texts, style) for texts, style in _excitation(excitation, bool(quality)) if texts]
         parts.append(section("What the boat did", *sentences))
     compared = [str(item["sentence"]) for item in inspection.get("alignment") or [] if "sentence" in item]
-    if compared:
+    if compared and not quality:
         late, in_step = ([_sentence(t) for t in compared if ("in step" in t) is fine] for fine in (False, True))
         lists = [bullets(texts, style) for texts, style in ((late, WARNING), (in_step, "")) if texts]
         parts.append(section("Time alignment", *lists))
     channels = inspection.get("channels") or []
     if channels:
         parts.append(_channels(channels))
+    return stacked(parts)
+
+
+def fixed_text(inspection: Mapping[str, Any]) -> RenderableType | None:
+    """What `--fix` wrote, None where it was not asked."""
+    fixed: Mapping[str, Any] | None = inspection.get("fixed")
+    if not fixed:
+        return None
+    done = [str(text) for text in fixed["done"]] or ["nothing had to be put right"]
+    parts = [section(f"Written to {fixed['path']}", bullets(done))]
+    if fixed["left"]:
+        parts.append(section("Not put right; the remedies above tell how", bullets(list(fixed["left"]), WARNING)))
+    return stacked(parts)
+
+
+def inspections_screen(inspections: Mapping[str, Any]) -> RenderableType:
+    """Several inspections (`Inspections.to_dict()`): what the logs show together, then a line for each."""
+    logs: Sequence[Mapping[str, Any]] = inspections.get("logs") or []
+    quality: Sequence[Mapping[str, Any]] = inspections.get("quality") or []
+    seconds = sum(finite((log.get("excitation") or {}).get("seconds")) for log in logs if log.get("excitation"))
+    parts: list[RenderableType] = [Prose(f"{len(logs)} logs together: {number(seconds)} s of usable motion")]
+    parts.append(Prose(str(inspections.get("verdict")), style_of(quality)))
+    parts += quality_parts(quality)
+    table = plain_table("Each log by itself", "inspect one LOG for all about it")
+    table.add_column("log", overflow="fold")
+    table.add_column("seconds", justify="right", no_wrap=True)
+    for verdict in ("defect", "warning", "cannot tell"):
+        table.add_column(verdict)
+    for log in logs:
+        checks = [
+            Prose(
+                ", ".join(dict.fromkeys(str(f["check"]) for f in log.get("quality") or [] if f["verdict"] == verdict))
+            )
+            for verdict in ("defect", "warning", "cannot tell")
+        ]
+        usable = number((log.get("excitation") or {}).get("seconds"), blank="none")
+        table.add_row(Text(Path(str(log.get("path"))).name), usable, *checks)
+    parts.append(table)
     return stacked(parts)
 
 
@@ -112,7 +156,8 @@ def _by_topic(names: Sequence[str]) -> str:
     )
 
 
-def _excitation(excitation: Mapping[str, Any]) -> list[tuple[list[str], str]]:
+def _excitation(excitation: Mapping[str, Any], told: bool) -> list[tuple[list[str], str]]:
+    """Facts, and what they do not show unless the checks have `told` it."""
     ranges = [
         f"{name} {number(excitation[key][0], 2)} to {number(excitation[key][1], 2)} {unit}"
         for key, name, unit in (("u", "surge", "m/s"), ("v", "sway", "m/s"), ("r", "yaw rate", "rad/s"))
@@ -129,7 +174,8 @@ def _excitation(excitation: Mapping[str, Any]) -> list[tuple[list[str], str]]:
     ]
     facts = [f"Speeds: {', '.join(ranges)}."] if ranges else []
     facts += [f"Share of the time: {', '.join(shares)}."] if shares else []
-    return [(facts, ""), ([str(text) for text in excitation.get("sentences") or []], WARNING)]
+    unseen = [] if told else [str(text) for text in excitation.get("sentences") or []]
+    return [(facts, ""), (unseen, WARNING)]
 
 
 def _channels(channels: Sequence[Mapping[str, Any]]) -> RenderableType:

@@ -12,7 +12,20 @@ from numpy.typing import NDArray
 from ...physics.errors import LogError
 from ...physics.frames import Array
 
-TIME_COLUMNS = ("t", "time", "timestamp_ns")
+TIME_COLUMNS = {
+    "t": 1.0,
+    "time": 1.0,
+    "timestamp_ns": 1e9,
+    "timestamp(ms)": 1e3,
+    "timestamp_ms": 1e3,
+    "time_ms": 1e3,
+    "timems": 1e3,
+    "timestamp(us)": 1e6,
+    "timestamp_us": 1e6,
+    "time_us": 1e6,
+    "timeus": 1e6,
+}
+"""Columns that hold the time, in small letters, and how many of their units are a second; `TimeUS` is ArduPilot's."""
 EXPECTED = (
     "expected a CSV or Parquet table with the header 'time,topic,field,value' (or timestamp_ns for time), "
     "or one row per time stamp with a column 't' or 'time' [s] or 'timestamp_ns'"
@@ -101,6 +114,7 @@ class Head:
     gzipped : whether the content is gzip, whatever the file's name
     separator : the column separator of a text table
     columns : the stripped column names of a text table, empty when the file is not text
+    remarks : lines before the header of a text table that begin with `#`, without that mark
     entries : names in the folder, sorted; None for a file
     """
 
@@ -109,6 +123,7 @@ class Head:
     gzipped: bool = False
     separator: str = ","
     columns: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     entries: tuple[str, ...] | None = None
 
 
@@ -199,13 +214,18 @@ def from_first(stamps: NDArray[np.int64], first: int) -> Array:
     return (stamps - first) / 1e9
 
 
-def _header(content: bytes) -> tuple[str, tuple[str, ...]]:
-    line = content.split(b"\n", 1)[0]
+def _header(content: bytes) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    """Separator and column names of a text table, and the remarks before them."""
+    remarks = []
+    line, _, rest = content.removeprefix(b"\xef\xbb\xbf").partition(b"\n")
     try:
-        text = line.decode("utf-8-sig").strip("\r")
+        while line.startswith(b"#") and rest:
+            remarks.append(line.decode().strip("# \r"))
+            line, _, rest = rest.partition(b"\n")
+        text = line.decode().strip("\r")
     except UnicodeDecodeError:
-        return ",", ()
+        return ",", (), ()
     if not text.replace("\t", " ").isprintable():
-        return ",", ()
+        return ",", (), ()
     separator = max((",", ";", "\t"), key=text.count)
-    return separator, tuple(name.strip().strip('"').strip() for name in text.split(separator))
+    return separator, tuple(name.strip().strip('"').strip() for name in text.split(separator)), tuple(remarks)

@@ -1,7 +1,7 @@
 """Long CSV: a bag flattened to time, topic, field, value."""
 
 from .base import Format, Head, Recording, Request
-from .tables import is_long, long_recording, read_text
+from .tables import is_long, long_recording, read_text, with_remarks
 
 
 def _matches(head: Head) -> bool:
@@ -9,7 +9,7 @@ def _matches(head: Head) -> bool:
 
 
 def _read(head: Head, request: Request) -> Recording:
-    return long_recording(read_text(head), head.path)
+    return with_remarks(long_recording(read_text(head), head.path), head)
 
 
 LONG_CSV = Format("long CSV", _matches, _read, (".csv", ".gz"))

@@ -3,6 +3,7 @@
 import gzip
 import warnings
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -51,6 +52,7 @@ def read_text(head: Head) -> pd.DataFrame:
                 sep=head.separator,
                 compression="gzip" if head.gzipped else None,
                 encoding="utf-8-sig",
+                skiprows=len(head.remarks),
                 header=0,
                 names=list(_unique(head.columns)),
                 dtype=kinds,  # type: ignore[arg-type]
@@ -96,6 +98,11 @@ def wide_recording(frame: pd.DataFrame, path: object) -> Recording:
     return Recording(tuple(streams), notes)
 
 
+def with_remarks(recording: Recording, head: Head) -> Recording:
+    """Put the remarks above a table among its notes."""
+    return replace(recording, notes=(*head.remarks, *recording.notes)) if head.remarks else recording
+
+
 def _unique(columns: tuple[str, ...]) -> tuple[str, ...]:
     seen: dict[str, int] = {}
     names = []
@@ -124,7 +131,7 @@ def _seconds(frame: pd.DataFrame, path: object) -> tuple[Array, tuple[str, ...]]
     else:
         integer = pd.api.types.is_integer_dtype(column) and not column.hasnans
         stamps = column.to_numpy(np.int64) if integer else _numbers(column)
-        per_second = 1e9 if name.lower() == "timestamp_ns" else 1.0
+        per_second = TIME_COLUMNS[name.lower()]
     finite = stamps[np.isfinite(stamps)]
     if finite.size == 0:
         raise LogError(f"{path}: column '{name}' holds no numbers, got {column.iloc[0]!r}; {EXPECTED}.")

@@ -1,0 +1,63 @@
+"""What the boat did in a log, and what it did not: the ground of everything that can be learned from it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.motion import Motion
+
+_ASTERN = -0.05
+_TURNING = 0.05
+_SHIP = 0.3
+"""Share of its fastest turn from which a ship that turns slowly, but far, is said to turn."""
+_FAR = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Excitation:
+    """What the boat did.
+
+    Attributes
+    ----------
+    seconds : duration of the usable motion [s]
+    u, v, r : smallest and largest speed [m/s] and yaw rate [rad/s]
+    astern : share of the time with u < -0.05 m/s
+    turning_to_starboard, turning_to_port : share of the time with a yaw rate beyond 0.05 rad/s to that side, or
+        beyond 30 % of the fastest one of a ship that turns slowly, but through 30 degrees
+    sentences : what this log cannot tell, for a person
+    """
+
+    seconds: float
+    u: tuple[float, float]
+    v: tuple[float, float]
+    r: tuple[float, float]
+    astern: float
+    turning_to_starboard: float
+    turning_to_port: float
+    sentences: tuple[str, ...]
+
+
+def excitation_of(motions: Sequence[Motion]) -> Excitation:
+    """Say how fast the boat went which way, and what motions of that kind cannot tell."""
+    velocity = np.concatenate([motion.velocity for motion in motions])
+    u, v, r = (_range(column) for column in velocity.T)
+    astern = float(np.mean(velocity[:, 0] < _ASTERN))
+    turning = _TURNING
+    if max(float(np.ptp(motion.heading)) for motion in motions) > _FAR:
+        turning = min(_TURNING, _SHIP * float(np.quantile(np.abs(velocity[:, 2]), 0.99)))
+    starboard, port = float(np.mean(velocity[:, 2] > turning)), float(np.mean(velocity[:, 2] < -turning))
+    sentences = []
+    if astern < 0.02:
+        sentences.append("The boat hardly went astern: effects in u|u| and u u, or |u|r and u r, cannot be told apart.")
+    if starboard < 0.02 and port < 0.02:
+        sentences.append("The boat hardly turned: nothing can be learned about yaw.")
+    elif min(starboard, port) < 0.02:
+        side = "starboard" if starboard > port else "port"
+        sentences.append(f"The boat turned to {side} only: a trim cannot be told from yaw damping.")
+    seconds = float(sum(motion.duration for motion in motions))
+    return Excitation(seconds, u, v, r, astern, starboard, port, tuple(sentences))
+
+
+def _range(values: np.ndarray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())

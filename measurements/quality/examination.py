@@ -1,0 +1,88 @@
+"""All checks on one log, or on several logs of one boat together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..log import Log
+from .finding import SEVERITY, Finding
+from .record import Record
+from .registry import CHECKS
+
+_TOLD = 3
+"""Findings that the verdict tells."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examination:
+    """What the checks say of one log.
+
+    Attributes
+    ----------
+    findings : of all checks, in their order
+    seen : the log as each check saw it, with the safe fixes of the checks before
+    clean : the log with all safe fixes
+    """
+
+    findings: tuple[Finding, ...]
+    seen: tuple[Record, ...]
+    clean: Log
+
+    @property
+    def fixes(self) -> tuple[str, ...]:
+        """What was done to `clean`, as sentences."""
+        return tuple(finding.fix.sentence for finding in self.findings if finding.fix is not None)
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """What is still wrong with `clean`, as sentences."""
+        unfixed = [finding for finding in self.findings if finding.fix is None]
+        return tuple(finding.sentence for finding in unfixed if finding.verdict in SEVERITY[:2])
+
+
+def examine(log: Log) -> Examination:
+    """Make all checks on one log."""
+    record, findings, seen = Record.of(log), [], []
+    for check in CHECKS:
+        seen.append(record)
+        found = check.examine([record])
+        findings += found
+        channels = dict(record.log.channels)
+        fixes = [finding.fix for finding in found if finding.fix is not None]
+        for fix in fixes:
+            channels = fix.apply(channels)
+        if any(channels[name] is not record.log.channels.get(name) for name in channels):
+            record = record.repaired(channels)
+    return Examination(tuple(findings), tuple(seen), record.log)
+
+
+def pool(examinations: Sequence[Examination]) -> tuple[Finding, ...]:
+    """Make all checks on several logs of one boat together: what one log is too short to tell, all may."""
+    return tuple(
+        finding
+        for place, check in enumerate(CHECKS)
+        for finding in check.examine([each.seen[place] for each in examinations])
+    )
+
+
+def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: bool = False) -> str:
+    """Say in one or two sentences whether a log is usable, and what is worst about it.
+
+    Parameters
+    ----------
+    findings : of the checks
+    missing : what keeps the log from being used, empty where nothing does
+    curable : whether the safe fixes do away with that
+    """
+    if missing:
+        cure = " --fix OUT.csv writes a log that can be used." if curable else ""
+        return f"Not usable as it is: {missing[0]}{cure}"
+    worst = sorted((f for f in findings if f.verdict in SEVERITY[:2]), key=lambda f: SEVERITY.index(f.verdict))
+    defects = sum(finding.verdict == "defect" for finding in worst)
+    if not worst:
+        untold = sum(finding.verdict == "cannot tell" for finding in findings)
+        things = "one thing" if untold == 1 else f"{untold} things"
+        more = f" It is too short or too calm to tell {things}." if untold else ""
+        return f"Usable; no defect was found.{more}"
+    told = "; ".join(finding.short or finding.sentence for finding in worst[:_TOLD])
+    more = f"; and {len(worst) - _TOLD} more" if len(worst) > _TOLD else ""
+    return f"{'Usable after repair' if defects else 'Usable, but mind'}: {told}{more}."

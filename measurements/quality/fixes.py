@@ -1,0 +1,160 @@
+"""The fixes in a record of positions: when they came, how far the boat went between, and when they were taken."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.frames import Array
+from ..channels import Channel
+from .finding import Channels
+
+LEAST = 20
+"""Fixes of a moving boat from which something can be said."""
+_TOGETHER = 4
+"""Steps between fixes that are taken together to find the beat."""
+_OFF = 0.25
+"""Share of the beat by which a step between fixes must miss a whole number of beats to be off."""
+_BREAK = 5.0
+"""Beats without a fix after which the beat is looked for anew."""
+_LONGEST_REST = 120.0
+_RESTART = 50
+"""Fixes within which a step that is too short says that the first ones were late, and not that the beat moved."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fixes:
+    """The fixes in the position channels of one log.
+
+    Attributes
+    ----------
+    row : (k,) rows at which a new position appears
+    time : (k,) their stamps [s]
+    position : (k, 2) [m]
+    rows : usual number of rows from one fix to the next, 1 where every row is new
+    beat : usual time from one fix to the next [s]
+    step : usual time from row to row [s]
+    moving : (k - 1,) whether the boat moved plainly between two fixes
+    off : (k - 1,) whether the step between two fixes misses a whole number of beats
+    whole : (k - 1,) that whole number, at least 1
+    """
+
+    row: NDArray[np.int64]
+    time: Array
+    position: Array
+    rows: int
+    beat: float
+    step: float
+    moving: NDArray[np.bool_]
+    off: NDArray[np.bool_]
+    whole: NDArray[np.int64]
+
+    @property
+    def slope(self) -> float | None:
+        """Share of its surplus time in which the boat moved on, in steps that are off: 1 for honest stamps, 0 for late.
+
+        None where too few such steps lie within straight motion.
+        """
+        length = np.hypot(*np.diff(self.position, axis=0).T)
+        pace = length / (self.whole * self.beat)
+        between = np.flatnonzero(self.off & self.moving)
+        between = between[(between > 0) & (between < self.off.size - 1)]
+        usual = 0.5 * (pace[between - 1] + pace[between + 1])
+        calm = (np.abs(pace[between - 1] - pace[between + 1]) < 0.3 * usual) & (usual > 0.0)
+        if np.count_nonzero(calm) < 4:
+            return None
+        at = between[calm]
+        surplus = np.diff(self.time)[at] / (self.whole[at] * self.beat) - 1.0
+        moved = pace[at] / usual[calm] - 1.0
+        return float(surplus @ moved / (surplus @ surplus))
+
+    @property
+    def spikes(self) -> float:
+        """How far off the stamps as they are make the speed [m/s]: 95th percentile of a moving boat's wrong speeds."""
+        raw, right = (np.gradient(self.position, time, axis=0) for time in (self.time, self.retimed()))
+        error = np.hypot(*(raw - right).T)[1:][self.moving]
+        error = error[error > 0.0]
+        return float(np.quantile(error, 0.95)) if error.size else 0.0
+
+    def retimed(self) -> Array:
+        """When the fixes were taken, (k,) [s]: those that came late are put back on the beat, the others stay."""
+        times = self.time.copy()
+        bounds = np.flatnonzero(np.diff(self.time) > _BREAK * self.beat) + 1
+        for start, stop in zip([0, *bounds], [*bounds, times.size], strict=True):
+            times[start:stop] = _on_beat(self.time[start:stop], self.beat)
+        return times
+
+
+def fixes_of(channels: Channels) -> Fixes | None:
+    """Find the fixes in the channels of a log; None without positions, or where x and y do not come together."""
+    if not {"x", "y"} <= set(channels):
+        return None
+    x, y = channels["x"], channels["y"]
+    if x.time.size != y.time.size or x.time.size < LEAST or np.any(x.time != y.time):
+        return None
+    both = np.column_stack([x.value, y.value])
+    row = np.concatenate(([0], np.flatnonzero((np.diff(both, axis=0) != 0.0).any(axis=1)) + 1))
+    if row.size < LEAST:
+        return None
+    time, position = x.time[row], both[row]
+    length = np.hypot(*np.diff(position, axis=0).T)
+    # A boat at rest shows a new position now and then only: a fix is as fine as its last digit.
+    moving = length > 0.3 * np.quantile(length, 0.9)
+    spans = np.diff(row)
+    steps = np.diff(time)
+    # A late fix makes one step longer and the next one shorter; over four steps that is little.
+    whole = np.convolve(moving, np.ones(_TOGETHER), "valid") == _TOGETHER
+    if not whole.any():
+        return None
+    rows, beat = (
+        float(np.median(np.convolve(part, np.ones(_TOGETHER), "valid")[whole])) / _TOGETHER for part in (spans, steps)
+    )
+    rows = max(1, round(rows))
+    whole = np.maximum(np.rint(steps / beat), 1).astype(np.int64)
+    # A step of one and a half beats is off, whichever way it is rounded.
+    off = np.abs(steps / beat - whole) > _OFF
+    return Fixes(row, time, position, rows, beat, x.period, moving, off, np.where(off, _shorter(steps, beat), whole))
+
+
+def _shorter(steps: Array, beat: float) -> NDArray[np.int64]:
+    """Beats in a step of one that came late or after a late one."""
+    return np.maximum(np.floor(steps / beat + _OFF), 1).astype(np.int64)
+
+
+def _on_beat(time: Array, beat: float) -> Array:
+    """Put late fixes of one unbroken stretch back on the beat; a fix never comes before it was taken."""
+    late = 0.0
+    taken = time.copy()
+    place = 1
+    while place < time.size:
+        since = late + time[place] - time[place - 1]
+        ahead = since - max(1.0, np.floor(since / beat + _OFF)) * beat
+        if ahead < -_OFF * beat and place <= _RESTART and taken[0] == time[0]:
+            # Too short a step: the ones before were late, from the first on.
+            taken[0], late, place = time[0] + ahead, -ahead, 1
+            continue
+        late = ahead if ahead > _OFF * beat else 0.0
+        taken[place] = time[place] - late
+        place += 1
+    return taken
+
+
+def taken_at(channels: Channels, fixes: Fixes, time: Array) -> dict[str, Channel]:
+    """The same channels with x and y at the fixes only, taken at `time` (k,).
+
+    A boat at rest shows no new position for many beats; there the old one is repeated on every beat, which is what the
+    receiver measured. Where it moved, beats without a fix stay empty.
+    """
+    idle = ~fixes.moving & (fixes.whole > 1) & (fixes.whole * fixes.beat < _LONGEST_REST)
+    stamps, rows = [time], [fixes.row]
+    for k in np.flatnonzero(idle):
+        more = time[k] + fixes.beat * np.arange(1, fixes.whole[k])
+        more = more[more < time[k + 1] - 0.5 * fixes.beat]
+        stamps.append(more)
+        rows.append(np.full(more.size, fixes.row[k]))
+    every, row = np.concatenate(stamps), np.concatenate(rows)
+    order = np.argsort(every, kind="stable")
+    found = dict(channels)
+    for name in ("x", "y"):
+        found[name] = replace(found[name], time=every[order], value=found[name].value[row[order]])
+    return found

@@ -1,0 +1,145 @@
+"""How late one record is after what drives it: the delay at which a linear model leaves least, and how sure that is."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from ...physics.frames import Array
+from ..alignment import band_passed, drift_free
+from .regression import CI
+
+_BLOCK = 10.0
+"""Length of the stretches that are left out one at a time [s]."""
+_LEAST_BLOCKS = 4
+_QUICK = (0.2, 2.0)
+"""The band in which a boat answers its thrusters and drag has no say [Hz]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """One stretch of a record and of what drives it, on an even time base.
+
+    Attributes
+    ----------
+    rate : (n,) the record, as a rate (a turning rate, an acceleration)
+    drivers : (n, d) what comes earlier or later, as rates
+    besides : (n, b) what else is in the record at the same instant, as rates
+    """
+
+    rate: Array
+    drivers: Array
+    besides: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """A delay.
+
+    Attributes
+    ----------
+    seconds, error : how much later the record is than its drivers, and the standard error of that [s], larger where
+        few stretches tell it (Student's t)
+    explained : share of the record's power that the drivers and the rest explain at that delay
+    slope : of the record over the first driver
+    stretches : of 10 s that tell it
+    """
+
+    seconds: float
+    error: float
+    explained: float
+    slope: float
+    stretches: int
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """The 95 % interval [s]."""
+        return self.seconds - CI * self.error, self.seconds + CI * self.error
+
+
+def quick(rate: Array, step: float) -> Array:
+    """Keep 0.2 to 2 Hz of records (n, ...) sampled every `step` [s], without moving them in time."""
+    return band_passed(rate, step, (_QUICK[0], min(_QUICK[1], 0.4 / step)))
+
+
+def lag_of(
+    responses: Sequence[Response],
+    step: float,
+    smoothed: Callable[[Array, float], Array] = drift_free,
+    reach: tuple[float, float] = (-0.6, 1.0),
+) -> Lag | None:
+    """Find the delay of a record after its drivers.
+
+    Each record is smoothed and fitted by the delayed drivers and the rest at every delay within `reach` [s]; a parabola
+    through the three best tells it between samples, a jackknife over stretches of 10 s its error.
+
+    Returns
+    -------
+    Lag or None
+        None where there are fewer than four stretches, nothing moves, or the best delay is the longest or shortest.
+    """
+    lags = np.arange(round(reach[0] / step), round(reach[1] / step) + 1, dtype=np.int64)
+    margin = int(np.abs(lags).max())
+    block = round(_BLOCK / step)
+    grams: list[Array] = []
+    for one in responses:
+        if one.rate.size < 2 * margin + block // 2:
+            continue
+        table = np.column_stack([one.drivers, one.besides, one.rate])
+        if not np.isfinite(table).all():
+            continue
+        grams += _grams(smoothed(table, step), one.drivers.shape[1], lags, margin, block)
+    if len(grams) < _LEAST_BLOCKS:
+        return None
+    every = np.array(grams)
+    total = every.sum(axis=0)
+    size = np.sqrt(np.diagonal(total.mean(axis=0)))
+    if size[-1] < 1e-9 or not (size[:-1] > 0.0).any():
+        return None
+    whole = _best(total, lags, step)
+    if whole is None:
+        return None
+    seconds, left, slope = whole
+    without = [_best(total - gram, lags, step) for gram in every]
+    known = np.array([one[0] for one in without if one is not None])
+    if known.size < len(without):
+        return None
+    count = known.size
+    error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
+    few = float(student.ppf(0.975, count - 1)) / CI
+    return Lag(seconds, few * error, 1.0 - left, slope, count)
+
+
+def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> list[Array]:
+    """Normal matrices (lags, p, p) of the stretches of one record, drivers first and the record last."""
+    rows = smooth.shape[0] - 2 * margin
+    count = max(1, round(rows / block))
+    edges = np.linspace(0, rows, count + 1).astype(int)
+    here = smooth[margin : margin + rows, drivers:]
+    found = np.empty((count, lags.size, smooth.shape[1], smooth.shape[1]))
+    for k, lag in enumerate(lags):
+        table = np.column_stack([smooth[margin - lag : margin - lag + rows, :drivers], here])
+        for b in range(count):
+            part = table[edges[b] : edges[b + 1]]
+            found[b, k] = part.T @ part
+    return list(found)
+
+
+def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:
+    """The delay [s] that leaves least, the share of the record's power that it leaves, and the first slope there."""
+    size = np.sqrt(np.diagonal(grams, axis1=1, axis2=2).clip(0.0))
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = grams / (size[:, :, None] * size[:, None, :])
+    inner, outer = scaled[:, :-1, :-1], scaled[:, :-1, -1]
+    coefficients = np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer[:, :, None]
+    left = 1.0 - (outer[:, None, :] @ coefficients)[:, 0, 0]
+    best = int(np.argmin(left))
+    if best in (0, lags.size - 1):
+        return None
+    before, here, after = left[best - 1 : best + 2]
+    curvature = before - 2.0 * here + after
+    shift = 0.5 * (before - after) / curvature if curvature > 0.0 else 0.0
+    slope = float(coefficients[best, 0, 0]) * float(size[best, -1] / size[best, 0])
+    return float((lags[best] + shift) * step), float(here), slope

@@ -1,0 +1,137 @@
+"""The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import ClassVar, final
+
+import numpy as np
+
+from ...physics.frames import Array
+from ..channels import Channel, command_kind
+from .finding import Channels, Check, Finding, Fix
+from .record import Record
+
+USUAL = 1500.0
+"""The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""
+_SLOW = 0.1
+"""Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
+_SLOW_FLOOR = (0.1, 0.03)
+_SETTLED = 2.0
+"""A command that is neutral stays for this long [s]."""
+_LEAST = 3.0
+"""Rest from which a neutral can be told [s]."""
+_SAME = 0.6
+"""Share of the rest during which the command must be the same."""
+_OFF = 3.0
+"""Distance from the usual neutral from which it matters [us]: one per cent of the thrust command is 4 to 5."""
+
+
+@final
+class Neutral(Check):
+    """Finds the value at which each PWM stays while nothing moves."""
+
+    name: ClassVar[str] = "neutral"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: one finding for all PWM channels."""
+        names = sorted(
+            {name for record in records for name in record.commands if (command_kind(name) or ("",))[0] == "pwm"}
+        )
+        if not names:
+            return []
+        found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
+        if not found:
+            text = "the boat is never at rest with a steady command; the neutral PWM is not known"
+            return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
+        off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
+        told = _listed(found)
+        parts = dict(found)
+        lows, highs = _range(records, names)
+        parts |= {"lowest": lows, "highest": highs}
+        value = float(np.median(list((off or found).values())))
+        if not off:
+            text = f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}"
+            return [Finding(self.name, "ok", text, value, "us", None, tuple(found), parts=parts)]
+        least = min(abs(end - value) for end in (lows, highs)) or 1.0
+        return [
+            Finding(
+                self.name,
+                "warning",
+                f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
+                value,
+                "us",
+                None,
+                tuple(off),
+                f"a model with its zero at {USUAL:.0f} pushes with {100.0 * abs(value - USUAL) / least:.1f} % of the "
+                "command at rest, and ahead and astern seem unlike",
+                f"map each with 'offset: {USUAL - value:+g}', or set the curve's zero in the vehicle file to {value:g}",
+                Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off)),
+                parts,
+                f"neutral PWM is {value:g} us",
+            )
+        ]
+
+
+def neutral_of(records: Sequence[Record], name: str) -> float | None:
+    """The value at which a command stays while the boat lies at rest, in its unit; None where that is not seen."""
+    rest = [one for record in records if (one := _resting(record, name)).size]
+    values = np.concatenate(rest) if rest else np.zeros(0)
+    # The motions are at 20 Hz.
+    if values.size < 20.0 * _LEAST:
+        return None
+    levels, counts = np.unique(values, return_counts=True)
+    best = int(np.argmax(counts))
+    return float(levels[best]) if counts[best] >= _SAME * values.size else None
+
+
+def centre_of(records: Sequence[Record], name: str) -> float:
+    """The neutral of a command, or its median where no rest shows it, in its unit."""
+    neutral = neutral_of(records, name)
+    if neutral is not None:
+        return neutral
+    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    return float(np.median(np.concatenate(values)))
+
+
+def _resting(record: Record, name: str) -> Array:
+    """Values of a command (m,) where the boat lies at rest and the command has been steady for a while."""
+    if name not in record.commands:
+        return np.zeros(0)
+    column = record.commands.index(name)
+    speeds = [np.abs(s.motion.velocity) for s in record.stretches]
+    if not speeds:
+        return np.zeros(0)
+    top = np.quantile(np.concatenate(speeds), 0.99, axis=0)
+    found = []
+    for stretch, speed in zip(record.stretches, speeds, strict=True):
+        command = stretch.commands[:, column]
+        window = max(1, round(_SETTLED / stretch.motion.time_step))
+        same = np.concatenate(([0], np.cumsum(np.diff(command) != 0.0)))
+        steady = np.zeros(command.size, dtype=bool)
+        steady[window:] = same[window:] == same[:-window]
+        still = (np.hypot(speed[:, 0], speed[:, 1]) < max(_SLOW * np.hypot(*top[:2]), _SLOW_FLOOR[0])) & (
+            speed[:, 2] < max(_SLOW * top[2], _SLOW_FLOOR[1])
+        )
+        found.append(command[steady & still & np.isfinite(command)])
+    return np.concatenate(found)
+
+
+def _range(records: Sequence[Record], names: Sequence[str]) -> tuple[float, float]:
+    values = [record.log.channels[name].value for record in records for name in names if name in record.log.channels]
+    return float(min(v.min() for v in values)), float(max(v.max() for v in values))
+
+
+def _listed(values: Mapping[str, float]) -> str:
+    if len(set(values.values())) == 1 and len(values) > 1:
+        return f"{next(iter(values.values())):g} us on all {len(values)} thrusters"
+    return ", ".join(f"{value:g} us ({name})" for name, value in values.items())
+
+
+def _shift(off: Mapping[str, float]) -> Callable[[Channels], dict[str, Channel]]:
+    def apply(channels: Channels) -> dict[str, Channel]:
+        return {
+            name: replace(channel, value=channel.value + USUAL - off[name]) if name in off else channel
+            for name, channel in channels.items()
+        }
+
+    return apply

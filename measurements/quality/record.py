@@ -1,0 +1,90 @@
+"""A log under examination: its channels as repaired so far, and the motions that they make."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...physics.averages import area_average
+from ...physics.errors import LogError
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ..channels import Channel, command_kind
+from ..dataset import Recipe
+from ..log import Log
+from ..prepare import prepare
+
+RATE = 20.0
+"""Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
+_MOST = 0.5
+_EVEN = Recipe(rate=RATE, cutoff=None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """A motion and all commands on its time base.
+
+    Attributes
+    ----------
+    motion : without commands
+    commands : (n, commands) in the units of their channels, means over each step; NaN outside a channel's stamps
+    """
+
+    motion: Motion
+    commands: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """A log under examination.
+
+    Attributes
+    ----------
+    log : with the channels as the checks before left them
+    stretches : its motions at 20 Hz; none where the log makes none
+    commands : names of the command channels, the columns of `Stretch.commands`
+    why_not : why the log makes no motion; empty where it does
+    """
+
+    log: Log
+    stretches: tuple[Stretch, ...]
+    commands: tuple[str, ...]
+    why_not: str = ""
+
+    @classmethod
+    def of(cls, log: Log) -> "Record":
+        """Examine a log as it is."""
+        names = tuple(name for name in log.channels if command_kind(name))
+        try:
+            motions = prepare(log, None, _EVEN).motions
+        except LogError as error:
+            return cls(log, (), names, str(error).removeprefix(f"{log.path}: "))
+        return cls(log, tuple(_stretch(m, _commands(log, names, m)) for m in motions), names)
+
+    def repaired(self, channels: Mapping[str, Channel]) -> "Record":
+        """The same log with other channels."""
+        return Record.of(replace(self.log, channels=dict(channels)))
+
+    @property
+    def seconds(self) -> float:
+        """Usable motion [s]."""
+        return sum(stretch.motion.duration for stretch in self.stretches)
+
+
+def _stretch(motion: Motion, commands: Array) -> Stretch:
+    """A motion and its commands, cut to where these are known if that is most of it."""
+    known = np.flatnonzero(np.isfinite(commands).all(axis=1))
+    if known.size < _MOST * motion.time.size or known.size < 2:
+        return Stretch(motion, commands)
+    first, last = int(known[0]), int(known[-1]) + 1
+    return Stretch(motion.slice(first, last), commands[first:last])
+
+
+def _commands(log: Log, names: tuple[str, ...], motion: Motion) -> Array:
+    table = np.full((motion.time.size, len(names)), np.nan)
+    for column, name in enumerate(names):
+        channel = log.channels[name]
+        known = (motion.time >= channel.time[0]) & (motion.time <= channel.time[-1] + 2.0 * channel.period)
+        if known.any():
+            table[known, column] = area_average(channel.time, channel.value, motion.time[known], motion.time_step)
+    return table

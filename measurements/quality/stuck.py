@@ -1,0 +1,109 @@
+"""Whether a sensor repeats itself: a value that stays exactly the same while it should move."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+
+from ...physics.frames import Array
+from ..channels import Channel
+from .finding import Check, Finding
+from .fixes import fixes_of
+from .record import Record
+
+_PLACE = ("x", "y")
+_SENSORS = (_PLACE, ("psi",), ("u",), ("v",), ("r",), ("ax",), ("ay",), ("wind_u",), ("wind_v",))
+_GOES_ON = ("x", "psi")
+"""What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
+_JUMP = 3.0
+"""Times the last step that such a jump has at least."""
+_LEAST = 1.0
+"""A value that stays for less than this is not called stuck [s]."""
+_BEFORE = 10
+"""Steps before a stay that tell whether the value was on the move."""
+_DIGITS = 3.0
+"""Steps on the move are at least this many times the last digit of the channel."""
+_MUCH = 0.05
+
+
+@final
+class Stuck(Check):
+    """Looks for values that stop dead in the middle of a motion."""
+
+    name: ClassVar[str] = "stuck"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: one finding for each channel that is stuck, or one that says that none is."""
+        spans: dict[tuple[str, ...], list[float]] = {}
+        times: dict[tuple[str, ...], float] = {}
+        for record in records:
+            held = fixes_of(record.log.channels)
+            for names in _SENSORS:
+                if not set(names) <= set(record.log.channels):
+                    continue
+                channels = [record.log.channels[name] for name in names]
+                time = channels[0].time
+                if time.size < 3 or any(channel.time.size != time.size for channel in channels):
+                    continue
+                usual = held.rows if held is not None and names == _PLACE else 1
+                spans.setdefault(names, []).extend(high - low for low, high in _stays(channels, usual))
+                times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
+        found = []
+        for names, lengths in spans.items():
+            if not lengths:
+                continue
+            share, longest = sum(lengths) / times[names], max(lengths)
+            found.append(
+                Finding(
+                    self.name,
+                    "defect" if share > _MUCH else "warning",
+                    f"{' and '.join(names)} {'are' if len(names) > 1 else 'is'} stuck in mid-motion "
+                    f"{_times(len(lengths))}, for up to {longest:.2g} s",
+                    longest,
+                    "s",
+                    None,
+                    names,
+                    "the boat seems to stop, and to jump when the sensor wakes up",
+                    "drop those rows, so that they are a gap; look at the sensor's own status",
+                    parts={"share": share},
+                )
+            )
+        return found or [Finding(self.name, "ok", "no sensor repeats a value in mid-motion", 0.0, "s")]
+
+
+def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]:
+    """Stays of all channels together that begin in mid-motion, as (start, end) [s].
+
+    A boat comes to rest little by little, so that the steps before an honest stay are near the last digit.
+    """
+    first, time = channels[0], channels[0].time
+    values = np.column_stack([np.unwrap(c.value) if c.name == "psi" else c.value for c in channels])
+    steps = np.hypot.reduce(np.diff(values, axis=0), axis=1)
+    digit = _last_digit(steps)
+    if digit is None:
+        return []
+    same = np.concatenate(([False], steps == 0.0, [False]))
+    starts, ends = np.flatnonzero(same[1:] & ~same[:-1]), np.flatnonzero(same[:-1] & ~same[1:])
+    found = []
+    for start, end in zip(starts, ends, strict=True):
+        length = float(time[end] - time[start])
+        if length < max(_LEAST, 5.0 * usual * first.period) or start < _BEFORE * usual:
+            continue
+        before = steps[start - _BEFORE * usual : start]
+        moving = before[before > 0.0]
+        if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _DIGITS * digit:
+            continue
+        if first.name in _GOES_ON and end < steps.size and steps[end] < _JUMP * np.median(moving):
+            continue
+        found.append((float(time[start]), float(time[end])))
+    return found
+
+
+def _last_digit(steps: Array) -> float | None:
+    """The smallest step that the channel shows more than by chance, None where it never moves."""
+    moved = steps[steps > 0.0]
+    return float(np.quantile(moved, 0.01)) if moved.size else None
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

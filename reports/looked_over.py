@@ -1,0 +1,87 @@
+"""The verb `inspect`: logs read as they are, looked over one by one and together, and one of them repaired."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..measurements.channel_map import map_dict
+from ..measurements.clean_log import check_target, write_clean
+from ..measurements.inspection import inspect_log, inspect_logs
+from ..measurements.log import Log, read_log
+from ..physics.errors import RequestError
+from ..physics.vehicle import Vehicle
+from .inputs import check_frame
+
+
+def logs_in(paths: Sequence[Path]) -> list[Path]:
+    """The logs that paths name: files as they are, and the tables in a folder of tables, by name.
+
+    Raises
+    ------
+    RequestError
+        when a log is named twice.
+    """
+    found: list[Path] = []
+    for path in paths:
+        inside = [p for p in sorted(path.iterdir()) if p.name.endswith((".csv", ".csv.gz"))] if path.is_dir() else []
+        found += inside or [path]
+    seen = set()
+    for path in found:
+        if path.resolve() in seen:
+            raise RequestError(f"{path} is given twice; its evidence would count twice. Give it once.")
+        seen.add(path.resolve())
+    return found
+
+
+def look_over(
+    paths: Sequence[Path],
+    vehicle: Vehicle | None = None,
+    *,
+    frame: str | None = None,
+    channel_map: Path | None = None,
+    namespace: str | None = None,
+    fix: Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[dict[str, Any], Log]:
+    """Inspect logs, and write one of them repaired.
+
+    Parameters
+    ----------
+    paths : logs, or folders of tables
+    vehicle : whose needs are checked
+    frame, channel_map, namespace, progress : see `read_log`
+    fix : file for the repaired log, None to write nothing
+
+    Returns
+    -------
+    (what was found, the first log) : dict, Log
+        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several, each log with its channel map under
+        `map`; with `fix`, its path and what was done under `fixed`.
+
+    Raises
+    ------
+    LogError, RequestError
+        when a log cannot be read, or `fix` is asked of several logs or would overwrite one.
+    """
+    logs = logs_in(paths)
+    if fix is not None:
+        if len(logs) > 1:
+            raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
+        check_target(fix, logs)
+    axes = check_frame(frame)
+    read = [
+        read_log(log, frame=axes, channel_map=channel_map, namespace=namespace, progress=progress, mend=True)
+        for log in logs
+    ]
+    if len(read) > 1:
+        several = inspect_logs(read, vehicle).to_dict()
+        for content, log in zip(several["logs"], read, strict=True):
+            content["map"] = map_dict(log.entries)
+        return several, read[0]
+    inspection = inspect_log(read[0], vehicle)
+    found = {**inspection.to_dict(), "map": map_dict(read[0].entries)}
+    if fix is not None:
+        examination = inspection.examination
+        write_clean(examination.clean, examination.fixes, examination.left, fix)
+        found["fixed"] = {"path": str(fix), "done": list(examination.fixes), "left": list(examination.left)}
+    return found, read[0]

@@ -1,0 +1,187 @@
+"""`inspect --fix`: the safe repairs are written with a note each, the rest is told, and the raw log is kept."""
+
+import gzip
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from verbs import call, done, refused, strict
+
+from undertow.measurements.log import read_log
+from undertow.measurements.prepare import prepare
+from undertow.physics.errors import LogError
+from undertow.reports.inputs import read_inputs
+
+TIME = np.arange(0.0, 60.0, 0.1)
+
+
+def table(**changes: Any) -> dict[str, np.ndarray]:
+    """A boat that weaves ahead, in the columns of a wide table."""
+    psi = 0.8 * np.sin(0.4 * TIME) + 0.3 * np.sin(1.1 * TIME)
+    u = 1.2 + 0.4 * np.sin(0.3 * TIME)
+    north, east = u * np.cos(psi), u * np.sin(psi)
+    x, y = (np.concatenate(([0.0], np.cumsum(0.05 * (v[1:] + v[:-1])))) for v in (north, east))
+    columns = {"t": TIME, "x": x, "y": y, "psi": psi, "u": u, "v": 0.0 * u, "r": np.gradient(psi, TIME)}
+    return columns | {"newton_port": 10.0 + 5.0 * np.sin(TIME), "newton_stbd": 10.0 - 5.0 * np.sin(TIME)} | changes
+
+
+def written(path: Path, columns: dict[str, np.ndarray]) -> Path:
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    lines = [",".join(columns), *(",".join(f"{value:.9g}" for value in row) for row in rows)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    return tmp_path
+
+
+def test_degrees_are_repaired_and_the_repair_is_noted_in_the_data(place: Path):
+    raw = written(place / "raw.csv", table(psi=np.degrees(table()["psi"])))
+    before = raw.read_bytes()
+    content = strict(done("inspect", "raw.csv", "--fix", "clean.csv", "--json"))
+    assert "psi turned from degrees into radians" in content["fixed"]["done"]
+    (told,) = [f for f in content["quality"] if f["check"] == "units" and f["verdict"] == "defect"]
+    assert (told["channels"], told["fix"]) == (["psi"], "psi turned from degrees into radians")
+    assert raw.read_bytes() == before
+    log = read_log("clean.csv")
+    assert np.allclose(log.channels["psi"].value, table()["psi"], atol=1e-6)
+    assert "repaired by undertow from raw.csv" in log.notes
+    assert "fixed: psi turned from degrees into radians" in log.notes
+    again = strict(done("inspect", "clean.csv", "--json"))
+    assert all(f["verdict"] != "defect" for f in again["quality"])
+    assert log.notes[0] in done("inspect", "clean.csv")
+
+
+def test_the_same_log_is_repaired_to_the_same_bytes(place: Path):
+    written(place / "raw.csv", table(r=np.degrees(table()["r"])))
+    done("inspect", "raw.csv", "--fix", "one.csv")
+    done("inspect", "raw.csv", "--fix", "two.csv.gz")
+    assert gzip.decompress((place / "two.csv.gz").read_bytes()) == (place / "one.csv").read_bytes()
+
+
+def test_channels_on_stamps_of_their_own_make_a_long_table(place: Path):
+    late = np.interp(TIME - 0.2, TIME, table()["r"])
+    written(place / "raw.csv", table(r=late))
+    screen = done("inspect", "raw.csv", "--fix", "clean.csv")
+    assert re.search(r"stamps of r moved by -0\.(19|20)", screen)
+    lines = [line for line in (place / "clean.csv").read_text().splitlines() if not line.startswith("#")]
+    assert lines[0] == "time,topic,field,value"
+    r = read_log("clean.csv").channels["r"]
+    inside = (r.time > 1.0) & (r.time < 58.0)
+    assert np.allclose(r.value[inside], np.interp(r.time, TIME, table()["r"])[inside], atol=0.02)
+
+
+def test_rows_out_of_order_are_sorted_and_every_other_verb_refuses_them(place: Path):
+    columns = table()
+    order = np.arange(TIME.size)
+    order[[100, 101, 300, 301]] = order[[101, 100, 301, 300]]
+    written(place / "raw.csv", {name: column[order] for name, column in columns.items()})
+    with pytest.raises(LogError, match=r"time runs backwards in .*inspect LOG --fix OUT.csv"):
+        read_log("raw.csv")
+    content = strict(done("inspect", "raw.csv", "--fix", "clean.csv", "--json"))
+    assert content["verdict"].startswith("Not usable as it is: time runs backwards in x, ")
+    assert content["verdict"].endswith("--fix OUT.csv writes a log that can be used.")
+    (told,) = [f for f in content["quality"] if f["check"] == "stamps"]
+    assert (told["verdict"], told["channels"][0]) == ("defect", "x")
+    assert np.allclose(read_log("clean.csv").channels["x"].value, columns["x"], atol=1e-6)
+
+
+def test_a_clock_that_is_set_back_is_told_and_not_repaired(place: Path):
+    written(place / "raw.csv", table(t=np.where(TIME < 40.0, TIME, TIME - 30.0)))
+    content = strict(done("inspect", "raw.csv", "--json"))
+    (told,) = [f for f in content["quality"] if f["check"] == "stamps"]
+    assert (told["verdict"], told["fix"]) == ("defect", None)
+    assert told["value"] == pytest.approx(1.0 / 3.0, abs=0.01)
+    assert "Not usable" in content["verdict"]
+
+
+def test_repeated_stamps_are_counted_and_dropped(place: Path):
+    columns = {name: np.repeat(column, 1 + (np.arange(TIME.size) % 10 == 0)) for name, column in table().items()}
+    written(place / "raw.csv", columns)
+    content = strict(done("inspect", "raw.csv", "--fix", "clean.csv", "--json"))
+    (told,) = [f for f in content["quality"] if f["check"] == "stamps"]
+    assert (told["verdict"], told["value"]) == ("warning", pytest.approx(60 / 660, abs=1e-9))
+    assert read_log("clean.csv").channels["x"].time.size == TIME.size
+
+
+def test_what_is_not_safe_is_told_in_the_data_too(place: Path):
+    columns = table(x=3.28084 * table()["x"], y=3.28084 * table()["y"])
+    written(place / "raw.csv", columns)
+    screen = done("inspect", "raw.csv", "--fix", "clean.csv")
+    assert "Not put right" in screen
+    notes = read_log("clean.csv").notes
+    assert any(note.startswith("not fixed: the way made good is 3.28 times") for note in notes)
+    assert np.allclose(read_log("clean.csv").channels["x"].value, columns["x"], atol=1e-4)
+
+
+def test_a_clean_log_can_be_used_by_everything_else(place: Path):
+    written(place / "raw.csv", table(psi=np.degrees(table()["psi"])))
+    done("inspect", "raw.csv", "--fix", "clean.csv")
+    data = prepare(read_log("clean.csv"), None)
+    assert data.seconds > 50.0
+    assert any("turned from degrees" in note for note in data.notes)
+
+
+def test_files_that_fix_must_not_write(place: Path):
+    written(place / "raw.csv", table())
+    written(place / "other.csv", table())
+    refused("inspect", "raw.csv", "--fix", "raw.csv", match=r"is the log that is read; give another name")
+    refused("inspect", "raw.csv", "--fix", "clean.mat", match=r"expected a name that ends in \.csv or \.csv\.gz")
+    refused("inspect", "raw.csv", "--fix", "none/clean.csv", match=r"the folder none does not exist")
+    refused("inspect", "raw.csv", "other.csv", "--fix", "c.csv", match=r"expected one log to repair, got 2")
+    refused("inspect", "raw.csv", "raw.csv", match=r"given twice")
+
+
+def test_several_logs_and_a_folder_are_looked_over_together(place: Path):
+    (place / "logs").mkdir()
+    for name in ("a.csv", "b.csv"):
+        written(place / "logs" / name, table(psi=np.degrees(table()["psi"])))
+    content = strict(done("inspect", "logs", "--json"))
+    assert [Path(log["path"]).name for log in content["logs"]] == ["a.csv", "b.csv"]
+    assert content["quality"][0]["check"] == "stamps"
+    screen = done("inspect", "logs/a.csv", "logs/b.csv")
+    assert "2 logs together" in screen
+    assert "psi is in degrees" in screen
+    assert "cannot be used as they are" in screen
+
+
+def test_the_screen_begins_with_the_verdict(place: Path):
+    written(place / "raw.csv", table(psi=np.degrees(table()["psi"])))
+    lines = [line for line in done("inspect", "raw.csv").splitlines() if line.strip()]
+    assert lines[1].startswith("Not usable as it is: psi")
+    assert "what was found, what follows, and what to do" in " ".join(lines[3:8])
+    assert call("inspect", "raw.csv").exit_code == 0
+
+
+def test_remarks_above_a_table_are_notes(place: Path):
+    (place / "a.csv").write_text("# sailed on Tuesday\n#  wind from the west\nt,psi\n0,0.1\n1,0.2\n")
+    log = read_log("a.csv")
+    assert log.notes[:2] == ("sailed on Tuesday", "wind from the west")
+    assert log.channels["psi"].value.tolist() == [0.1, 0.2]
+
+
+def test_milliseconds_and_units_of_a_channel_map_are_read(place: Path):
+    (place / "a.csv").write_text("timestamp(ms),Heading\n1000,90\n2500,180\n")
+    (place / "map.yaml").write_text("psi: {from: Heading, unit: deg}\n")
+    psi = read_log("a.csv", channel_map="map.yaml").channels["psi"]
+    assert psi.time.tolist() == [1.0, 2.5]
+    assert psi.value == pytest.approx([np.pi / 2.0, np.pi])
+    (place / "map.yaml").write_text("psi: {from: Heading, unit: gon}\n")
+    with pytest.raises(LogError, match=r"needs a unit among deg, deg/s, .*got 'gon'"):
+        read_log("a.csv", channel_map="map.yaml")
+
+
+def test_a_defect_of_the_log_is_told_beside_every_finding(place: Path):
+    done("simulate", "-v", "blueboat", "--duration", "120", "--out", "raw.csv")
+    text = (place / "raw.csv").read_text()
+    other = {"port": "stbd", "stbd": "port"}
+    (place / "swapped.csv").write_text(re.sub(r"_(port|stbd),", lambda side: f"_{other[side[1]]},", text))
+    notes = read_inputs("swapped.csv", "blueboat").notes
+    assert any("port and starboard look swapped" in note for note in notes)
+    assert not any("swapped" in note for note in read_inputs("raw.csv", "blueboat").notes)

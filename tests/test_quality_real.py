@@ -1,0 +1,134 @@
+"""Quality of real logs: what the notes beside them say is wrong, the checks must find by themselves."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from verbs import done, refused, strict
+
+SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
+MAPS = Path(__file__).resolve().parents[1] / "examples" / "maps"
+RAW = SHARED / "blueboat" / "raw"
+
+
+def folder(name: str) -> Path:
+    if not (SHARED / name).is_dir():
+        pytest.skip(f"other people's logs are not beside the repository (../shared/data/{name})")
+    return SHARED / name
+
+
+@pytest.fixture(scope="module")
+def pooled() -> dict[str, Any]:
+    folder("blueboat")
+    return strict(done("inspect", RAW, "--json"))
+
+
+def found(content: dict[str, Any], check: str, channel: str = "") -> dict[str, Any]:
+    (finding,) = [f for f in content["quality"] if f["check"] == check and (not channel or channel in f["channels"])]
+    return finding
+
+
+def one(pooled: dict[str, Any], number: int) -> dict[str, Any]:
+    (log,) = [log for log in pooled["logs"] if log["path"].endswith(f"rcou_{number}.csv")]
+    return log
+
+
+def test_the_sides_and_the_reversed_output_of_the_field_logs(pooled: dict[str, Any]):
+    sides = found(pooled, "sides")
+    assert sides["verdict"] == "defect"
+    assert sides["parts"] == {"pwm_port": "starboard", "pwm_stbd": "port"}
+    assert "RCOU.C3 (read as pwm_stbd) is on the port side" in sides["sentence"]
+    assert "'pwm_port: RCOU.C3'" in sides["remedy"]
+    assert "'pwm_stbd: {from: RCOU.C1, scale: -1, offset: 3020}'" in sides["remedy"]
+    assert "ENU" not in sides["remedy"]  # latitude and longitude fix the axes
+    direction = found(pooled, "direction")
+    assert (direction["verdict"], direction["channels"]) == ("defect", ["pwm_port"])
+    assert direction["ci95"][1] < 0.0 < direction["parts"]["pwm_stbd"]
+    assert "1100 us is the most ahead" in direction["sentence"]
+    for log in pooled["logs"]:  # a log alone may not tell, but none tells the contrary
+        assert found(log, "sides")["verdict"] in ("defect", "cannot tell")
+        assert set(found(log, "direction")["channels"]) in ({"pwm_port"}, {"pwm_port", "pwm_stbd"})
+        assert found(log, "direction")["verdict"] in ("defect", "cannot tell")
+
+
+def test_the_neutral_of_the_field_logs(pooled: dict[str, Any]):
+    neutral = found(pooled, "neutral")
+    assert (neutral["verdict"], neutral["value"]) == ("warning", 1510.0)
+    assert neutral["parts"] == {"pwm_port": 1510.0, "pwm_stbd": 1510.0, "lowest": 1100.0, "highest": 1900.0}
+
+
+def test_the_late_fixes_of_the_field_logs(pooled: dict[str, Any]):
+    held = found(pooled, "held fixes")
+    assert (held["verdict"], held["value"]) == ("warning", pytest.approx(5.0, rel=1e-3))
+    shares = {number: found(one(pooled, number), "late fixes") for number in (216, 223, 234, 235)}
+    assert all(finding["verdict"] == "defect" for finding in shares.values())
+    assert [shares[number]["value"] for number in shares] == pytest.approx([0.33, 0.37, 0.31, 0.085], abs=0.01)
+    assert shares[235]["parts"]["late"] == pytest.approx(0.1, abs=1e-3)
+    for number in (218, 220, 222, 224, 226, 231, 232, 233):
+        assert found(one(pooled, number), "late fixes")["verdict"] == "ok"
+
+
+def test_the_clocks_of_the_field_logs(pooled: dict[str, Any]):
+    gyro, accelerometer, commands = (found(pooled, "clocks", name) for name in ("r", "ax", "pwm_port"))
+    assert 0.05 < gyro["value"] < 0.11
+    assert 0.05 < accelerometer["value"] < 0.3
+    assert -0.15 < commands["value"] < -0.07
+    assert [f["verdict"] for f in (gyro, accelerometer, commands)] == ["warning"] * 3
+    each = [found(log, "clocks", "r") for log in pooled["logs"]]
+    assert all(f["value"] > 0.0 for f in each if f["verdict"] == "warning")
+    assert sum(f["verdict"] == "warning" for f in each) >= 5
+
+
+def test_the_compass_of_the_field_logs(pooled: dict[str, Any]):
+    compass = found(pooled, "compass")
+    assert compass["verdict"] == "defect"
+    assert [compass["parts"][name] for name in ("constant", "sin", "cos")] == pytest.approx([1.2, 2.2, 7.4], abs=1.0)
+
+
+def test_gravity_in_the_accelerometer_of_the_field_logs(pooled: dict[str, Any]):
+    assert 2.0 < found(pooled, "tilt")["value"] < 2.7
+
+
+def test_the_screen_of_the_field_logs_begins_with_the_worst():
+    folder("blueboat")
+    screen = " ".join(done("inspect", RAW).split())
+    assert "14 logs together" in screen
+    assert "port and starboard look swapped" in screen.split("Quality")[0]
+
+
+def test_the_shipped_map_puts_the_sides_right():
+    folder("blueboat")
+    content = strict(done("inspect", RAW, "--map", MAPS / "blueboat_raw.yaml", "--json"))
+    assert found(content, "sides")["verdict"] == "ok"
+    assert found(content, "direction")["verdict"] == "ok"
+    assert found(content, "neutral")["value"] == 1510.0
+
+
+def test_a_repaired_field_log_has_none_of_its_safe_defects(tmp_path: Path):
+    folder("blueboat")
+    out = tmp_path / "235.csv"
+    done("inspect", RAW / "rcou_235.csv", "--map", MAPS / "blueboat_raw.yaml", "--fix", out)
+    content = strict(done("inspect", out, "--json"))
+    left = {f["check"] for f in content["quality"] if f["verdict"] in ("warning", "defect")}
+    assert left == {"compass", "tilt"}
+    assert found(content, "compass")["parts"]["cos"] == pytest.approx(7.4, abs=1.5)
+    assert content["excitation"]["u"][1] < 4.0  # 6.1 m/s by the late fixes of the raw log
+
+
+@pytest.mark.parametrize(("name", "seconds"), [("esso", 5000.0), ("kvlcc2", 1400.0)])
+def test_tankers_are_read_and_told_to_be_out_of_reach(name: str, seconds: float):
+    content = strict(done("inspect", folder(name), "--map", MAPS / f"{name}.yaml", "--json"))
+    assert sum(log["excitation"]["seconds"] for log in content["logs"]) > seconds
+    assert found(content, "commands")["sentence"].startswith("the log has a rudder (rudder_angle)")
+    assert all(f["verdict"] != "defect" for f in content["quality"])
+
+
+def test_a_basin_file_with_title_lines_is_refused_in_words():
+    path = folder("odd_formats") / "rounded_timestamps.dat.gz"
+    refused("inspect", path, match=r"rounded_timestamps\.dat\.gz: got the header 'MARIN.*; expected")
+
+
+def test_no_gazebo_log_is_accused():
+    content = strict(done("inspect", folder("gazebo"), "--json"))
+    for log in content["logs"]:
+        assert [f["sentence"] for f in log["quality"] if f["verdict"] in ("warning", "defect")] == []
