@@ -52,6 +52,7 @@ class Stream:
     time : (n,) [s]
     value : (n,) in the file's own unit; NaN where the file holds no number
     row : (n,) line in the file, or number of the message, for messages
+    frame : frame of reference in which a message says its values are, such as `base_link` or `map_ned`; mostly empty
     """
 
     topic: str
@@ -60,6 +61,7 @@ class Stream:
     value: Array
     row: NDArray[np.int64]
     kind: str = ""
+    frame: str = ""
 
     @property
     def name(self) -> str:
@@ -68,7 +70,7 @@ class Stream:
 
     @property
     def label(self) -> Name:
-        """Topic, field and kind together."""
+        """Topic, field and kind, without the numbers."""
         return Name(self.topic, self.field, self.kind)
 
 
