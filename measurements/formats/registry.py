@@ -4,11 +4,14 @@ from pathlib import Path
 
 from ...physics.errors import LogError
 from .base import EXPECTED, Format, Head, Recording, Request, read_head
+from .dataflash import DATAFLASH
+from .dataflash_text import DATAFLASH_TEXT
 from .long_csv import LONG_CSV
 from .parquet import PARQUET
+from .telemetry import TELEMETRY
 from .wide_csv import WIDE_CSV
 
-FORMATS: tuple[Format, ...] = (PARQUET, LONG_CSV, WIDE_CSV)
+FORMATS: tuple[Format, ...] = (PARQUET, DATAFLASH, DATAFLASH_TEXT, TELEMETRY, LONG_CSV, WIDE_CSV)
 """Asked in this order; those with a mark of their own first, tables last."""
 
 SUFFIXES = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
