@@ -136,7 +136,7 @@ def _parameters(log: Messages) -> tuple[dict[str, float], list[str]]:
 
 def _one(log: Messages, name: str, wanted: int | None, *fields: str) -> Table | None:
     """Give the messages of a type and of the wanted sensor, else of the first one; None where a field is missing."""
-    if not set(fields) <= set(log.fields(name)):
+    if not set(fields) <= set(log.fields(name)) or not set(_CLOCKS) & set(log.fields(name)):
         return None
     sensors = log.sensors(name)
     if not sensors:
@@ -246,7 +246,7 @@ def _commands(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stre
         number = field.removeprefix("Chan").removeprefix("Ch").removeprefix("C")
         if number.isdecimal():
             outputs[int(number)] = field
-    found = _one(log, "RCOU", None)
-    if not outputs or found is None:
+    found = _one(log, "RCOU", None) if outputs else None
+    if found is None:
         return [], ["the log has no RCOU messages, so no thruster command; set LOG_BITMASK to log RC output"]
     return servo_commands(found, outputs, parameters)

@@ -13,8 +13,8 @@ from ...physics.frames import Array, earth_to_body
 from ..channels import is_canonical
 from .base import Name, Recording, Request, Stream
 
-_LOST = 0.01
-"""Largest share of rows whose stamps may be out of order before they are left for the user to see."""
+_LOST, _FEW = 0.01, 3
+"""Share and number of rows whose stamps may be out of order; where there are more, they are left for the user to see."""
 _FUNCTIONS = {70: ("throttle", "Throttle"), 73: ("port", "ThrottleLeft"), 74: ("stbd", "ThrottleRight")} | {
     function: (f"motor{function - 32}", f"Motor{function - 32}") for function in range(33, 41)
 }
@@ -104,7 +104,7 @@ def in_order(time: Array) -> NDArray[np.bool_]:
     while row >= 0:
         keep[row] = True
         row = int(before[row])
-    return keep if np.mean(~keep) <= _LOST else np.ones(time.size, dtype=bool)
+    return keep if np.sum(~keep) <= max(_FEW, _LOST * keep.size) else np.ones(time.size, dtype=bool)
 
 
 def planar(table: Table, where: tuple[Array, Array], speed: tuple[Array, Array], heading: Array) -> list[Stream]:

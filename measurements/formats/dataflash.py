@@ -94,11 +94,11 @@ class DataFlash:
         layout = self._layouts[self._kinds[name]]
         body, start = layout.body, 3
         if field is not None:
-            assert body.fields is not None
-            body, start = body.fields[field][0], 3 + body.fields[field][1]
+            places: Any = body.fields
+            body, start = places[field][0], start + places[field][1]
         windows = np.lib.stride_tricks.sliding_window_view(self._content, body.itemsize)
-        places = np.frombuffer(self._offsets[self._kinds[name]], dtype=np.uint64).astype(np.int64)
-        return np.ascontiguousarray(windows[places + start]).view(body)[:, 0]
+        offsets = np.frombuffer(self._offsets[self._kinds[name]], dtype=np.uint64).astype(np.int64)
+        return np.ascontiguousarray(windows[offsets + start]).view(body)[:, 0]
 
     def table(self, name: str, sensor: int | None = None) -> Table:
         """Unpack the messages of a type, of one sensor where there are several, into numbers by field."""

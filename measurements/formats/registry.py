@@ -7,11 +7,13 @@ from .base import EXPECTED, Format, Head, Recording, Request, read_head
 from .dataflash import DATAFLASH
 from .dataflash_text import DATAFLASH_TEXT
 from .long_csv import LONG_CSV
+from .matlab import MATLAB
 from .parquet import PARQUET
 from .telemetry import TELEMETRY
+from .ulog import ULOG
 from .wide_csv import WIDE_CSV
 
-FORMATS: tuple[Format, ...] = (PARQUET, DATAFLASH, DATAFLASH_TEXT, TELEMETRY, LONG_CSV, WIDE_CSV)
+FORMATS: tuple[Format, ...] = (PARQUET, MATLAB, DATAFLASH, DATAFLASH_TEXT, ULOG, TELEMETRY, LONG_CSV, WIDE_CSV)
 """Asked in this order; those with a mark of their own first, tables last."""
 
 SUFFIXES = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
