@@ -22,10 +22,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs: CSV (long or wide, .gz too) or Parquet.")]
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs: CSV, Parquet, ROS bags, MCAP.")]
 VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one.")]
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
+NamespaceOption = Annotated[
+    str | None, typer.Option("--namespace", help="Start of the topics of the vehicle meant, in a log of several.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
 SeedOption = Annotated[
     int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
@@ -80,23 +83,38 @@ def inspect(
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Vehicle whose needs are checked.")] = None,
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    map_out: Annotated[
+        Path | None, typer.Option("--map-out", help="YAML file to write the channel map in use to, for --map.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show channels, rates, gaps, time alignment, excitation, and what undertow would do with a log."""
     with failing_clearly():
+        from .measurements.channel_map import map_dict, map_text
         from .measurements.inspection import inspect_log
         from .measurements.log import read_log
+        from .physics.files import write_text
         from .physics.vehicle import load_vehicle
         from .reports.inputs import check_frame
+        from .reports.reading_progress import reading_progress
 
+        if map_out is not None:
+            check_file(map_out)
         model = None if vehicle is None else load_vehicle(vehicle)
-        found = inspect_log(read_log(log, frame=check_frame(frame), channel_map=channels), model).to_dict()
+        with reading_progress(progress) as reading:
+            read = read_log(log, frame=check_frame(frame), channel_map=channels, namespace=namespace, progress=reading)
+        if map_out is not None:
+            write_text(map_out, map_text(read.entries, read.unused))
+        found = inspect_log(read, model).to_dict()
         if as_json:
-            print_json(found)
+            print_json({**found, "map": map_dict(read.entries)})
         else:
             from .reports.inspected import inspection_screen
 
             show(inspection_screen(found, model))
+            say("The channel map in use; edit it, and give it back with --map:\n")
+            say(map_text(read.entries))
 
 
 @app.command()
@@ -109,13 +127,14 @@ def compare(
     judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Compare models with measurements, by axis, horizon and regime, and show where they fail."""
     with failing_clearly():
         from .reports.run import compare as compare_models
 
-        found = compare_models(_read(logs, vehicle, frame, channels, judge), model or [])
+        found = compare_models(_read(logs, vehicle, frame, channels, judge, namespace=namespace), model or [])
         if as_json:
             print_json(found)
         else:
@@ -142,16 +161,28 @@ def check(
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
     with failing_clearly():
         from .physics.files import write_json
         from .reports.checked import check as judge
+        from .reports.reading_progress import reading_progress
 
         if out is not None:
             check_file(out, model)
-        found = judge(model, logs or [], vehicle, frame=frame, channel_map=channels, seed=seed)
+        with reading_progress(progress) as reading:
+            found = judge(
+                model,
+                logs or [],
+                vehicle,
+                frame=frame,
+                channel_map=channels,
+                namespace=namespace,
+                seed=seed,
+                reading=reading,
+            )
         if out is not None:
             write_json(out, found.to_dict())
         if as_json:
@@ -179,12 +210,13 @@ def discover(
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
     with failing_clearly():
         _check_folder(out)
-        read = partial(_read, logs, vehicle, frame, channels)
+        read = partial(_read, logs, vehicle, frame, channels, namespace=namespace)
         _discover(out, read, report=not no_report, seed=seed, refit=refit, as_json=as_json)
 
 
@@ -200,6 +232,7 @@ def fit(
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
@@ -210,7 +243,7 @@ def fit(
 
         if out is not None:
             check_file(out, vehicle)
-        inputs = _read(logs, vehicle, frame, channels)
+        inputs = _read(logs, vehicle, frame, channels, namespace=namespace)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out)
@@ -238,6 +271,7 @@ def add(
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
@@ -253,7 +287,8 @@ def add(
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
-            given += [name for name, value in (("--frame", frame), ("--map", channels)) if value is not None]
+            options = (("--frame", frame), ("--map", channels), ("--namespace", namespace))
+            given += [name for name, value in options if value is not None]
             if given:
                 raise RequestError(
                     f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
@@ -261,11 +296,12 @@ def add(
                 )
             record = read_run_inputs(run)
             paths, nominal, frame, channels = record.logs, record.vehicle, record.frame, record.channel_map
+            namespace = record.namespace
         else:
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
-        found = add_named(names, _read(paths, nominal, frame, channels), progress=progress)
+        found = add_named(names, _read(paths, nominal, frame, channels, namespace=namespace), progress=progress)
         if out is not None:
             found.discovery.corrected.save(out)
         findings = found.findings.to_dict()
@@ -318,6 +354,7 @@ def train(
     ] = False,
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
@@ -329,7 +366,7 @@ def train(
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = trained.settings_with(set_ or [], seed=seed, device=device, **given)
         chosen = trained.parsed_options(option or [])
-        inputs = _read(logs, vehicle, frame, channels)
+        inputs = _read(logs, vehicle, frame, channels, namespace=namespace)
         try:
             with training_progress(settings.epochs, progress) as told:
                 done = trained.train(
@@ -371,6 +408,7 @@ def explain(
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
+    namespace: NamespaceOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
@@ -378,7 +416,9 @@ def explain(
         from .discovery.discover import DiscoverySettings
         from .reports.distilled import distil, distilled_table
 
-        found = distil(model, _read(logs, vehicle, frame, channels), DiscoverySettings(seed=seed), progress)
+        found = distil(
+            model, _read(logs, vehicle, frame, channels, namespace=namespace), DiscoverySettings(seed=seed), progress
+        )
         if as_json:
             print_json(found.to_dict())
         else:
@@ -489,11 +529,20 @@ def _show_steps(findings: dict[str, Any]) -> None:
 
 
 def _read(
-    logs: list[Path] | list[str], vehicle: Any, frame: str | None, channels: Path | None, judge: str = "test"
+    logs: list[Path] | list[str],
+    vehicle: Any,
+    frame: str | None,
+    channels: Path | None,
+    judge: str = "test",
+    namespace: str | None = None,
 ) -> "Inputs":
     from .reports.inputs import read_inputs
+    from .reports.reading_progress import reading_progress
 
-    return read_inputs(logs, vehicle, frame=frame, channel_map=channels, judge=judge)
+    with reading_progress(progress) as reading:
+        return read_inputs(
+            logs, vehicle, frame=frame, channel_map=channels, namespace=namespace, judge=judge, reading=reading
+        )
 
 
 def _symbols(given: list[str] | None) -> list[str]:
@@ -513,7 +562,9 @@ def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
 
 def _is_log(word: str) -> bool:
     """Whether a word names an existing file, or looks like one."""
-    return Path(word).exists() or Path(word).suffix in (".csv", ".gz", ".parquet")
+    from .measurements.formats.registry import SUFFIXES
+
+    return Path(word).exists() or Path(word).suffix in SUFFIXES
 
 
 def _check_folder(out: Path) -> None:

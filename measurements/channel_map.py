@@ -1,5 +1,7 @@
 """Channel maps: the user's word on which stream is which channel."""
 
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,7 @@ from ..physics.errors import LogError
 from .channels import COMMAND_UNITS, UNITS, is_canonical
 
 _KEYS = {"from", "scale", "offset", "frame"}
+_MOST_UNUSED = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +89,44 @@ def _entry(path: Path, key: str, value: Any) -> Entry:
     if frame not in (None, "ned", "enu"):
         raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {frame!r}.")
     return Entry(value["from"], numbers[0], numbers[1], frame)
+
+
+def map_dict(entries: Mapping[str, Entry]) -> dict[str, dict[str, str | float]]:
+    """The same channel map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
+    found = {}
+    for name, entry in entries.items():
+        parts: dict[str, str | float] = {"from": entry.source}
+        if entry.scale != 1.0:
+            parts["scale"] = entry.scale
+        if entry.offset != 0.0:
+            parts["offset"] = entry.offset
+        if entry.frame is not None:
+            parts["frame"] = entry.frame
+        found[name] = parts
+    return found
+
+
+def map_text(entries: Mapping[str, Entry], unused: Sequence[str] = ()) -> str:
+    """Write a channel map that `read_channel_map` reads back to the same entries.
+
+    Parameters
+    ----------
+    entries : by channel, as `Log.entries`
+    unused : streams that became no channel, named in comments, so that they are at hand for an edit
+
+    Examples
+    --------
+    >>> print(map_text({"u": Entry("/odom:twist.linear.x", frame="enu"), "pwm_port": Entry("left")}), end="")
+    u: {from: '/odom:twist.linear.x', frame: enu}
+    pwm_port: {from: left}
+    """
+    lines = [
+        f"{name}: "
+        + yaml.safe_dump(parts, default_flow_style=True, sort_keys=False, width=math.inf, allow_unicode=True)
+        for name, parts in map_dict(entries).items()
+    ]
+    if unused:
+        lines.append("# Not used:\n" + "".join(f"#   {name!r}\n" for name in unused[:_MOST_UNUSED]))
+    if len(unused) > _MOST_UNUSED:
+        lines.append(f"#   and {len(unused) - _MOST_UNUSED} more\n")
+    return "".join(lines)

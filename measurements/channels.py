@@ -23,9 +23,12 @@ UNITS = {
     "qy": "1",
     "qz": "1",
     "qw": "1",
+    "lat": "deg",
+    "lon": "deg",
 }
 """Canonical channels of motion and their units; earth axes NED, body axes FRD. `wind_u`, `wind_v` are the velocity of
-the air relative to the boat, in body axes, as an anemometer on board measures it."""
+the air relative to the boat, in body axes, as an anemometer on board measures it. A quaternion becomes `psi`, and
+latitude and longitude `x` and `y`, when a log is read."""
 
 COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
 """Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`."""
@@ -40,6 +43,8 @@ LIMITS = {
     "ay": (-1e4, 1e4),
     "wind_u": (-150.0, 150.0),
     "wind_v": (-150.0, 150.0),
+    "lat": (-90.0, 90.0),
+    "lon": (-180.0, 360.0),
     "pwm": (800.0, 2200.0),
     "normalized": (-1.05, 1.05),
     "rad_s": (-1e5, 1e5),

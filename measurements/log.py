@@ -1,13 +1,18 @@
 """A `Log`: the canonical channels of one file, in SI units and NED/FRD axes, each on its own time stamps."""
 
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from .channel_map import read_channel_map
+from .channel_map import Entry, read_channel_map
 from .channels import Channel
+from .formats.base import Name, Request
 from .formats.registry import read_recording
 from .mapping import map_channels
+from .namespaces import check_namespace, is_under
+from .recognition import is_vertical_acceleration, recognise
 
 __all__ = ["Channel", "Log", "read_log"]
 
@@ -18,16 +23,18 @@ class Log:
 
     Attributes
     ----------
-    path : the file
+    path : the file, or the folder of a bag
     channels : canonical channels by name
     notes : every guess, conversion and dropped row, as sentences
     unused : the streams of the file that became no channel, `topic:field` or column
+    entries : the channel map in use, guesses included; see `channel_map.map_text`
     """
 
     path: Path
     channels: dict[str, Channel]
     notes: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
+    entries: dict[str, Entry] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -36,31 +43,62 @@ class Log:
 
 
 def read_log(
-    path: Path | str, *, frame: Literal["ned", "enu"] | None = None, channel_map: Path | str | None = None
+    path: Path | str,
+    *,
+    frame: Literal["ned", "enu"] | None = None,
+    channel_map: Path | str | None = None,
+    namespace: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Log:
     """Read a log of any known format into canonical channels.
 
     A field or column that bears a canonical name (`x y psi u v r ax ay qx qy qz qw`, `pwm_port`, `newton_stbd`, ...)
-    is that channel, whatever its topic. ROS-style fields (`pose.position.x`, `twist.angular.z`, ...) are taken as
-    ENU/FLU (REP-103) and converted; thruster commands are guessed from topic and field names. Every guess and
-    conversion is in the notes.
+    is that channel, whatever its topic. Messages of ROS are known by their types, ROS-style fields of a flattened bag
+    (`pose.position.x`, `twist.angular.z`, ...) by their names; both are taken as ENU/FLU (REP-103) and converted.
+    Thruster commands are guessed from topic and field names. Every guess and conversion is in the notes. Of a bag,
+    only what becomes a channel is unpacked.
 
     Parameters
     ----------
-    path : CSV (long or wide, plain or gzip) or Parquet
+    path : a file or folder of one of `formats.registry.FORMATS`
     frame : axes of the log. None: canonical names are NED/FRD and ROS-style fields ENU/FLU; "enu": canonical names
         are ENU/FLU too (x east, y north, psi counter-clockwise from east, v to port, r to port); "ned": ROS-style
         fields are NED/FRD already.
     channel_map : YAML file that overrides the guess, see `channel_map.read_channel_map`
+    namespace : start of the topics of the vehicle that is meant, in a log of several
+    progress : told bytes done and bytes in all, while a large file is read
 
     Raises
     ------
     LogError
         for a missing, empty or unreadable file, time that runs backwards, a channel without a number, a PWM outside
-        800 to 2200 us, a file in which no channel is recognised, or a channel map that does not fit.
+        800 to 2200 us, a file in which no channel is recognised, a log of several vehicles of which none is chosen,
+        or a channel map that does not fit.
     """
     path = Path(path)
-    recording = read_recording(path)
     entries = read_channel_map(Path(channel_map)) if channel_map is not None else {}
-    channels, unused, notes = map_channels(recording.streams, frame, entries, str(path))
-    return Log(path, channels, (*recording.notes, *notes), unused)
+    request = Request(_chooser(entries, namespace))
+    if progress is not None:
+        request = Request(request.choose, progress)
+    recording = read_recording(path, request)
+    names = [*(stream.label for stream in recording.streams), *recording.unread]
+    told = check_namespace(names, namespace, str(path))
+    mapped = map_channels(recording.streams, frame, entries, str(path), recording.unread, namespace)
+    return Log(path, mapped.channels, (*recording.notes, *told, *mapped.notes), mapped.unused, mapped.entries)
+
+
+def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
+    """Choose what the channel map names, and in the namespace what may be guessed to be a channel."""
+    named = {entry.source for entry in entries.values() if entry is not None}
+    topics = {source.rpartition(":")[0] for source in named if ":" in source}
+    # An element of a sequence, `channels[2]` or `port_joint.velocity`, is offered as `channels[]` or `velocity[]`.
+    fields = {re.sub(r"\[\d+\]", "[]", source) for source in named} | {f"{s.rpartition('.')[2]}[]" for s in named}
+
+    def wanted(name: Name) -> bool:
+        if name.name in named or name.field in fields or (name.topic and name.topic in topics):
+            return True
+        if namespace is not None and not is_under(name.topic, namespace):
+            return False
+        return recognise(name) is not None or is_vertical_acceleration(name)
+
+    return lambda names: frozenset(name for name in names if wanted(name))

@@ -1,10 +1,12 @@
-"""What a stream's name says it is: the rules by which channels are guessed."""
+"""What a stream's type and name say it is: the rules by which channels are guessed."""
 
 import re
 from dataclasses import dataclass
 
 from .channels import is_canonical
-from .formats.base import Stream
+from .formats.autopilot import AUTOPILOTS
+from .formats.base import Name
+from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
 _ROS = (
@@ -18,8 +20,8 @@ _ROS = (
     (re.compile(r"(?:^|\.)linear_acceleration\.(?P<axis>[xy])$"), {"x": "ax", "y": "ay"}, 2),
 )
 """Field name endings of the ROS messages, the channel of each axis, and their rank (odometry before sensors)."""
+_PLACE = re.compile(r"(?:^|\.)(?P<axis>latitude|longitude)$")
 
-_NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
 _SIDES = {
     "port": "port",
     "left": "port",
@@ -42,51 +44,103 @@ _KINDS = (
     ("rad_s", {"omega", "rads"}),
 )
 _NOT_COMMANDS = {"enable", "min", "max", "trim", "feedback", "measured", "state", "temperature", "current"}
+_PROPELLERS = {"propeller", "prop", "motor", "thruster", "screw"}
 
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """What a name says.
+    """What a stream is taken for.
 
     Attributes
     ----------
-    role : the canonical channel, in the axes of `ros` or of the log
-    ros : whether it is a ROS-style field, ENU/FLU by REP-103
-    rank : lower is better: 0 a canonical name, 1 odometry, 2 another sensor or a guessed command
+    role : the canonical channel, in the axes of `axes`
+    axes : "log" for those of the log (--frame), "ros" for ENU/FLU by REP-103, "ned" for NED/FRD in any log
+    rank : lower is better: 0 a canonical name, 1 odometry, 2 another sensor or a guessed command, 3 a coarse one
     group : what the streams of one message share, so that x and y never come from two sources
+    scale : from the stream's unit to that of the channel
+    within : values outside mean "nothing"
     """
 
     role: str
-    ros: bool
+    axes: Axes
     rank: int
     group: str
+    scale: float = 1.0
+    within: tuple[float, float] | None = None
 
 
-def recognise(stream: Stream) -> Guess | None:
-    """Tell the channel that a stream's name speaks of, None when it speaks of none."""
-    if is_canonical(stream.field):
-        return Guess(stream.field, False, 0, "")
-    field = stream.field.replace("/", ".").strip(".")
-    if not _NOT_MEASURED.search(stream.name.lower()):
+def recognise(name: Name, frame: str = "") -> Guess | None:
+    """Tell the channel that a stream's type or name speaks of, None when they speak of none.
+
+    Parameters
+    ----------
+    name : topic, field and type
+    frame : in which the message says its values are; empty for none
+    """
+    if name.kind.startswith(AUTOPILOTS):
+        # Their readers know the messages, and give channels by canonical names; other fields are for channel maps.
+        return Guess(name.field, "ned", 0, "") if is_canonical(name.field) else None
+    if name.kind and is_known(name.kind):
+        known = meaning_of(name, frame)
+        if known is None:
+            return _by_topic(name)
+        return Guess(known.role, known.axes, known.rank, f"{name.topic}:{known.group}", known.scale, known.within)
+    if is_canonical(name.field):
+        return Guess(name.field, "log", 0, "")
+    field = name.field.replace("/", ".").strip(".")
+    if not NOT_MEASURED.search(name.name.lower()):
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:
-                return Guess(roles[found["axis"]], True, rank, f"{stream.topic}:{field[: found.start()]}")
-    command = _command(stream)
-    return Guess(command, False, 2, stream.name) if command else None
+                return Guess(roles[found["axis"]], "ros", rank, f"{name.topic}:{field[: found.start()]}")
+        place = _PLACE.search(field)
+        if place:
+            return Guess(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")
+    command = _command(name)
+    return Guess(command, "log", 2, name.name) if command else None
 
 
-def _command(stream: Stream) -> str | None:
-    words = [word for word in re.split(r"[^a-z0-9]+", stream.name.lower()) if word]
-    if _NOT_COMMANDS & set(words) or "joint_state" in stream.name.lower():
+def _by_topic(name: Name) -> Guess | None:
+    """What the topic of a single number, or the name of a joint, says."""
+    short = short_kind(name.kind)
+    if short == JOINTS:
+        role = _propeller(name.field)
+        return Guess(role, "ned", 3, name.name) if role else None
+    if short not in COMMANDS or name.field != "data":
+        return None
+    if name.topic.endswith("compass_hdg"):
+        return Guess("psi", "ned", 3, name.name, 0.017453292519943295)
+    command = _command(name)
+    return Guess(command, "log", 2, name.name) if command else None
+
+
+def _propeller(field: str) -> str | None:
+    """The channel of a propeller's measured speed: of a joint of that name, on one side."""
+    if field == "velocity[]":
+        return "rad_s_any"
+    joint, dot, what = field.rpartition(".")
+    words = _words(joint)
+    side = _side(words)
+    return f"rad_s_{side}" if dot and what == "velocity" and side and _PROPELLERS & set(words) else None
+
+
+def _command(name: Name) -> str | None:
+    words = _words(name.name)
+    if _NOT_COMMANDS & set(words) or "joint_state" in name.name.lower():
         return None
     kind = next((kind for kind, marks in _KINDS if marks & set(words)), None)
-    sides = list(dict.fromkeys(_SIDES[word] for word in words if word in _SIDES))
-    if kind is None or not sides:
-        return None
-    return f"{kind}_{'_'.join(sides)}"
+    side = _side(words)
+    return f"{kind}_{side}" if kind and side else None
 
 
-def is_vertical_acceleration(stream: Stream) -> bool:
+def _words(text: str) -> list[str]:
+    return [word for word in re.split(r"[^a-z0-9]+", text.lower()) if word]
+
+
+def _side(words: list[str]) -> str:
+    return "_".join(dict.fromkeys(_SIDES[word] for word in words if word in _SIDES))
+
+
+def is_vertical_acceleration(name: Name) -> bool:
     """Tell whether the stream is the vertical accelerometer of a ROS IMU message, which shows how it is mounted."""
-    return stream.field.replace("/", ".").endswith("linear_acceleration.z")
+    return name.field.replace("/", ".").endswith("linear_acceleration.z")

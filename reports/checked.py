@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,9 @@ def check(
     *,
     frame: str | None = None,
     channel_map: PathLike | None = None,
+    namespace: str | None = None,
     seed: int = 0,
+    reading: Callable[[int, int], None] | None = None,
 ) -> Audit:
     """Judge any model by the laws of a hull in water, and find the state in which it breaks them.
 
@@ -42,7 +44,8 @@ def check(
         `package.module:function`, which is imported
     logs : whose speeds are the envelope, and along which the energy is counted
     vehicle : of the mass and commands of a model that carries none (ONNX, function)
-    frame, channel_map : how logs are read, see `read_log`
+    frame, channel_map, namespace : how logs are read, see `read_log`
+    reading : told bytes done and bytes in all of each large log
     seed : of everything random
 
     Raises
@@ -60,7 +63,15 @@ def check(
     motions: tuple[Motion, ...] = ()
     commands = None
     if paths:
-        inputs = read_inputs(paths, found.vehicle, frame=frame, channel_map=channel_map, judge="all")
+        inputs = read_inputs(
+            paths,
+            found.vehicle,
+            frame=frame,
+            channel_map=channel_map,
+            namespace=namespace,
+            judge="all",
+            reading=reading,
+        )
         motions = inputs.parts.judged.motions
         envelope, source = envelope_of(motions, found.vehicle), "the speeds of the log"
     else:

@@ -114,6 +114,7 @@ def _write_files(run: Run, folder: Path) -> None:
             "logs": list(run.inputs.paths),
             "frame": run.inputs.frame,
             "channel_map": run.inputs.channel_map,
+            "namespace": run.inputs.namespace,
             "seed": run.settings.seed,
             "refit": run.settings.refit,
             "judged_on": run.inputs.parts.judge,
@@ -128,6 +129,7 @@ class RunRecord:
     logs: list[str]
     frame: str | None
     channel_map: Path | None
+    namespace: str | None
     vehicle: Vehicle
 
 
@@ -145,16 +147,19 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
     try:
         record = json.loads((folder / "run.json").read_text("utf-8"))
         logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
+        namespace = record.get("namespace")  # a run of an earlier version has none
     except (OSError, ValueError, KeyError, TypeError):
         raise RequestError(
             f"{folder} is not a run folder (no readable run.json in it); write one with "
             "'undertow discover LOG --vehicle V --out RUN'"
         ) from None
-    texts = [*logs, *(text for text in (frame, channel_map) if text is not None)] if isinstance(logs, list) else [logs]
+    how = [text for text in (frame, channel_map, namespace) if text is not None]
+    texts = [*logs, *how] if isinstance(logs, list) else [logs]
     if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
         raise RequestError(
-            f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame' and 'channel_map', got "
-            f"{logs!r}, {frame!r}, {channel_map!r}; run 'undertow discover' to write the folder anew"
+            f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
+            f"'namespace', got {logs!r}, {frame!r}, {channel_map!r}, {namespace!r}; run "
+            "'undertow discover' to write the folder anew"
         )
     for path in logs:
         if not Path(path).exists():
@@ -163,4 +168,4 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
                 "'undertow discover' was run, or put the log back"
             )
     mapped = None if channel_map is None else Path(channel_map)
-    return RunRecord(logs, frame, mapped, load_vehicle(folder / "nominal.yaml"))
+    return RunRecord(logs, frame, mapped, namespace, load_vehicle(folder / "nominal.yaml"))

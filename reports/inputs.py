@@ -1,7 +1,7 @@
 """Inputs of every verb: logs read and prepared once for a vehicle."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -32,7 +32,7 @@ class Inputs:
     weak : unfiltered parts at the logs' own rate, for the weak form
     parts : the paper's preparation, on which models are judged
     notes : what reading and preparing had to say
-    frame, channel_map : the options with which the logs were read
+    frame, channel_map, namespace : the options with which the logs were read
     """
 
     paths: tuple[str, ...]
@@ -43,6 +43,7 @@ class Inputs:
     notes: tuple[str, ...]
     frame: str | None = None
     channel_map: str | None = None
+    namespace: str | None = None
 
     @property
     def fitting(self) -> tuple[Motion, ...]:
@@ -61,7 +62,9 @@ def read_inputs(
     *,
     frame: str | None = None,
     channel_map: PathLike | None = None,
+    namespace: str | None = None,
     judge: str = "test",
+    reading: Callable[[int, int], None] | None = None,
 ) -> Inputs:
     """Read and prepare logs for a vehicle.
 
@@ -71,7 +74,9 @@ def read_inputs(
     vehicle : a vehicle, the path of its file, or the name of a shipped one
     frame : "enu" or "ned" for canonical channels that are not NED/FRD; see `read_log`
     channel_map : YAML file that maps channels; see `read_log`
+    namespace : start of the topics of the vehicle that is meant, in logs of several; see `read_log`
     judge : the part on which models are scored: "test", "validation", "train" or "all"
+    reading : told bytes done and bytes in all of each large log
 
     Raises
     ------
@@ -84,7 +89,10 @@ def read_inputs(
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     names = tuple(_utf8(path) for path in paths)
     channels = None if channel_map is None else _utf8(channel_map)
-    read = tuple(read_log(name, frame=check_frame(frame), channel_map=channels) for name in names)
+    axes = check_frame(frame)
+    read = tuple(
+        read_log(name, frame=axes, channel_map=channels, namespace=namespace, progress=reading) for name in names
+    )
     out_of_step = [note for log in read for note in _alignment_notes(log, model)]
     weak = prepare(read, model, WEAK)
     paper = prepare(read, model, PAPER)
@@ -97,6 +105,7 @@ def read_inputs(
         (*weak.notes, *out_of_step),
         frame,
         channels,
+        namespace,
     )
 
 

@@ -13,8 +13,10 @@ from ...physics.frames import Array, earth_to_body
 from ..channels import is_canonical
 from .base import Name, Recording, Request, Stream
 
+AUTOPILOTS = ("dataflash/", "mavlink/", "ulog/")
+"""How the kinds of an autopilot's messages begin."""
 _LOST, _FEW = 0.01, 3
-"""Share and number of rows whose stamps may be out of order; where there are more, they are left for the user to see."""
+"""Share and number of rows whose stamps may be out of order; where there are more, they are left as they are."""
 _FUNCTIONS = {70: ("throttle", "Throttle"), 73: ("port", "ThrottleLeft"), 74: ("stbd", "ThrottleRight")} | {
     function: (f"motor{function - 32}", f"Motor{function - 32}") for function in range(33, 41)
 }

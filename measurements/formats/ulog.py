@@ -179,7 +179,8 @@ def _read(head: Head, request: Request) -> Recording:
     tables = log.tables()
     if not tables and not log.offered:
         raise LogError(
-            f"{head.path}: a ULog that tells no topic: it breaks off early, or its definitions are damaged. Copy it again."
+            f"{head.path}: a ULog that tells no topic: it breaks off early, or its definitions are damaged. Copy it "
+            "again, or take another."
         )
     streams, notes = _channels(tables, log.parameters())
     chosen = assembled(streams, list(dict.fromkeys(log.offered)), request, [*log.notes, *notes])

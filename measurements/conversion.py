@@ -1,0 +1,155 @@
+"""From streams with a role to canonical channels: scaled, turned into NED/FRD axes, quaternions and fixes resolved."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.errors import LogError
+from ..physics.frames import Array, heading_from_enu, heading_from_quaternion
+from .channel_map import Entry
+from .channels import UNITS, Channel, check_limits, command_kind
+from .cleaning import Cleaner
+from .formats.base import Stream
+from .geodesy import local_metres
+
+_FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "v": ("v", -1.0), "r": ("r", -1.0), "ay": ("ay", -1.0)} | {
+    "wind_v": ("wind_v", -1.0)
+}
+"""ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
+_QUATERNION = ("qx", "qy", "qz", "qw")
+_PLACE = ("lat", "lon")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """A stream with its role, the frame of that role, and what is done to its values.
+
+    Attributes
+    ----------
+    role : the canonical channel, in the axes of `frame`
+    stream : where the values come from
+    frame : "ned" or "enu"
+    scale, offset : applied to the values first
+    how : for the notes; empty when there is nothing to say
+    within : values outside mean "nothing"
+    """
+
+    role: str
+    stream: Stream
+    frame: str
+    scale: float = 1.0
+    offset: float = 0.0
+    how: str = ""
+    within: tuple[float, float] | None = None
+
+    @property
+    def target(self) -> str:
+        """The channel that it becomes."""
+        return _FROM_ENU.get(self.role, (self.role, 1.0))[0] if self.frame == "enu" else self.role
+
+    @property
+    def entry(self) -> Entry:
+        """The line of a channel map that says the same; commands and places have no frame."""
+        framed = command_kind(self.role) is None and self.role not in _PLACE
+        return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None)
+
+
+def channels_of(sources: Mapping[str, Source], where: str) -> tuple[dict[str, Channel], list[str]]:
+    """Make the channels of sources by target, and notes on what was converted or dropped.
+
+    Raises
+    ------
+    LogError
+        see `read_log`.
+    """
+    notes = _frame_notes(sources)
+    cleaner = Cleaner(where)
+    channels = {name: _channel(name, source, cleaner) for name, source in sources.items()}
+    for channel in channels.values():
+        check_limits(channel, where)
+    _heading(channels, sources, where, notes)
+    _position(channels, where, notes)
+    for name in ("x", "y"):
+        if name in channels:
+            check_limits(channels[name], where)
+    order = {name: place for place, name in enumerate(UNITS)}
+    ordered = dict(sorted(channels.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
+    return ordered, [*notes, *cleaner.notes()]
+
+
+def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
+    turned = {"psi" if name in _QUATERNION else name: None for name, source in sources.items() if source.frame == "enu"}
+    if not turned:
+        return []
+    return [
+        f"{' '.join(sorted(turned, key=list(UNITS).index))}: converted from ENU/FLU (REP-103) to NED/FRD: "
+        "north = world y, east = world x, psi = pi/2 - yaw, v and r change sign"
+    ]
+
+
+def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
+    value = source.stream.value
+    if source.within is not None:
+        value = np.where((value >= source.within[0]) & (value <= source.within[1]), value, np.nan)
+    if (source.scale, source.offset) != (1.0, 0.0):
+        value = source.scale * value + source.offset
+    if source.frame == "enu" and name not in _QUATERNION:
+        value = heading_from_enu(value) if name == "psi" else _FROM_ENU.get(source.role, (name, 1.0))[1] * value
+    return cleaner.channel(name, source.stream, value)
+
+
+def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where: str, notes: list[str]) -> None:
+    """Replace a quaternion by the heading; an unset (all zero) quaternion is no heading."""
+    parts = [channels.pop(name) for name in _QUATERNION if name in channels]
+    if not parts:
+        return
+    if len(parts) < 4:
+        notes.append(f"an incomplete quaternion ({' '.join(part.name for part in parts)}) is not used")
+        return
+    time, (x, y, z, w) = _together(parts)
+    known = x * x + y * y + z * z + w * w > 1e-12
+    origin = f"quaternion {parts[0].origin} ... {parts[3].origin}"
+    if not known.any():
+        raise LogError(f"{where}: the {origin} is zero in all {known.size} rows: no heading. Map psi instead.")
+    if not known.all():
+        notes.append(f"psi: {np.count_nonzero(~known)} rows with an all-zero quaternion dropped")
+    heading = heading_from_quaternion(x[known], y[known], z[known], w[known])
+    if sources["qw"].frame == "enu":
+        heading = heading_from_enu(heading)
+    channels["psi"] = Channel("psi", time[known], heading, origin)
+    notes.append(f"psi: heading of the {origin}")
+
+
+def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> None:
+    """Replace latitude and longitude by metres north and east; 0 degrees both is what a receiver without a fix says."""
+    parts = [channels.pop(name) for name in _PLACE if name in channels]
+    if not parts:
+        return
+    if len(parts) < 2:
+        notes.append(f"{parts[0].name} alone ({parts[0].origin}) is no position and is not used")
+        return
+    time, (latitude, longitude) = _together(parts)
+    known = (latitude != 0.0) | (longitude != 0.0)
+    origin = f"{parts[0].origin}, {parts[1].origin}"
+    if not known.any():
+        raise LogError(
+            f"{where}: {origin} are zero in all {known.size} rows: no fix. Map x and y, or u and v, instead."
+        )
+    if not known.all():
+        notes.append(f"x y: {np.count_nonzero(~known)} rows without a fix (0 degrees both) dropped")
+    north, east, (first, across) = local_metres(latitude[known], longitude[known])
+    notes.append(
+        f"x y: metres north and east of the first fix, latitude {first:.7f}, longitude {across:.7f} [deg] (tangent "
+        f"plane of WGS 84), from {origin}"
+    )
+    channels["x"] = Channel("x", time[known], north, parts[0].origin)
+    channels["y"] = Channel("y", time[known], east, parts[1].origin)
+
+
+def _together(parts: list[Channel]) -> tuple[Array, list[Array]]:
+    """The stamps that all channels have, and the values at them."""
+    time = parts[0].time
+    for part in parts[1:]:
+        time = np.intersect1d(time, part.time, assume_unique=True)
+    return time, [part.value[np.searchsorted(part.time, time)] for part in parts]

@@ -1,0 +1,153 @@
+"""ROS 2 bags: a folder with metadata.yaml and its storage files (sqlite3 or MCAP, packed or not), or a bare .db3."""
+
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import yaml
+
+from ...physics.errors import LogError
+from .base import Format, Head, Recording, Request
+from .mcap import MAGIC as MCAP_MAGIC
+from .mcap import McapWalk
+from .ros2_sqlite import MAGIC as SQLITE_MAGIC
+from .ros2_sqlite import SqliteWalk
+from .ros_messages import Collector
+from .ros_zstd import zstd
+
+METADATA = "metadata.yaml"
+_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+_STORAGE = re.compile(r"(?P<stem>.+?)(?:_\d+)?\.(?:db3|mcap)(?:\.zstd)?")
+_BLOCK = 2**20
+_MOST_UNPACKED = 64 * 2**30
+"""Bytes that a packed storage file may have unpacked; more is a broken file that fills the disk."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Contents:
+    """What a bag's folder holds: storage files in order, distribution, whether messages are packed one by one."""
+
+    files: tuple[Path, ...]
+    distribution: str = ""
+    packed: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def _matches(head: Head) -> bool:
+    if head.entries is None:
+        return head.start.startswith(SQLITE_MAGIC) and not head.gzipped
+    # A recorder that died has written no metadata; its files then tell by their names that they are of one bag.
+    return METADATA in head.entries or len(set(_stems(head.entries))) == 1
+
+
+def _stems(entries: Sequence[str]) -> list[str]:
+    return [found["stem"] for found in map(_STORAGE.fullmatch, entries) if found]
+
+
+def _read(head: Head, request: Request) -> Recording:
+    contents = _Contents((head.path,)) if head.entries is None else _contents(head.path, head.entries)
+    collector = Collector(request, contents.distribution)
+    notes = list(contents.notes)
+    sizes = [path.stat().st_size for path in contents.files]
+    total = sum(sizes)
+    for k, path in enumerate(contents.files):
+
+        def told(share: float, before: int = sum(sizes[:k]), size: int = sizes[k]) -> None:
+            request.progress(before + int(share * size), total)
+
+        found = _walk(path, collector, contents.packed, told)
+        notes += [f"{path.name}: {note}" for note in found] if len(contents.files) > 1 else found
+    request.progress(total, total)
+    try:
+        return collector.recording(notes)
+    except LogError as error:
+        raise LogError(f"{head.path}: {error}") from error
+
+
+def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float], None]) -> list[str]:
+    """Hand the messages of one storage file to the collector."""
+    with path.open("rb") as file:
+        start = file.read(16)
+    if start.startswith(MCAP_MAGIC):
+        with path.open("rb") as file:
+            return McapWalk(collector, packed).read(file, path.stat().st_size, told)
+    if start.startswith(SQLITE_MAGIC):
+        return SqliteWalk(collector, packed).read(path, told)
+    if start.startswith(_ZSTD_MAGIC):
+        with tempfile.TemporaryDirectory(prefix="undertow-") as folder:
+            inner = Path(folder) / path.stem
+            notes = _unpacked(path, inner)
+            with inner.open("rb") as file:
+                if file.read(4) == _ZSTD_MAGIC:
+                    raise LogError(f"{path}: a packed file in a packed file. Copy the log again.")
+            return [*notes, *_walk(inner, collector, packed, told)]
+    raise LogError(f"{path}: expected an MCAP or sqlite3 file of a ROS 2 bag, got {start[:8]!r}. Copy the log again.")
+
+
+def _unpacked(path: Path, target: Path) -> list[str]:
+    """Unpack a storage file as far as it goes."""
+    unpacker = zstd().ZstdDecompressor()
+    written, why = 0, ""
+    with path.open("rb") as source, target.open("wb") as file:
+        try:
+            while not unpacker.eof and not why:
+                block = source.read(_BLOCK) if unpacker.needs_input else b""
+                if not block and unpacker.needs_input:
+                    why = "it ends too early"
+                content = unpacker.decompress(block, _BLOCK)
+                written += len(content)
+                if written > min(_MOST_UNPACKED, shutil.disk_usage(target.parent).free):
+                    raise LogError(f"{path}: it unpacks to more than the disk holds. Unpack it elsewhere with zstd -d.")
+                file.write(content)
+        except zstd().ZstdError as error:
+            why = str(error)
+    if not written:
+        raise LogError(f"{path}: it cannot be unpacked ({why}). Copy the log again.")
+    return [f"{path.name} cannot be unpacked beyond {written / 1e6:.3f} MB ({why})"] if why else []
+
+
+def _contents(folder: Path, entries: Sequence[str]) -> _Contents:
+    """What the metadata says, checked against the folder; the folder alone where there is none, or none that is sound.
+
+    Raises
+    ------
+    LogError
+        when there is no storage file, or a packing that is not read.
+    """
+    present = sorted((entry for entry in entries if _STORAGE.fullmatch(entry)), key=_natural)
+    if METADATA not in entries:
+        note = f"no {METADATA} in the folder (the recorder did not close the bag); all {len(present)} files are read"
+        return _Contents(tuple(folder / name for name in present), notes=(note,))
+    try:
+        told = yaml.safe_load((folder / METADATA).read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
+        names = [PurePosixPath(str(name)).name for name in told["relative_file_paths"]]
+        mode, packing = (str(told.get(key) or "").lower() for key in ("compression_mode", "compression_format"))
+        distribution = str(told.get("ros_distro") or "")
+    except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError, ValueError, RecursionError):
+        if not present:
+            raise LogError(
+                f"{folder}: {METADATA} is broken and there is no storage file. Copy the log again."
+            ) from None
+        note = f"{METADATA} is broken; all {len(present)} storage files of the folder are read"
+        return _Contents(tuple(folder / name for name in present), notes=(note,))
+    if mode == "message" and packing not in ("", "zstd"):
+        raise LogError(f"{folder}: messages packed by '{packing}', expected zstd; convert it with ros2 bag convert.")
+    missing = [name for name in names if name not in entries]
+    notes = (f"files that {METADATA} names are missing: {', '.join(missing[:8])}",) if missing else ()
+    # A file that the recorder was writing when it died is not in the metadata of the last split.
+    found = [name for name in names if name in entries] or present
+    if not found:
+        raise LogError(f"{folder}: the files that {METADATA} names are missing: {', '.join(missing[:8])}.")
+    return _Contents(tuple(folder / name for name in found), distribution, mode == "message", notes)
+
+
+def _natural(name: str) -> list[Any]:
+    """Order of splits: 2 before 10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
+
+
+ROS2_BAG = Format("ROS 2 bag", _matches, _read, (".db3",), library="rosbags")

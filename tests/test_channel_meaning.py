@@ -1,0 +1,291 @@
+"""Messages become channels by their types, and vehicles are told apart by their namespaces."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from bags import EPOCH, Message, nanoseconds, recorded, write_mcap, write_ros1, write_ros2
+
+from undertow.measurements.channel_map import map_text, read_channel_map
+from undertow.measurements.formats.base import Name
+from undertow.measurements.geodesy import local_metres
+from undertow.measurements.log import read_log
+from undertow.measurements.namespaces import vehicles
+from undertow.measurements.prepare import prepare
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+
+TIME = np.arange(0.0, 40.0, 0.2)
+PSI = 0.3 + 0.05 * TIME
+"""Heading of a boat that turns to starboard, clockwise from north [rad]."""
+
+
+def message(topic, kind, frame="", **columns):
+    """A message for every stamp; a column is an array, or one value for all."""
+    return [
+        Message(
+            topic,
+            kind,
+            {
+                name.replace("__", "."): column[k] if isinstance(column, list | np.ndarray) else column
+                for name, column in columns.items()
+            },
+            nanoseconds(time),
+            frame=frame,
+        )
+        for k, time in enumerate(TIME)
+    ]
+
+
+def in_order(*topics):
+    return sorted((m for topic in topics for m in topic), key=lambda m: m.received)
+
+
+def quaternion(yaw, prefix="orientation"):
+    return {f"{prefix}__z": np.sin(yaw / 2), f"{prefix}__w": np.cos(yaw / 2)}
+
+
+def imu(**more):
+    return message("/imu/data", "sensor_msgs/msg/Imu", **quaternion(np.pi / 2 - PSI), **more)
+
+
+def fix(north, east, **more):
+    """Fixes near Trondheim; a metre is 1/111.5 km north, and 1/49.9 km east, to within 1 %."""
+    latitude, longitude = 63.44 + north / 111_500.0, 10.40 + east / 49_900.0
+    return message("/gps/fix", "sensor_msgs/msg/NavSatFix", latitude=latitude, longitude=longitude, **more)
+
+
+def read(tmp_path, *topics, **options):
+    return read_log(write_ros2(tmp_path / "bag", in_order(*topics)), **options)
+
+
+def told(log, *parts):
+    return [note for note in log.notes if all(part in note for part in parts)]
+
+
+def test_a_log_of_fixes_and_a_compass_gives_metres_and_body_velocities(tmp_path):
+    # A circle at 1.2 m/s: the course is the heading, so that all speed is ahead.
+    north, east = 24.0 * (np.sin(PSI) - np.sin(0.3)), -24.0 * (np.cos(PSI) - np.cos(0.3))
+    log = read(tmp_path, fix(north, east), imu(angular_velocity__z=np.nan))
+    assert set(log.channels) >= {"x", "y", "psi"}
+    np.testing.assert_allclose(log.channels["x"].value, north, atol=0.3)
+    np.testing.assert_allclose(log.channels["y"].value, east, atol=0.3)
+    expected = local_metres(63.44 + north / 111_500.0, 10.40 + east / 49_900.0)
+    np.testing.assert_allclose(log.channels["x"].value, expected[0], atol=1e-6)
+    np.testing.assert_allclose(log.channels["psi"].value, PSI, atol=1e-12)
+    (note,) = told(log, "metres north and east of the first fix")
+    assert "latitude 63.4400000, longitude 10.4000000 [deg]" in note
+    (motion,) = prepare(log, None).motions
+    inner = motion.velocity[20:-20]
+    np.testing.assert_allclose(inner[:, 0], 1.2, rtol=0.02)
+    np.testing.assert_allclose(inner[:, 1], 0.0, atol=0.03)
+    np.testing.assert_allclose(inner[:, 2], 0.05, rtol=0.02)
+    assert any("u: not in the log, derived from x, y and psi" in note for note in prepare(log, None).notes)
+
+
+def test_rows_without_a_fix_are_dropped_and_odometry_goes_before_fixes(tmp_path):
+    status = np.where(np.arange(TIME.size) < 10, -1, 0)
+    north = np.where(status < 0, 5e6, TIME)
+    log = read(tmp_path, fix(north, TIME, status__status=status), imu())
+    assert log.channels["x"].time[0] == pytest.approx(TIME[10])
+    assert told(log, "lat lon: 10 rows without a number dropped")
+    pose = message(
+        "/odom", "nav_msgs/msg/Odometry", pose__pose__position__x=TIME, **quaternion(TIME, "pose__pose__orientation")
+    )
+    both = read_log(write_ros1(tmp_path / "log.bag", in_order(fix(TIME, TIME), pose)))
+    np.testing.assert_allclose(both.channels["y"].value, TIME)
+    assert told(both, "latitude and longitude are not used")
+
+
+def test_a_flattened_bag_of_fixes_goes_through_the_same_door(tmp_path):
+    frame = pd.DataFrame(
+        {"t": TIME, "latitude": 63.44 + 1e-5 * TIME, "longitude": 10.4, "psi": PSI, "status.status": 0}
+    )
+    table = frame.melt("t", var_name="field").assign(topic="/gps/fix").sort_values("t", kind="stable")
+    table.to_csv(tmp_path / "log.csv", index=False)
+    assert read_log(tmp_path / "log.csv").channels["x"].value[-1] == pytest.approx(1e-5 * TIME[-1] * 111_500, rel=0.01)
+    wide = frame.rename(columns={"latitude": "lat", "longitude": "lon"})
+    wide.to_csv(tmp_path / "wide.csv", index=False)
+    assert list(read_log(tmp_path / "wide.csv").channels) == ["x", "y", "psi"]
+    wide.assign(lat=0.0, lon=0.0).to_csv(tmp_path / "none.csv", index=False)
+    with pytest.raises(ValueError, match="are zero in all 200 rows: no fix"):
+        read_log(tmp_path / "none.csv")
+    wide.assign(lat=634400000).to_csv(tmp_path / "scaled.csv", index=False)
+    with pytest.raises(ValueError, match=r"lat \(lat\) must lie within -90 to 90 \[deg\], got 6.344e\+08"):
+        read_log(tmp_path / "scaled.csv")
+
+
+def test_an_imu_that_says_it_knows_no_orientation_is_no_compass(tmp_path):
+    unknown = np.array([-1.0, *np.zeros(8)])
+    pose = message("/pose", "geometry_msgs/msg/PoseStamped", **quaternion(np.pi / 2 - PSI, "pose__orientation"))
+    log = read(tmp_path, imu(orientation_covariance=[unknown] * TIME.size, angular_velocity__z=-0.05), pose)
+    assert log.channels["psi"].origin.startswith("quaternion /pose")
+    np.testing.assert_allclose(log.channels["r"].value, 0.05)
+    zero = read_log(
+        write_ros1(
+            tmp_path / "log.bag", in_order(message("/imu", "sensor_msgs/msg/Imu", angular_velocity__z=-0.05), pose)
+        )
+    )
+    assert zero.channels["psi"].origin.startswith("quaternion /pose")
+
+
+@pytest.mark.parametrize(
+    ("frame", "sway"),
+    [("base_link", -0.2), ("boat/base_link", -0.2), ("base_link_frd", 0.2), ("map", None), ("", -0.2)],
+)
+def test_the_frame_that_a_twist_names_decides_what_it_is(tmp_path, frame, sway):
+    pose = message(
+        "/pose", "geometry_msgs/msg/PoseStamped", pose__position__x=TIME, **quaternion(PSI, "pose__orientation")
+    )
+    twist = message("/vel", "geometry_msgs/msg/TwistStamped", frame, twist__linear__x=1.0, twist__linear__y=0.2)
+    log = read(tmp_path, pose, twist)
+    if sway is None:
+        assert "v" not in log.channels
+        assert told(log, "/vel: its velocity is in the frame 'map', of the earth, not of the body")
+    else:
+        np.testing.assert_allclose(log.channels["v"].value, sway)
+
+
+def test_a_pose_in_a_frame_that_says_ned_is_not_turned(tmp_path):
+    values = {"pose__position__x": TIME, "pose__position__y": 2 * TIME, **quaternion(PSI, "pose__orientation")}
+    log = read(tmp_path, message("/pose", "geometry_msgs/msg/PoseStamped", "map_ned", **values))
+    np.testing.assert_allclose(log.channels["x"].value, TIME)
+    np.testing.assert_allclose(log.channels["psi"].value, PSI, atol=1e-12)
+
+
+def test_outputs_of_a_flight_controller_are_pwm_by_number_and_idle_ones_are_left_out(tmp_path):
+    pulses = [np.array([1500 + k, 0, 0 if k < 5 else 1400 + k, 65535], np.uint16) for k in range(TIME.size)]
+    out = message("/mavros/rc/out", "mavros_msgs/msg/RCOut", channels=pulses)
+    hud = message("/mavros/vfr_hud", "mavros_msgs/msg/VfrHud", heading=[90] * TIME.size)
+    log = read(tmp_path, out, hud)
+    assert list(log.channels) == ["psi", "pwm_1", "pwm_3"]
+    np.testing.assert_allclose(log.channels["psi"].value, np.pi / 2)
+    np.testing.assert_allclose(log.channels["pwm_1"].value, 1500 + np.arange(TIME.size))
+    assert log.channels["pwm_3"].value.size == TIME.size - 5
+    assert told(log, "/mavros/rc/out: no value in channels[1], channels[3]")
+    (tmp_path / "map.yaml").write_text('pwm_port: "/mavros/rc/out:channels[0]"\npwm_1: null\n')
+    mapped = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    np.testing.assert_allclose(mapped.channels["pwm_port"].value, 1500 + np.arange(TIME.size))
+    assert "pwm_1" not in mapped.channels
+
+
+def test_joints_of_propellers_drives_and_compass_headings_are_known(tmp_path):
+    names = ["left_engine_propeller_joint", "right_engine_propeller_joint", "left_chassis_engine_joint"]
+    joints = message(
+        "/joint_states",
+        "sensor_msgs/msg/JointState",
+        name=[names[::-1] if k % 2 else names for k in range(TIME.size)],
+        velocity=[np.array([3.0, 2.0, 1.0])[:: -1 if k % 2 else 1].copy() for k in range(TIME.size)],
+    )
+    drive = message("/cmd_drive", "heron_msgs/msg/Drive", left=0.25, right=-0.5)
+    compass = message("/mavros/global_position/compass_hdg", "std_msgs/msg/Float64", data=np.rad2deg(PSI))
+    log = read(tmp_path, joints, drive, compass)
+    np.testing.assert_allclose(log.channels["rad_s_port"].value, 3.0)
+    np.testing.assert_allclose(log.channels["rad_s_stbd"].value, 2.0)
+    np.testing.assert_allclose(log.channels["rad_s_port"].time, TIME, atol=1e-9)
+    np.testing.assert_allclose(log.channels["psi"].value, PSI)
+    assert told(log, "rad_s_port: the measured speed of /joint_states:left_engine_propeller_joint.velocity")
+    assert "normalized_port" in log.channels
+    assert "/joint_states:left_chassis_engine_joint.velocity" in log.unused
+
+
+def test_markers_goals_and_commanded_poses_are_no_measurements(tmp_path):
+    pose = message(
+        "/pose", "geometry_msgs/msg/PoseStamped", pose__position__x=TIME, **quaternion(PSI, "pose__orientation")
+    )
+    goal = message("/goal", "geometry_msgs/msg/PoseStamped", pose__position__x=99.0)
+    marker = message("/a_marker", "visualization_msgs/msg/Marker", pose__position__x=99.0)
+    corner = message("/a_corner", "geometry_msgs/msg/Vector3", x=99.0, y=99.0)
+    log = read(tmp_path, goal, marker, corner, pose)
+    np.testing.assert_allclose(log.channels["y"].value, TIME)
+    assert not told(log, "not from")
+
+
+def test_thrust_that_never_exceeds_one_is_asked_whether_it_is_normalized(tmp_path):
+    left = message("/thrusters/left_thrust_cmd", "std_msgs/msg/Float32", data=0.5)
+    right = message("/thrusters/right_thrust_cmd", "std_msgs/msg/Float32", data=20.0)
+    log = read(tmp_path, left, right)
+    assert told(log, "newton_port: guessed", "never above 1, so is it normalized?")
+    assert not told(log, "newton_stbd", "normalized")
+
+
+@pytest.fixture(scope="module")
+def two_boats():
+    boat = load_vehicle("blueboat")
+    alpha, beta = (simulate_world(boat, {}, duration=40.0, noise="field", seed=seed) for seed in (1, 2))
+    return alpha, beta, in_order(recorded(alpha, "/sim/alpha"), recorded(beta, "/sim/beta"))
+
+
+def test_of_several_vehicles_one_is_chosen_by_its_namespace(tmp_path, two_boats):
+    alpha, beta, messages = two_boats
+    path = write_mcap(tmp_path / "log.mcap", messages)
+    with pytest.raises(ValueError, match="expected the log of one vehicle, got 2: /sim/alpha, /sim/beta. Choose one"):
+        read_log(path)
+    for name, world in (("sim/alpha", alpha), ("/sim/beta/", beta)):
+        log = read_log(path, namespace=name)
+        np.testing.assert_array_equal(log.channels["u"].value, world.odometry[:, 3])
+        np.testing.assert_array_equal(log.channels["newton_port"].value, world.commands[:, 0])
+        assert told(log, f"namespace {name} chosen, not /sim/")
+        (tmp_path / "map.yaml").write_text(map_text(log.entries, log.unused))
+        assert read_channel_map(tmp_path / "map.yaml") == log.entries
+    with pytest.raises(
+        ValueError, match="no topic lies in the namespace 'gamma'; namespaces in the log: /sim/alpha, /sim/b"
+    ):
+        read_log(path, namespace="gamma")
+
+
+def test_namespaces_of_a_long_table_are_told_apart_as_well(tmp_path, two_boats):
+    alpha, _, _ = two_boats
+    rows = pd.read_csv(alpha.write(tmp_path / "alpha.csv"))
+    both = pd.concat([rows.assign(topic=f"/{name}/" + rows["topic"]) for name in ("alpha", "beta")])
+    both.sort_values("time", kind="stable").to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(ValueError, match=r"got 2: /alpha, /beta\. Choose one with --namespace /alpha"):
+        read_log(tmp_path / "log.csv")
+    log = read_log(tmp_path / "log.csv", namespace="beta")
+    assert log.channels["u"].origin == "/beta/odometry:u"
+    np.testing.assert_allclose(log.channels["u"].value, alpha.odometry[:, 3], rtol=1e-8)
+
+
+POSE = ("pose.pose.position.x", "pose.pose.position.y", *(f"pose.pose.orientation.{axis}" for axis in "xyzw"))
+
+
+def names(*topics, kind="nav_msgs/msg/Odometry", fields=POSE):
+    return [Name(topic, field, kind) for topic in topics for field in fields]
+
+
+def thrusts(*topics):
+    return names(*topics, kind="std_msgs/msg/Float64", fields=("data",))
+
+
+ONE = {
+    "two estimators of one boat": names("/boat/ekf_a/odometry", "/boat/ekf_b/odometry") + thrusts("/boat/left/thrust"),
+    "two estimators at the top": names("/odometry/filtered", "/odometry/gps") + thrusts("/left/thrust"),
+    "two receivers": names(
+        "/front/fix", "/rear/fix", kind="sensor_msgs/msg/NavSatFix", fields=("latitude", "longitude")
+    ),
+    "an imu on each side": names("/left/imu", "/right/imu", kind="sensor_msgs/msg/Imu", fields=("orientation.w",)),
+    "a wide table": [Name("", field) for field in ("x", "y", "psi", "u")],
+}
+SEVERAL = {
+    "no commands": (names("/a/odom", "/b/odom"), ("/a", "/b")),
+    "commands of each": (names("/a/odom", "/b/odom") + thrusts("/a/left/thrust", "/b/left/thrust"), ("/a", "/b")),
+    "deeper down": (names("/world/model/a/odom", "/world/model/b/odom"), ("/world/model/a", "/world/model/b")),
+    "each with two estimators": (
+        names(*(f"/{boat}/{ekf}/odom" for boat in "ab" for ekf in ("x", "y"))) + thrusts("/a/left/thrust"),
+        ("/a", "/b"),
+    ),
+    "a shared anemometer": ([*names("/a/odom", "/b/odom"), Name("/weather", "wind_u")], ("/a", "/b")),
+}
+
+
+@pytest.mark.parametrize("case", ONE)
+def test_what_one_vehicle_writes_is_one_vehicle(case):
+    assert vehicles(ONE[case]) == ()
+
+
+@pytest.mark.parametrize("case", SEVERAL)
+def test_several_vehicles_are_seen(case):
+    assert vehicles(SEVERAL[case][0]) == SEVERAL[case][1]
+
+
+def test_the_epoch_of_the_bag_is_in_the_notes(tmp_path):
+    assert told(read(tmp_path, imu()), f"time counts from the first message, {EPOCH} ns")
