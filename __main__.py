@@ -22,7 +22,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs: CSV, Parquet, ROS bags, MCAP.")]
+Logs = Annotated[
+    list[Path],
+    typer.Argument(metavar="LOG...", help="Logs, or folders of them: CSV, Parquet, bags, .bin, .tlog, .ulg, .mat."),
+]
 VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one.")]
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
@@ -103,7 +106,9 @@ def inspect(
             check_file(map_out)
         model = None if vehicle is None else load_vehicle(vehicle)
         with reading_progress(progress) as reading:
-            read = read_log(log, frame=check_frame(frame), channel_map=channels, namespace=namespace, progress=reading)
+            read = read_log(
+                _one_log(log), frame=check_frame(frame), channel_map=channels, namespace=namespace, progress=reading
+            )
         if map_out is not None:
             write_text(map_out, map_text(read.entries, read.unused))
         found = inspect_log(read, model).to_dict()
@@ -561,10 +566,23 @@ def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _is_log(word: str) -> bool:
-    """Whether a word names an existing file, or looks like one."""
+    """Whether a word names an existing file or folder, or looks like a log or a pattern."""
+    from .measurements.collection import is_pattern
     from .measurements.formats.registry import SUFFIXES
 
-    return Path(word).exists() or Path(word).suffix in SUFFIXES
+    return Path(word).exists() or Path(word).suffix.lower() in SUFFIXES or is_pattern(word)
+
+
+def _one_log(log: Path) -> str:
+    """The one log that a file, folder or pattern stands for."""
+    from .measurements.collection import find_logs
+    from .physics.errors import RequestError
+
+    found, _ = find_logs([log])
+    if len(found) > 1:
+        listed = ", ".join(Path(path).name for path in found[:8])
+        raise RequestError(f"inspect: expected one log, got {len(found)} in {log}: {listed}. Name one of them.")
+    return found[0]
 
 
 def _check_folder(out: Path) -> None:

@@ -92,7 +92,7 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
         [
             name
             for (kind, _), topic in topics.items()
-            for name in raw_names(topic, f"dataflash/{kind}", log.fields(kind))
+            for name in raw_names(topic, f"dataflash/{kind}", _values(log, kind))
         ],
         request,
         notes,

@@ -68,7 +68,7 @@ class DataFlash:
         self._content = np.memmap(path, np.uint8, "r")
         with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             self._scan(content, request)
-        self._kinds = {layout.name: kind for kind, layout in self._layouts.items() if kind in self._offsets}
+        self._kinds = {layout.name: kind for kind, layout in self._layouts.items() if self._offsets.get(kind)}
         self._sensors = self._sensor_fields()
 
     def fields(self, name: str) -> tuple[str, ...]:
@@ -127,6 +127,7 @@ class DataFlash:
         head = struct.Struct("<HB").unpack_from
         mark = int.from_bytes(_MARK, "little")
         size, at, told, lost, places = len(content), 0, 0, 0, 0
+        latest: array | None = None
         while at + 3 <= size:
             found, kind = head(content, at)
             length = lengths[kind]
@@ -137,17 +138,25 @@ class DataFlash:
                 if offsets is None:
                     offsets = self._offsets[kind] = array("Q")
                 offsets.append(at)
+                latest = offsets
                 at += length
                 if at - told > _EVERY:
                     told = at
                     request.progress(at, size)
                 continue
-            after = _next_message(content, at + 1, lengths)
-            if after < size:
-                lost, places = lost + after - at, places + 1
-            at, start = after, at
-            if at == size and not _is_padding(content[start : start + _PAGE + 1]):
+            start, at = at, _next_message(content, at + 1, lengths)
+            if at == size and _is_padding(content[start : start + _PAGE + 1]):
+                continue
+            if found != mark and latest is not None:
+                # A message that nothing follows was cut, and what stands in its place may be anything.
+                latest.pop()
+            if at == size:
                 self.notes.append(torn(start, size, "what follows is no whole message"))
+            else:
+                lost, places = lost + at - start, places + 1
+            latest = None
+        if at < size and not _is_padding(content[at:size][: _PAGE + 1]):
+            self.notes.append(torn(at, size, "the last message is cut short"))
         request.progress(size, size)
         if places:
             self.notes.append(f"{lost} bytes at {places} places are no message; they were skipped")

@@ -118,9 +118,8 @@ class _Reader:
                 continue
             if not _runs_on(clock):
                 self._restarts = True
-                self.notes.append(
-                    f"{self.vehicle.prefix}the vehicle's clock starts anew during the log; receive times are used"
-                )
+                whose = self.vehicle.prefix.rstrip("/") or "the vehicle"
+                self.notes.append(f"the clock of {whose} starts anew during the log; receive times are used")
             self._boot = float(received[0] if self._restarts else np.median(received - clock))
             return
 
