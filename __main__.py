@@ -582,7 +582,7 @@ def _one_log(log: Path) -> str:
     if len(found) > 1:
         listed = ", ".join(Path(path).name for path in found[:8])
         raise RequestError(f"inspect: expected one log, got {len(found)} in {log}: {listed}. Name one of them.")
-    return found[0]
+    return next(iter(found))
 
 
 def _check_folder(out: Path) -> None:

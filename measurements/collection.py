@@ -35,7 +35,8 @@ def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...],
     """
     paths: list[str] = []
     notes: list[str] = []
-    for name in map(os.fspath, names):
+    for given in names:
+        name = os.fspath(given)
         if Path(name).is_dir():
             found, others = _in_folder(Path(name))
             paths += found

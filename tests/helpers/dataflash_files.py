@@ -75,7 +75,7 @@ class Writer:
         ]
         self.text.append(", ".join([name, *shown]))
 
-    def parameters(self, values: dict[str, float]) -> None:
+    def parameters(self, values: Mapping[str, float]) -> None:
         for name, value in values.items():
             self.add("PARM", 1000, name.encode(), float(value), float("nan"))
 
