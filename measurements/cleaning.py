@@ -37,7 +37,9 @@ class Cleaner:
                 f"{self._where}: {name} ({stream.name}) holds no number in any of its {value.size} rows. Was the "
                 f"sensor connected? Remove the column, or leave it out with '{name}: null' in a channel map."
             )
-        time, rows = stream.time[keep], stream.row[keep]
+        time, rows = stream.time, stream.row
+        if not keep.all():
+            time, rows, value = time[keep], rows[keep], value[keep]
         steps = np.diff(time)
         if steps.size and steps.min() < 0:
             at = int(np.flatnonzero(steps < 0)[0]) + 1
@@ -47,10 +49,12 @@ class Cleaner:
             )
         last = np.append(steps > 0, True)
         if not keep.all():
-            self._empty[int(value.size - keep.sum())].append(name)
-        if not last.all():
-            self._repeated[int(last.size - last.sum())].append(name)
-        return Channel(name, time[last], value[keep][last], stream.name)
+            self._empty[int(keep.size - keep.sum())].append(name)
+        if last.all():
+            # Nothing is copied: the channels of a large log share one array of stamps.
+            return Channel(name, time, value, stream.name)
+        self._repeated[int(last.size - last.sum())].append(name)
+        return Channel(name, time[last], value[last], stream.name)
 
     def notes(self) -> tuple[str, ...]:
         """Say what was dropped, one sentence for the channels that lost the same number of rows."""

@@ -92,10 +92,13 @@ def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
     value = source.stream.value
     if source.within is not None:
         value = np.where((value >= source.within[0]) & (value <= source.within[1]), value, np.nan)
-    if (source.scale, source.offset) != (1.0, 0.0):
-        value = source.scale * value + source.offset
-    if source.frame == "enu" and name not in _QUATERNION:
-        value = heading_from_enu(value) if name == "psi" else _FROM_ENU.get(source.role, (name, 1.0))[1] * value
+    # A broken file holds numbers that overflow here; the channel's limits refuse them.
+    with np.errstate(over="ignore", invalid="ignore"):
+        if (source.scale, source.offset) != (1.0, 0.0):
+            value = source.scale * value + source.offset
+        if source.frame == "enu" and name not in _QUATERNION:
+            sign = _FROM_ENU.get(source.role, (name, 1.0))[1]
+            value = heading_from_enu(value) if name == "psi" else value if sign == 1.0 else sign * value
     return cleaner.channel(name, source.stream, value)
 
 
@@ -150,6 +153,8 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
 def _together(parts: list[Channel]) -> tuple[Array, list[Array]]:
     """The stamps that all channels have, and the values at them."""
     time = parts[0].time
+    if all(part.time is time for part in parts):
+        return time, [part.value for part in parts]
     for part in parts[1:]:
         time = np.intersect1d(time, part.time, assume_unique=True)
     return time, [part.value[np.searchsorted(part.time, time)] for part in parts]

@@ -2,6 +2,7 @@
 
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -71,8 +72,9 @@ def test_what_is_read_is_what_the_library_reads(tmp_path, world, way):
     ending, write = WRITERS[way]
     path = write(tmp_path / f"bag{ending}", recorded(world))
     with AnyReader([path]) as reader:
+        unpack: Any = reader.deserialize
         theirs = [
-            (stamp, reader.deserialize(raw, connection.msgtype).pose.pose.position.x)
+            (stamp, unpack(raw, connection.msgtype).pose.pose.position.x)
             for connection, stamp, raw in reader.messages()
             if connection.topic == "/odometry"
         ]

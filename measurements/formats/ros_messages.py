@@ -285,12 +285,15 @@ def _getter(paths: Sequence[str], arrays: Sequence[str]) -> Any:
     """A function that gives the numbers of a message in the order of the columns."""
     first = attrgetter(*paths) if paths else None
     one = len(paths) == 1
-    if not arrays:
-        return (lambda message: (first(message),)) if one and first else first
+    if not arrays and first is not None and not one:
+        return first
     rest = [attrgetter(path) for path in arrays]
 
     def get(message: Any) -> list[float]:
-        row = [] if first is None else [first(message)] if one else list(first(message))
+        row: list[float] = []
+        if first is not None:
+            found = first(message)
+            row += [found] if one else found
         for part in rest:
             row.extend(part(message))
         return row

@@ -44,6 +44,8 @@ def read_text(head: Head) -> pd.DataFrame:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
+            # A column of numbers and words; what is no number becomes NaN below.
+            warnings.simplefilter("ignore", pd.errors.DtypeWarning)
             frame = pd.read_csv(
                 head.path,
                 sep=head.separator,
@@ -53,8 +55,7 @@ def read_text(head: Head) -> pd.DataFrame:
                 names=list(_unique(head.columns)),
                 dtype=kinds,  # type: ignore[arg-type]
                 index_col=False,
-                low_memory=False,
-                skipinitialspace=True,
+                skipinitialspace=f"{head.separator} ".encode() in head.start,
             )
     except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.ParserWarning) as error:
         raise LogError(f"{head.path}: not a readable table ({error}); {EXPECTED}.") from error

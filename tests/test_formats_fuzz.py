@@ -1,0 +1,59 @@
+"""A broken log ends in a clear error, or in what can be read of it: the fast slice of benchmarks/fuzz.py."""
+
+import contextlib
+import time
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from log_samples import SAMPLES, broken
+
+from undertow.measurements.formats.base import read_head
+from undertow.measurements.formats.registry import FORMATS, format_of
+from undertow.measurements.log import Log, read_log
+from undertow.physics.errors import LogError
+
+FILES = 50
+SECONDS = 10.0
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_broken_file_is_refused_clearly_or_read_in_part(name, tmp_path):
+    sample = SAMPLES[name](tmp_path)
+    sound = sample.file.read_bytes()
+    assert isinstance(read_log(sample.log), Log)
+
+    @settings(
+        max_examples=FILES,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+    )
+    @given(st.integers(0, 2**32))
+    def check(seed):
+        sample.file.write_bytes(broken(sound, seed))
+        begun = time.perf_counter()
+        with contextlib.suppress(LogError):
+            read_log(sample.log)
+        assert time.perf_counter() - begun < SECONDS
+
+    check()
+
+
+def test_every_format_has_a_sample(tmp_path):
+    found = set()
+    for place, (name, write) in enumerate(SAMPLES.items()):
+        folder = tmp_path / str(place)
+        folder.mkdir()
+        form = format_of(read_head(write(folder).log))
+        assert form is not None, name
+        found.add(form.name)
+    assert found == {form.name for form in FORMATS}
+
+
+def test_breaking_is_the_same_for_equal_seeds_and_mostly_breaks():
+    content = bytes(range(256)) * 40
+    assert [broken(content, seed) for seed in range(50)] == [broken(content, seed) for seed in range(50)]
+    assert sum(broken(content, seed) != content for seed in range(200)) > 180
+    assert broken(b"", 3) in (b"",)
