@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from matlab_files import structs_of, write_mat
 from round_trip import assert_equal, expected, motion_of, world
-from scipy.io import savemat
 
 from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.log import read_log
@@ -13,18 +13,8 @@ EXACT = {"position": 1e-7, "heading": 1e-8, "speed": 1e-7, "rate": 1e-8, "comman
 """Double precision; the long CSV beside it has nine digits."""
 
 
-def content():
-    """A world as structs: the odometry with its time, the commands with theirs."""
-    log = world()
-    columns = dict(zip(("x", "y", "psi", "u", "v", "r"), log.odometry.T, strict=True))
-    commands = {f"pwm_{name}": log.commands[:, k] for k, name in enumerate(log.truth.thrusters)}
-    return {"boat": {"time": log.odometry_time, "nav": columns}, "commands": {"t": log.command_time, **commands}}
-
-
 def saved(folder, variables, **how):
-    path = folder / "log.mat"
-    savemat(path, variables, **how)
-    return path
+    return write_mat(folder / "log.mat", variables, **how)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +24,7 @@ def truth(tmp_path_factory):
 
 @pytest.mark.parametrize("packed", [False, True])
 def test_a_world_saved_as_structs_is_the_same_motion(packed, truth, tmp_path):
-    path = saved(tmp_path, content(), do_compression=packed)
+    path = saved(tmp_path, structs_of(world()), do_compression=packed)
     assert_equal(motion_of(path), truth, **EXACT)
     assert read_log(path).channels["u"].origin == "boat.nav:u"
 
@@ -96,7 +86,7 @@ def test_version_7_3_names_the_remedy(tmp_path):
 
 
 def test_a_broken_file_is_refused(tmp_path):
-    path = saved(tmp_path, content())
+    path = saved(tmp_path, structs_of(world()))
     path.write_bytes(path.read_bytes()[:5000])
     with pytest.raises(LogError, match="a broken MATLAB file"):
         read_log(path)
