@@ -86,6 +86,12 @@ class Choice:
         return Recording((*self.derived, *read), self.notes, unread)
 
 
+def numbers(values: NDArray) -> Array:
+    """Turn a column (n,) into numbers, however damaged; halves of a damaged message may be no number at all."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return values.astype(np.float64)
+
+
 def in_order(time: Array) -> NDArray[np.bool_]:
     """Mark the rows (n,) to keep so that stamps never fall, where a few damaged ones stand out; else all rows."""
     if time.size < 2 or (np.diff(time) >= 0).all():
@@ -119,7 +125,8 @@ def planar(table: Table, where: tuple[Array, Array], speed: tuple[Array, Array],
     speed : towards north and east over ground (n,), (n,) [m/s]
     heading : (n,) [rad], clockwise from north
     """
-    surge, sway = earth_to_body(heading, *speed)
+    with np.errstate(invalid="ignore", over="ignore"):
+        surge, sway = earth_to_body(heading, *speed)
     values = {"x": where[0], "y": where[1], "u": surge, "v": sway}
     return [table.stream(name, value) for name, value in values.items()]
 

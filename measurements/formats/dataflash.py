@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import ardupilot
-from .autopilot import Table
+from .autopilot import Table, numbers
 from .base import Format, Head, Recording, Request, torn
 
 _MARK = b"\xa3\x95"
@@ -108,7 +108,7 @@ class DataFlash:
             rows = rows[rows[self._sensors[name]] == sensor]
             topic = f"{name}[{sensor}]"
         divisors = self._layouts[self._kinds[name]].divisors
-        columns = {field: rows[field].astype(float) / divisors[field] for field in self.fields(name)}
+        columns = {field: numbers(rows[field]) / divisors[field] for field in self.fields(name)}
         return ardupilot.table(topic, name, columns)
 
     def parameters(self) -> list[tuple[str, float]]:

@@ -30,6 +30,7 @@ class DataFlashText:
         self._numbers: dict[int, str] = {}
         self._units: dict[str, str] = {}
         self._lines: dict[str, array] = {}
+        self._read: dict[str, dict[str, Array]] = {}
         self._path = path
         self.notes: list[str] = []
         told = start = 0
@@ -114,6 +115,11 @@ class DataFlashText:
         return rows
 
     def _columns(self, name: str) -> dict[str, Array]:
+        if name not in self._read:
+            self._read[name] = self._unpacked(name)
+        return self._read[name]
+
+    def _unpacked(self, name: str) -> dict[str, Array]:
         fields = self._fields[name]
         rows = [words for words in self._rows(name) if len(words) > max(fields.values(), default=0)]
         return {

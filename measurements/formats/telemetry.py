@@ -14,7 +14,7 @@ import numpy as np
 from ...physics.errors import LogError
 from ...physics.frames import Array
 from ..geodesy import local_metres
-from .autopilot import Table, assembled, heading_at, in_order, planar, raw_names, servo_commands
+from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, servo_commands
 from .base import Format, Head, Name, Recording, Request, Stream
 from .mavlink import Key, Telemetry, message_at
 
@@ -137,7 +137,7 @@ class _Reader:
                 self.notes.append(f"{self.vehicle.prefix}{told.name}: has a clock of its own; receive times are used")
         keep = in_order(time)
         numeric = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
-        columns = {field: body[field][keep].astype(float) for field in numeric}
+        columns = {field: numbers(body[field][keep]) for field in numeric}
         return Table(topic or f"{self.vehicle.prefix}{told.name}", f"mavlink/{told.name}", time[keep], columns)
 
     def rows(self, key: Key | None) -> Any:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...physics.errors import LogError
 from ...physics.frames import Array, heading_from_quaternion
-from .autopilot import Table, assembled, heading_at, in_order, planar, raw_names, silenced
+from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, silenced
 from .base import Format, Head, Name, Recording, Request, Stream, torn
 
 _MAGIC = b"ULog\x01\x12\x35"
@@ -97,18 +97,18 @@ class _Log:
             class _MessageHeader(ULog._MessageHeader):
                 def __init__(self) -> None:
                     super().__init__()
-                    self.bytes, self.told = 0, 0
+                    self.bytes, self.next = 0, _EVERY
                     headers.append(self)
 
                 def initialize(self, data: bytes) -> None:
                     self.msg_size, self.msg_type = _HEADER.unpack(data)
                     self.bytes += 3 + self.msg_size
-                    if self.bytes - self.told > _EVERY:
-                        self.told = self.bytes
+                    if self.bytes > self.next:
+                        self.next += _EVERY
                         request.progress(min(self.bytes, outer.size), outer.size)
-                    if self.bytes > most:
-                        # In the data, pyulog takes struct.error for the end of the file, and gives what it has.
-                        raise _EndlessError("hardly a message is whole") if self is headers[0] else struct.error
+                        if self.bytes > most:
+                            # In the data, pyulog takes struct.error for the end of the file, and gives what it has.
+                            raise _EndlessError("hardly a message is whole") if self is headers[0] else struct.error
 
             class _MessageAddLogged(ULog._MessageAddLogged):
                 def __init__(self, *arguments: Any) -> None:
@@ -139,7 +139,7 @@ class _Log:
             if sampled is not None and sampled.all() and not data.name.startswith("actuator_"):
                 clock = sampled
             keep = in_order(clock.astype(float))
-            columns = {name: value[keep].astype(float) for name, value in data.data.items() if name not in _CLOCKS}
+            columns = {name: numbers(value[keep]) for name, value in data.data.items() if name not in _CLOCKS}
             topic = _topic(data.name, data.multi_id)
             found[topic] = Table(topic, f"ulog/{data.name}", clock[keep] / 1e6, columns)
         return found
