@@ -23,6 +23,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
 from log_samples import SAMPLES, broken
+from memory import peak_memory
 
 SECONDS = 10
 MEMORY = 2**30
@@ -56,7 +57,7 @@ def _work(name: str, seeds: range, inspect: bool, channel: Connection) -> None:
         read_log(sample.log)
         limit = _held() + MEMORY
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        before = peak_memory()
         # The default action ends the process even inside a library: the parent sees that it died of this signal.
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         for seed in seeds:
@@ -72,7 +73,7 @@ def _work(name: str, seeds: range, inspect: bool, channel: Connection) -> None:
             except BaseException as error:
                 outcome = f"{type(error).__name__}: {str(error)[:100]}"
             signal.alarm(0)
-            channel.send((seed, outcome, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before))
+            channel.send((seed, outcome, peak_memory() - before))
     channel.close()
 
 
@@ -88,8 +89,8 @@ def fuzz(name: str, seeds: range, inspect: bool = False) -> Tally:
         done = seeds.start - 1
         try:
             while True:
-                done, outcome, kilobytes = ours.recv()
-                tally.memory = max(tally.memory, kilobytes / 1024)
+                done, outcome, held = ours.recv()
+                tally.memory = max(tally.memory, held / 1e6)
                 kind = outcome if outcome in ("read", "clear error") else "crash"
                 tally.outcomes[kind] += 1
                 if kind == "crash":

@@ -10,7 +10,6 @@ whole process.
 """
 
 import argparse
-import resource
 import subprocess
 import sys
 import tempfile
@@ -23,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 import numpy as np
 import pandas as pd
 from bags import EPOCH, Message, filled, types, write_mcap, write_ros1, write_ros2
+from memory import peak_memory
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer
 
@@ -143,7 +143,7 @@ def one(reader: str, path: Path) -> None:
     """Read a bag, and print seconds, peak memory and messages."""
     begun = time.perf_counter()
     count = read_log(path).channels["u"].value.size if reader == "undertow" else bare(path)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak = peak_memory() / 1e6
     print(f"{time.perf_counter() - begun:.1f} | {peak:.0f} | {count}")
 
 

@@ -160,8 +160,8 @@ class _Topic:
             self.broken += 1
             return
         self._rows += 1
+        table.received.append(received)  # first, for it refuses a stamp that is no whole number
         table.rows += row
-        table.received.append(received)
         table.number.append(self._rows)
 
     def streams(self, times: Sequence[np.ndarray]) -> list[Stream]:

@@ -1,0 +1,84 @@
+"""Bags on the command line: namespaces, channel maps, progress, and runs that remember how a log was read."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bags import recorded, write_mcap, write_ros2
+from verbs import done, refused, strict
+
+from undertow.measurements.log import read_log
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.reports import reading_progress
+from undertow.reports.folder import read_run_inputs
+from undertow.reports.inputs import read_inputs
+
+BOAT = load_vehicle("blueboat")
+
+
+@pytest.fixture(scope="module")
+def world():
+    return simulate_world(BOAT, {}, duration=60.0, noise="field", seed=4)
+
+
+def test_the_verbs_read_a_bag_and_give_its_map_back(tmp_path, world, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_ros2(tmp_path / "bag", [*recorded(world, "/alpha"), *recorded(world, "/beta")], "mcap")
+    refused("inspect", "bag", match=r"expected the log of one vehicle, got 2: /alpha, /beta\. Choose one with --namesp")
+    shown = done("inspect", "bag", "--namespace", "alpha", "--map-out", "channels.yaml")
+    assert "newton_port: {from: '/alpha/thrusters/port/thrust:data'}" in shown
+    found = strict(done("inspect", "bag", "--namespace", "alpha", "--map", "channels.yaml", "--json"))
+    assert found["map"]["x"] == {"from": "/alpha/odometry:pose.pose.position.x", "frame": "enu"}
+    again, first = read_log("bag", namespace="/alpha", channel_map="channels.yaml"), read_log("bag", namespace="alpha")
+    assert again.entries == first.entries
+    for name, channel in first.channels.items():
+        np.testing.assert_array_equal(again.channels[name].value, channel.value)
+        np.testing.assert_array_equal(again.channels[name].time, channel.time)
+
+
+def test_a_run_remembers_the_namespace_and_add_reads_the_same(tmp_path, world, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    other = simulate_world(BOAT, {"surge_quadratic_damping": (-12.0,)}, duration=60.0, noise="field", seed=5)
+    both = sorted([*recorded(world, "/alpha"), *recorded(other, "/beta")], key=lambda message: message.received)
+    write_mcap(Path("log.mcap"), both)
+    verb = ("discover", "log.mcap", "--vehicle", "blueboat", "--no-report", "--out", "run")
+    refused(*verb, match="Choose one with --namespace /alpha")
+    done(*verb, "--namespace", "beta")
+    assert strict(Path("run/run.json").read_text())["namespace"] == "beta"
+    assert read_run_inputs("run").namespace == "beta"
+    added = strict(done("add", "surge_quadratic_damping", "--run", "run", "--json"))
+    alone = read_inputs("log.mcap", BOAT, namespace="beta")
+    again = strict(
+        done("add", "surge_quadratic_damping", "log.mcap", "--vehicle", "blueboat", "--namespace", "beta", "--json")
+    )
+    assert added == again
+    np.testing.assert_array_equal(alone.logs[0].channels["u"].value, other.odometry[:, 3])
+    refused("add", "munk_moment", "--run", "run", "--namespace", "alpha", match="leave out --namespace")
+
+
+def test_a_run_of_an_earlier_version_has_no_namespace(tmp_path):
+    (tmp_path / "log.csv").write_text("t,u\n")
+    BOAT.save(tmp_path / "nominal.yaml")
+    record = {"logs": [str(tmp_path / "log.csv")], "frame": None, "channel_map": None}
+    (tmp_path / "run.json").write_text(json.dumps(record))
+    assert read_run_inputs(tmp_path).namespace is None
+    (tmp_path / "run.json").write_text(json.dumps(record | {"namespace": 3}))
+    with pytest.raises(ValueError, match="a text or null under 'frame', 'channel_map' and 'namespace'"):
+        read_run_inputs(tmp_path)
+
+
+def test_reading_a_large_log_is_told_in_lines_or_in_a_bar(monkeypatch, capsys):
+    said = []
+    monkeypatch.setattr(reading_progress, "EVERY", 0.0)
+    with reading_progress.reading_progress(said.append) as told:
+        for done_bytes in (10, 60_000_000, 120_000_000):
+            told(done_bytes, 120_000_000)
+        told(10, 1000)
+    assert said == ["read 0 of 120 MB", "read 60 of 120 MB"]
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with reading_progress.reading_progress(said.append) as told:
+        told(60_000_000, 120_000_000)
+    assert len(said) == 2
+    assert "reading" in capsys.readouterr().err

@@ -1,0 +1,105 @@
+"""When a message of a bag was true: header stamps, receive times, and clocks that differ."""
+
+import numpy as np
+import pytest
+from bags import Message, nanoseconds, write_mcap, write_ros1, write_ros2
+from logged import note
+
+from undertow.measurements.log import read_log
+
+TIME = np.arange(0.0, 30.0, 0.1)
+
+
+def odometry(values=(), late=0.0, header=lambda time: nanoseconds(time), topic="/odometry"):
+    """A straight run north at 1 m/s, as odometry; `header` gives the stamp."""
+    found = []
+    for time in TIME:
+        fields = {"pose.pose.position.y": time, "pose.pose.orientation.z": np.sqrt(0.5)}
+        fields |= {"pose.pose.orientation.w": np.sqrt(0.5), "twist.twist.linear.x": 1.0, **dict(values)}
+        stamp = nanoseconds(time) + round(1e9 * late)
+        found.append(Message(topic, "nav_msgs/msg/Odometry", fields, stamp, header(time), "odom"))
+    return found
+
+
+def thrust(offset=0.0):
+    return [
+        Message(f"/{side}/thrust", "std_msgs/msg/Float64", {"data": 10.0 * time}, nanoseconds(time + offset))
+        for time in TIME
+        for side in ("left", "right")
+    ]
+
+
+def test_header_stamps_are_preferred_to_receive_times_and_said_where_they_differ(tmp_path):
+    log = read_log(write_ros2(tmp_path / "bag", [*thrust(), *odometry(late=0.25)]))
+    np.testing.assert_allclose(log.channels["x"].value, log.channels["x"].time, atol=1e-9)
+    note(log, "/odometry: received 0.250 s (median)", "which are used")
+    punctual = read_log(write_ros2(tmp_path / "other", [*thrust(), *odometry(late=0.001)]))
+    assert not any("received" in text for text in punctual.notes)
+
+
+@pytest.mark.parametrize(
+    ("header", "why"),
+    [
+        (lambda time: 0, "300 of 300 header stamps are zero"),
+        (lambda time: nanoseconds(time) if time < 20 else nanoseconds(time - 15), "header stamps run back by 14.900 s"),
+        (lambda time: nanoseconds(time if time < 20 else time + 3600), "header stamps stray by 3600"),
+    ],
+)
+def test_header_stamps_that_are_zero_or_go_astray_are_left_for_the_receive_times(tmp_path, header, why):
+    log = read_log(write_ros1(tmp_path / "log.bag", [*thrust(), *odometry(header=header)]))
+    np.testing.assert_allclose(log.channels["x"].value, log.channels["x"].time, atol=1e-9)
+    note(log, f"/odometry: {why}", "receive times used")
+
+
+def test_messages_that_overtake_each_other_are_put_in_order_of_their_headers(tmp_path):
+    messages = odometry()
+    swapped = [messages[k ^ 1] for k in range(len(messages))]
+    late = [
+        Message(m.topic, m.kind, m.values, nanoseconds(time), m.header) for m, time in zip(swapped, TIME, strict=True)
+    ]
+    log = read_log(write_ros1(tmp_path / "log.bag", late))
+    np.testing.assert_allclose(log.channels["x"].value, log.channels["x"].time + log.channels["x"].value[0], atol=1e-9)
+
+
+def test_commands_without_a_header_are_put_on_the_clock_of_a_simulation(tmp_path):
+    # Simulated time starts at 7 s and runs at half the speed of the wall clock, which stamps the receipts.
+    def shown(time):
+        return round(1e9 * (7.0 + 0.5 * time))
+
+    log = read_log(write_ros2(tmp_path / "bag", [*odometry(header=shown), *thrust()], "mcap"))
+    command = log.channels["newton_port"]
+    np.testing.assert_allclose(command.time, 0.5 * TIME, atol=1e-6)
+    np.testing.assert_allclose(log.channels["x"].time, 0.5 * TIME, atol=1e-9)
+    note(log, "header stamps are of another clock", "0.500 times its rate", "by /odometry")
+
+
+def test_one_sensor_with_a_clock_of_its_own_is_moved_to_the_receive_times(tmp_path):
+    def imu(rate):
+        return [
+            Message(
+                "/imu",
+                "sensor_msgs/msg/Imu",
+                {"angular_velocity.z": -0.01 * time},
+                nanoseconds(time),
+                round(1e9 * (50 + rate * time)),
+            )
+            for time in TIME
+        ]
+
+    values = {"twist.twist.angular.z": np.nan}
+    log = read_log(write_ros2(tmp_path / "bag", [*odometry(values), *imu(1.0)]))
+    np.testing.assert_allclose(log.channels["r"].value, 0.01 * log.channels["r"].time, atol=1e-9)
+    note(log, "/imu: its header stamps are of another clock, moved by 1699999950.000 s")
+    drifting = read_log(write_ros2(tmp_path / "other", [*odometry(values), *imu(1.5)]))
+    np.testing.assert_allclose(drifting.channels["r"].value, 0.01 * drifting.channels["r"].time, atol=1e-9)
+    note(drifting, "/imu", "runs at another rate; receive times used")
+
+
+def test_a_receive_clock_that_was_set_back_is_refused(tmp_path):
+    messages = thrust()
+    for k in range(300, 600):
+        messages[k] = Message(
+            messages[k].topic, messages[k].kind, messages[k].values, messages[k].received - 12 * 10**9
+        )
+    with pytest.raises(ValueError, match="time runs backwards in newton_port"):
+        read_log(write_mcap(tmp_path / "log.mcap", [*odometry(header=lambda time: 0), *messages]))
