@@ -1,10 +1,14 @@
 """MATLAB files: vectors beside a time vector are the same motion as the world that they hold."""
 
+import struct
+import zlib
+
 import numpy as np
 import pytest
 from matlab_files import structs_of, write_mat
 from round_trip import assert_equal, expected, motion_of, world
 
+from undertow.measurements.formats import matlab_elements
 from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
@@ -89,4 +93,24 @@ def test_a_broken_file_is_refused(tmp_path):
     path = saved(tmp_path, structs_of(world()))
     path.write_bytes(path.read_bytes()[:5000])
     with pytest.raises(LogError, match="a broken MATLAB file"):
+        read_log(path)
+
+
+def test_an_element_of_no_known_type_does_not_end_the_process(tmp_path):
+    path = write_mat(tmp_path / "log.mat", structs_of(world()))
+    data = bytearray(path.read_bytes())
+    at = data.find(world().odometry_time.astype("<f8").tobytes()) - 8
+    assert data[at] == 9  # miDOUBLE
+    data[at] = 0
+    path.write_bytes(data)
+    with pytest.raises(LogError, match=r"a broken MATLAB file \(an element of type 0\)"):
+        read_log(path)
+
+
+def test_a_packed_variable_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
+    path = write_mat(tmp_path / "log.mat", {"t": np.arange(10.0)})
+    bomb = zlib.compress(bytes(2_000_000))
+    path.write_bytes(path.read_bytes()[:128] + struct.pack("<II", 15, len(bomb)) + bomb)
+    monkeypatch.setattr(matlab_elements, "MOST", 1_000_000)
+    with pytest.raises(LogError, match="unpacks to more than 1 MB"):
         read_log(path)

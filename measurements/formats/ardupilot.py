@@ -7,7 +7,7 @@ its source: `XKF1`/`NKF1` Yaw [deg], VN VE [m/s], PN PE [m] from the origin, GZ 
 """
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -44,8 +44,8 @@ class Messages(Protocol):
         """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
         ...
 
-    def table(self, name: str, sensor: int | None = None) -> Table:
-        """Give the messages of a type, of one sensor where there are several."""
+    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
+        """Give the messages of a type, of one sensor where there are several; of the fields, all when none is named."""
         ...
 
     def parameters(self) -> list[tuple[str, float]]:
@@ -64,6 +64,11 @@ def table(topic: str, name: str, columns: Mapping[str, Array]) -> Table:
     keep = in_order(clock)
     values = {key: value[keep] for key, value in columns.items() if key not in _CLOCKS}
     return Table(topic, f"dataflash/{name}", clock[keep] / 1e6, values)
+
+
+def kept(there: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:
+    """Fields that are wanted and the clock, of those that are there; all of them when none is wanted."""
+    return tuple(field for field in there if not wanted or field in wanted or field in _CLOCKS)
 
 
 def recording(log: Messages, request: Request, where: str) -> Recording:
@@ -140,8 +145,8 @@ def _one(log: Messages, name: str, wanted: int | None, *fields: str) -> Table | 
         return None
     sensors = log.sensors(name)
     if not sensors:
-        return log.table(name)
-    return log.table(name, wanted if wanted in sensors else sensors[0])
+        return log.table(name, None, fields)
+    return log.table(name, wanted if wanted in sensors else sensors[0], fields)
 
 
 def _filter(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream], list[str], tuple[str, int] | None]:
@@ -207,7 +212,7 @@ def _satellite(log: Messages) -> tuple[list[Stream], list[str]]:
 def _receiver(log: Messages) -> Table | None:
     """Find the GPS receiver that the autopilot used most, by U; the first one where the log does not say."""
     sensors = log.sensors("GPS") if "GPS" in log.names() else None
-    fields = ("Lat", "Lng", "Spd", "GCrs")
+    fields = ("Lat", "Lng", "Spd", "GCrs", *(name for name in ("Status", "U") if name in log.fields("GPS")))
     receivers = [found for number in sensors or (None,) if (found := _one(log, "GPS", number, *fields)) is not None]
     return max(receivers, key=lambda found: float(np.sum(found.columns.get("U", np.zeros(1)))), default=None)
 
@@ -246,7 +251,7 @@ def _commands(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stre
         number = field.removeprefix("Chan").removeprefix("Ch").removeprefix("C")
         if number.isdecimal():
             outputs[int(number)] = field
-    found = _one(log, "RCOU", None) if outputs else None
+    found = _one(log, "RCOU", None, *outputs.values()) if outputs else None
     if found is None:
         return [], ["the log has no RCOU messages, so no thruster command; set LOG_BITMASK to log RC output"]
     return servo_commands(found, outputs, parameters)

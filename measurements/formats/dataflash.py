@@ -8,6 +8,7 @@ a log that breaks off or is damaged must be read up to there.
 import mmap
 import struct
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -100,15 +101,15 @@ class DataFlash:
         offsets = np.frombuffer(self._offsets[self._kinds[name]], dtype=np.uint64).astype(np.int64)
         return np.ascontiguousarray(windows[offsets + start]).view(body)[:, 0]
 
-    def table(self, name: str, sensor: int | None = None) -> Table:
-        """Unpack the messages of a type, of one sensor where there are several, into numbers by field."""
+    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
+        """Unpack the messages of a type, of one sensor where there are several; all fields when none is named."""
         rows = self.bodies(name)
         topic = name
         if sensor is not None:
             rows = rows[rows[self._sensors[name]] == sensor]
             topic = f"{name}[{sensor}]"
         divisors = self._layouts[self._kinds[name]].divisors
-        columns = {field: numbers(rows[field]) / divisors[field] for field in self.fields(name)}
+        columns = {field: numbers(rows[field]) / divisors[field] for field in ardupilot.kept(self.fields(name), fields)}
         return ardupilot.table(topic, name, columns)
 
     def parameters(self) -> list[tuple[str, float]]:

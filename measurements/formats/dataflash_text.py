@@ -2,6 +2,7 @@
 
 import mmap
 from array import array
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -69,12 +70,13 @@ class DataFlashText:
         found = self._columns(name)[field]
         return tuple(int(number) for number in np.unique(found[np.isfinite(found)]))
 
-    def table(self, name: str, sensor: int | None = None) -> Table:
-        """Read the lines of a type, of one sensor where there are several, into numbers by field."""
-        columns, field = self._columns(name), self._sensor(name)
+    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
+        """Read the lines of a type, of one sensor where there are several; of the fields, all when none is named."""
+        read, field = self._columns(name), self._sensor(name)
+        columns = {key: read[key] for key in ardupilot.kept(tuple(read), fields)}
         if sensor is None or field is None:
             return ardupilot.table(name, name, columns)
-        own = columns[field] == sensor
+        own = read[field] == sensor
         return ardupilot.table(f"{name}[{sensor}]", name, {key: value[own] for key, value in columns.items()})
 
     def parameters(self) -> list[tuple[str, float]]:

@@ -15,6 +15,7 @@ import pandas as pd
 from ...physics.errors import LogError
 from ...physics.frames import Array
 from .base import Format, Head, Recording, Request, Stream
+from .matlab_elements import check_elements
 from .tables import wide_recording
 
 _TIMES = {"t": "t", "time": "time", "Time": "time", "tout": "time", "timestamp_ns": "timestamp_ns"}
@@ -34,12 +35,15 @@ class _Table:
 
 def _read(head: Head, request: Request) -> Recording:
     from scipy.io import loadmat
+    from scipy.io.matlab import matfile_version
 
     if head.start.startswith(b"MATLAB 7.3"):
         raise LogError(
             f"{head.path}: a MATLAB file of version 7.3 (HDF5), which is not read. In MATLAB: "
             "save('log.mat', 'variables', '-v7'), or write a table: writetable(T, 'log.csv')."
         )
+    if matfile_version(head.path)[0] == 1:
+        check_elements(head.path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         content = loadmat(head.path, simplify_cells=True)
