@@ -65,13 +65,10 @@ def blank(store: Any, kind: str) -> Any:
         elif node == 1:
             values[name] = "" if what[0] == "string" else 0
         elif what[0][0] == 1 and what[0][1][0] != "string":
-            values[name] = np.zeros(what[1] if node == 3 else 0, NUMPY[what[0][1][0]])
+            values[name] = np.zeros(what[1] if node == 3 else 0, np.dtype(what[0][1][0]))
         else:
             values[name] = []
     return store.types[kind](**values)
-
-
-NUMPY = {"float64": np.float64, "float32": np.float32, "uint16": np.uint16, "uint8": np.uint8, "int8": np.int8}
 
 
 def filled(store: Any, message: Message) -> Any:
