@@ -22,7 +22,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs: CSV, Parquet, ROS bags, MCAP.")]
+Logs = Annotated[
+    list[Path],
+    typer.Argument(metavar="LOG...", help="Logs, or folders of them: CSV, Parquet, bags, .bin, .tlog, .ulg, .mat."),
+]
 VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one.")]
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
@@ -620,10 +623,11 @@ def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _is_log(word: str) -> bool:
-    """Whether a word names an existing file, or looks like one."""
+    """Whether a word names an existing file or folder, or looks like a log or a pattern."""
+    from .measurements.collection import is_pattern
     from .measurements.formats.registry import SUFFIXES
 
-    return Path(word).exists() or Path(word).suffix in SUFFIXES
+    return Path(word).exists() or Path(word).suffix.lower() in SUFFIXES or is_pattern(word)
 
 
 def _check_folder(out: Path) -> None:

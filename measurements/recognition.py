@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 
 from .channels import is_canonical
+from .formats.autopilot import AUTOPILOTS
 from .formats.base import Name
 from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, short_kind
 
@@ -91,6 +92,9 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     name : topic, field and type
     frame : in which the message says its values are; empty for none
     """
+    if name.kind.startswith(AUTOPILOTS):
+        # Their readers know the messages, and give channels by canonical names; other fields are for channel maps.
+        return Guess(name.field, "ned", 0, "") if is_canonical(name.field) else None
     if name.kind and is_known(name.kind):
         known = meaning_of(name, frame)
         if known is None:

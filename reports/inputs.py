@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from ..measurements.collection import find_logs
 from ..measurements.dataset import PAPER, WEAK
 from ..measurements.inspection import inspect_log
 from ..measurements.log import Log, read_log
@@ -79,7 +80,7 @@ def read_inputs(
 
     Parameters
     ----------
-    logs : one path or several; several logs are one data set
+    logs : one path or several: files, folders of logs, or patterns (see `find_logs`); all of them are one data set
     vehicle : a vehicle, the path of its file, or the name of a shipped one
     frame : "enu" or "ned" for canonical channels that are not NED/FRD; see `read_log`
     channel_map : YAML file that maps channels; see `read_log`
@@ -100,7 +101,8 @@ def read_inputs(
     if judge not in _JUDGES:
         raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
-    names = tuple(_utf8(path) for path in paths)
+    found, told = find_logs(paths)
+    names = tuple(_utf8(path) for path in found)
     channels = None if channel_map is None else _utf8(channel_map)
     axes = check_frame(frame)
     read = tuple(
@@ -115,7 +117,7 @@ def read_inputs(
         model,
         split(weak),
         Parts(split(paper), judge),
-        (*weak.notes, *out_of_step),
+        (*told, *weak.notes, *out_of_step),
         frame,
         channels,
         namespace,

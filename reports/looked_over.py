@@ -6,6 +6,7 @@ from typing import Any
 
 from ..measurements.channel_map import map_dict
 from ..measurements.clean_log import check_target, write_clean
+from ..measurements.collection import find_logs
 from ..measurements.inspection import inspect_log, inspect_logs
 from ..measurements.log import Log, read_log
 from ..physics.errors import RequestError
@@ -14,17 +15,16 @@ from .inputs import check_frame
 
 
 def logs_in(paths: Sequence[Path]) -> list[Path]:
-    """The logs that paths name: files as they are, and the tables in a folder of tables, by name.
+    """The logs that files, folders and patterns stand for; see `find_logs`.
 
     Raises
     ------
     RequestError
         when a log is named twice.
+    LogError
+        when a folder or a pattern holds none.
     """
-    found: list[Path] = []
-    for path in paths:
-        inside = [p for p in sorted(path.iterdir()) if p.name.endswith((".csv", ".csv.gz"))] if path.is_dir() else []
-        found += inside or [path]
+    found = [Path(path) for path in find_logs(paths)[0]]
     seen = set()
     for path in found:
         if path.resolve() in seen:
@@ -47,7 +47,7 @@ def look_over(
 
     Parameters
     ----------
-    paths : logs, or folders of tables
+    paths : logs, folders of logs, or patterns
     vehicle : whose needs are checked
     frame, channel_map, namespace, progress : see `read_log`
     fix : file for the repaired log, None to write nothing

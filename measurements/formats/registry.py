@@ -4,14 +4,31 @@ from pathlib import Path
 
 from ...physics.errors import LogError
 from .base import EXPECTED, Format, Head, Recording, Request, read_head
+from .dataflash import DATAFLASH
+from .dataflash_text import DATAFLASH_TEXT
 from .long_csv import LONG_CSV
+from .matlab import MATLAB
 from .mcap import MCAP
 from .parquet import PARQUET
 from .ros1_bag import ROS1_BAG
 from .ros2_bag import ROS2_BAG
+from .telemetry import TELEMETRY
+from .ulog import ULOG
 from .wide_csv import WIDE_CSV
 
-FORMATS: tuple[Format, ...] = (PARQUET, ROS1_BAG, ROS2_BAG, MCAP, LONG_CSV, WIDE_CSV)
+FORMATS: tuple[Format, ...] = (
+    PARQUET,
+    ROS1_BAG,
+    ROS2_BAG,
+    MCAP,
+    DATAFLASH,
+    DATAFLASH_TEXT,
+    ULOG,
+    MATLAB,
+    TELEMETRY,
+    LONG_CSV,
+    WIDE_CSV,
+)
 """Asked in this order; those with a mark of their own first, tables last."""
 
 SUFFIXES = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))

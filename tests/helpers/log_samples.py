@@ -7,6 +7,11 @@ from pathlib import Path
 from random import Random
 
 from bags import WRITERS, recorded
+from dataflash_files import dataflash_of
+from matlab_files import structs_of, write_mat
+from round_trip import world
+from telemetry_files import telemetry_of
+from ulog_files import ulog_of
 
 from undertow.physics.simulated_log import SimulatedLog
 from undertow.physics.vehicle import load_vehicle
@@ -58,6 +63,23 @@ def _metadata(folder: Path) -> Sample:
     return Sample(path, path / "metadata.yaml")
 
 
+def _autopilot(ending: str) -> Callable[[Path], Sample]:
+    """Logs of autopilots have pulses as commands, which not every vehicle takes."""
+
+    def write(folder: Path) -> Sample:
+        path, log = folder / f"log{ending}", world(30.0)
+        makers = {".bin": dataflash_of, ".tlog": telemetry_of, ".ulg": ulog_of}
+        if ending == ".log":
+            path.write_text("\n".join(dataflash_of(log).text) + "\n")
+        elif ending == ".mat":
+            write_mat(path, structs_of(log))
+        else:
+            path.write_bytes(bytes(makers[ending](log).content))
+        return Sample(path, path)
+
+    return write
+
+
 SAMPLES: dict[str, Callable[[Path], Sample]] = {
     "long CSV": _table(".csv"),
     "long CSV, gzip": _table(".csv.gz"),
@@ -65,6 +87,11 @@ SAMPLES: dict[str, Callable[[Path], Sample]] = {
     "Parquet": _table(".parquet"),
     **{way: _bag(way) for way in WRITERS},
     "ROS 2 metadata.yaml": _metadata,
+    "DataFlash": _autopilot(".bin"),
+    "DataFlash text": _autopilot(".log"),
+    "MAVLink telemetry": _autopilot(".tlog"),
+    "PX4 ULog": _autopilot(".ulg"),
+    "MATLAB": _autopilot(".mat"),
 }
 """Writers of a sound log in an empty folder, by format; a new reader adds its own."""
 

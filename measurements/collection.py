@@ -1,0 +1,92 @@
+"""Which logs are meant: files, bags, folders of logs, and patterns such as `logs/*.bin`, as one data set."""
+
+import glob
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..physics.errors import LogError
+from .formats.base import read_head
+from .formats.registry import expected, format_of
+
+_PATTERN = frozenset("*?[")
+_LISTED = 8
+
+
+def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Replace folders and patterns by the logs in them, sorted by name.
+
+    A folder that is itself a log (a ROS 2 bag) stays one. Of any other folder, each file or bag directly in it that a
+    format recognises is a log; what is none is told in a note, and hidden files are passed over.
+
+    Parameters
+    ----------
+    names : of files, folders or patterns (`*`, `?`, `[...]`, and `**` for folders in folders); a file that has such a
+        name is that file
+
+    Returns
+    -------
+    (paths, notes)
+
+    Raises
+    ------
+    LogError
+        when a folder holds no log, or a pattern meets nothing. A file that is missing is left for its reader to say.
+    """
+    paths: list[str] = []
+    notes: list[str] = []
+    for given in names:
+        name = os.fspath(given)
+        if Path(name).is_dir():
+            found, others = _in_folder(Path(name))
+            paths += found
+            if others:
+                notes.append(f"{name}: {len(found)} logs; not logs, and not read: {_some(others)}")
+        elif not Path(name).exists() and _PATTERN & set(name):
+            found = sorted(match for match in glob.glob(name, recursive=True) if _is_log_or_file(Path(match)))
+            if not found:
+                raise LogError(f"{name}: no file or bag meets this pattern; check the folder and the ending.")
+            paths += found
+        else:
+            paths.append(name)
+    return tuple(paths), tuple(notes)
+
+
+def is_pattern(name: str) -> bool:
+    """Whether a word looks like a pattern of files; brackets alone do not, for an effect may have them."""
+    return bool(set("*?") & set(name))
+
+
+def _in_folder(folder: Path) -> tuple[list[str], list[str]]:
+    """Logs in a folder, or the folder itself where it is one, and the names of its other files."""
+    if format_of(read_head(folder)) is not None:
+        return [str(folder)], []
+    found, others = [], []
+    for entry in sorted(folder.iterdir()):
+        if entry.name.startswith("."):
+            continue
+        if _is_log(entry):
+            found.append(str(entry))
+        elif entry.is_file():
+            others.append(entry.name)
+    if not found:
+        held = f"{len(others)} files, none of them a log: {_some(others)}" if others else "no file"
+        raise LogError(f"{folder}: expected a folder of logs, got {held}; {expected()}.")
+    return found, others
+
+
+def _is_log(path: Path) -> bool:
+    try:
+        return format_of(read_head(path)) is not None
+    except LogError:
+        # Broken gzip, or no permission: its reader says so, better than leaving it out unheard.
+        return True
+
+
+def _is_log_or_file(path: Path) -> bool:
+    return path.is_file() or _is_log(path)
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(names[:_LISTED]) + more
