@@ -94,7 +94,7 @@ def inspect(
 ) -> None:
     """Show channels, rates, gaps, time alignment, excitation, and what undertow would do with a log."""
     with failing_clearly():
-        from .measurements.channel_map import map_dict, map_text
+        from .measurements.channel_map import map_text
         from .measurements.inspection import inspect_log
         from .measurements.log import read_log
         from .physics.files import write_text
@@ -113,7 +113,7 @@ def inspect(
             write_text(map_out, map_text(read.entries, read.unused))
         found = inspect_log(read, model).to_dict()
         if as_json:
-            print_json({**found, "map": map_dict(read.entries)})
+            print_json(found)
         else:
             from .reports.inspected import inspection_screen
 

@@ -10,6 +10,7 @@ from ..physics.frames import earth_to_body
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .alignment import Alignment, align, noise_level
+from .channel_map import map_dict
 from .channels import Channel, command_kind
 from .dataset import PAPER, WEAK, Recipe
 from .log import Log
@@ -86,7 +87,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
-    """A log seen from all sides; `to_dict` is the machine's view of it."""
+    """A log seen from all sides; `map` is the channel map in use, `to_dict` the machine's view of everything."""
 
     path: str
     channels: tuple[ChannelSummary, ...]
@@ -95,6 +96,7 @@ class Inspection:
     excitation: Excitation | None
     plan: Plan
     notes: tuple[str, ...]
+    map: dict[str, dict[str, str | float]]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values, fit for strict JSON (no NaN or Infinity)."""
@@ -122,6 +124,7 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
         excitation=_excitation(motions) if motions else None,
         plan=_plan(log, vehicle, recipe),
         notes=log.notes,
+        map=map_dict(log.entries),
     )
 
 
