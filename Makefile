@@ -39,7 +39,7 @@ $(READY): pyproject.toml constraints.txt
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and "undertow needs Python 3.11 or newer, found " + sys.version.split()[0] + " (try PYTHON=/path/to/python3.11)")'
 	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes some minutes"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,logs,neural]' -c constraints.txt
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,logs,neural,export]' -c constraints.txt
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@touch $@
 

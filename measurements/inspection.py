@@ -12,6 +12,7 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .activity import Excitation, excitation_of
 from .alignment import Alignment, align, noise_level
+from .channel_map import map_dict
 from .channels import Channel, Lost, command_kind
 from .dataset import PAPER, WEAK, Recipe
 from .log import Log
@@ -73,6 +74,7 @@ class Inspection:
     verdict : whether it can be used, and what is worst about it, in one or two sentences
     quality : what each check found
     examination : the same with the log as repaired
+    map : the channel map in use
     """
 
     path: str
@@ -84,6 +86,7 @@ class Inspection:
     plan: Plan
     notes: tuple[str, ...]
     examination: Examination
+    map: dict[str, dict[str, str | float]]
 
     @property
     def quality(self) -> tuple[Finding, ...]:
@@ -103,6 +106,7 @@ class Inspection:
             "excitation": None if self.excitation is None else asdict(self.excitation),
             "plan": asdict(self.plan),
             "notes": list(self.notes),
+            "map": self.map,
         }
 
 
@@ -158,6 +162,7 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
         plan=plan,
         notes=log.notes,
         examination=examination,
+        map=map_dict(log.entries),
     )
 
 

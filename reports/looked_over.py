@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..measurements.channel_map import map_dict
 from ..measurements.clean_log import check_target, write_clean
 from ..measurements.collection import find_logs
 from ..measurements.inspection import inspect_log, inspect_logs
@@ -55,8 +54,8 @@ def look_over(
     Returns
     -------
     (what was found, the first log) : dict, Log
-        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several, each log with its channel map under
-        `map`; with `fix`, its path and what was done under `fixed`.
+        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several; with `fix`, its path and
+        what was done under `fixed`.
 
     Raises
     ------
@@ -74,12 +73,9 @@ def look_over(
         for log in logs
     ]
     if len(read) > 1:
-        several = inspect_logs(read, vehicle).to_dict()
-        for content, log in zip(several["logs"], read, strict=True):
-            content["map"] = map_dict(log.entries)
-        return several, read[0]
+        return inspect_logs(read, vehicle).to_dict(), read[0]
     inspection = inspect_log(read[0], vehicle)
-    found = {**inspection.to_dict(), "map": map_dict(read[0].entries)}
+    found = inspection.to_dict()
     if fix is not None:
         examination = inspection.examination
         write_clean(examination.clean, examination.fixes, examination.left, fix)
