@@ -53,8 +53,8 @@ def read_recording(path: Path, request: Request | None = None) -> Recording:
         raise LogError(f"{path}: the file is empty; {expected()}.")
     form = format_of(head)
     if form is None and head.entries is not None:
-        listed = ", ".join(head.entries[:8]) or "nothing"
-        raise LogError(f"{path}: expected a log file, got a folder with {listed}. Name the file inside it.")
+        there = f", one of {', '.join(head.entries[:8])}" if head.entries else ""
+        raise LogError(f"{path}: expected a log file, got a folder. Name the file inside it{there}.")
     if form is None:
         came = f"the header '{head.separator.join(head.columns)[:120]}'" if head.columns else "binary content"
         raise LogError(f"{path}: got {came}; {expected()}.")

@@ -17,9 +17,9 @@ LENGTH = 5.0
 _STRIDE = 0.5
 _TIMES = 1.5
 """A segment's mean square error is so many times that of the whole log on its axis."""
-_PLAIN, _MATERIAL = 0.35, 0.15
+_PLAIN, _MATERIAL = 0.35, 0.2
 """Its error, as a share of the usual acceleration on its axis: plainly a failure, or one if it stands out of noise."""
-_DEVIATIONS = 5.0
+_DEVIATIONS = 7.0
 """Standard deviations by which it then lies above what even noise of the error's colour would have."""
 _MEMORY = 3.0
 """Lags [s] up to which the error's colour is looked at."""
