@@ -26,7 +26,7 @@ CSS = f"""
 @media print {{ :root {{ color-scheme: light; {LIGHT.strip()} --paper: #ffffff; }} }}
 * {{ box-sizing: border-box; }}
 body {{ margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 var(--font); }}
-main {{ max-width: 1040px; margin: 0 auto; padding: 28px 20px 72px; }}
+main {{ max-width: 1140px; margin: 0 auto; padding: 28px 20px 72px; }}
 h1 {{ font-size: clamp(1.5rem, 4vw, 2.15rem); line-height: 1.2; margin: .3em 0 .45em; max-width: 28em; }}
 h1 {{ letter-spacing: -.015em; text-wrap: balance; }}
 h2 {{ font-size: 1.35rem; letter-spacing: -.01em; margin: 2.6em 0 .7em; }}

@@ -51,7 +51,7 @@ def test_chapters_stand_in_the_order_of_the_story(text):
         "The corrected model in equations",
         "Corrected parameters",
         "Which model to trust",
-        "Laws of a hull: pass",
+        "Laws of a hull: the corrected model keeps them",
         "What this log can tell",
         "The log",
         "How this was made",

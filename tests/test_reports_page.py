@@ -174,7 +174,7 @@ def test_the_laws_stand_on_the_page_what_is_broken_first(run):
     }
     (run / "audit.json").write_text(json.dumps(audit))
     page = write_page(run).read_text()
-    assert "Laws of a hull: fail" in page
+    assert "Laws of a hull: the corrected model breaks one" in page
     assert "<energy>" not in page
     assert "u from -1.00 to 2.00 m/s: the speeds of the log" in page
     told = page[page.index("Laws of a hull") :]

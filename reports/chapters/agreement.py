@@ -50,7 +50,8 @@ def _pointwise(run: RunFolder) -> list[Html]:
         outside += beyond
     stride = scatter_stride(rows)
     shown = "the" if stride == 1 else f"every {ordinal(stride)} of the"
-    left_out = f" {outside} predictions lie outside the frames." if outside else ""
+    some = "1 prediction lies" if outside == 1 else f"{outside} predictions lie"
+    left_out = f" {some} outside the frames." if outside else ""
     scattered = figure(
         drawings,
         f"Accelerations of {shown} {source}, along the measured motion: a point on the dashed line is predicted "

@@ -46,8 +46,9 @@ def laws(run: RunFolder) -> Html:
     notes += [str(note) for note in run.audit.get("notes") or []]
     parts += [element("p", note, cls="facts") for note in notes]
     own = [verdict_of(law) for law in judged.get("corrected") or []]
-    verdict = run.audit.get("verdict") or ("fail" if "fail" in own else "pass" if own else "see below")
-    return render(element("h2", f"Laws of a hull: {verdict}"), element("div", *parts, cls="card"))
+    verdict = run.audit.get("verdict") or ("fail" if "fail" in own else "pass" if own else "")
+    title = {"pass": ": the corrected model keeps them", "fail": ": the corrected model breaks one"}.get(verdict, "")
+    return render(element("h2", f"Laws of a hull{title}"), element("div", *parts, cls="card"))
 
 
 def _table(told: Sequence[Law], units: Mapping[str, Any]) -> Html:

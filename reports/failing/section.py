@@ -147,7 +147,9 @@ def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
         "error then",
         *["removed by"] * linked,
     )
-    return element("div", element("h3", "The worst seconds"), table(head, rows, "llllrrl"), cls="card")
+    unseen = "An effect is named where adding it removes the error of seconds that it was not fitted to."
+    note = [element("p", unseen, cls="facts")] * linked
+    return element("div", element("h3", "The worst seconds"), table(head, rows, "llllrrl"), *note, cls="card")
 
 
 def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
