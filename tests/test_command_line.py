@@ -508,7 +508,10 @@ def test_a_log_given_twice(place: Path, here: Path) -> None:
 def test_a_real_process_refuses_alike(here: Path) -> None:
     ran = process(SCRIPT, "discover", "none.csv", "-v", "blueboat", "--out", "run", cwd=here)
     assert (ran.returncode, ran.stdout, files(here)) == (2, "", {})
-    assert ran.stderr == "undertow: none.csv: no such file; expected a log (CSV, CSV.gz, Parquet, a bag, ...). Check the path.\n"
+    assert (
+        ran.stderr
+        == "undertow: none.csv: no such file; expected a log (CSV, CSV.gz, Parquet, a bag, ...). Check the path.\n"
+    )
     ran = process(sys.executable, "-m", "undertow", "discover", cwd=here)
     assert (ran.returncode, ran.stdout) == (2, "")
     assert "Missing argument 'LOG...'" in ran.stderr
