@@ -82,6 +82,15 @@ def reference_models(inputs: Inputs, middle: Sequence[Model] = ()) -> tuple[list
     return [nominal, *known, *middle, *baselines(inputs.vehicle)], notes
 
 
+def ends(models: Sequence[Model]) -> tuple[Model, Model]:
+    """The two models whose series are drawn and whose failures are told: the nominal one, and what became of it.
+
+    That is the corrected model where there is one, else the last that is no baseline.
+    """
+    named = [model for model in models if model.kind != BASELINE]
+    return named[0], next((model for model in named if model.name == CORRECTED), named[-1])
+
+
 def comparison(
     judged: Sequence[Judged],
     inputs: Inputs,
@@ -95,17 +104,17 @@ def comparison(
     Parameters
     ----------
     judged : the nominal model first
-    table : the series of the first and the last model that is no baseline
+    table : the series of the two models of `ends`
     timed : True to tell wall times; equal inputs do not give equal files then
     notes : sentences on how the models came to be
     """
     parts = inputs.parts
     inside = spanned(inputs.vehicle, parts.split.train.motions).inside(parts.judged.motions)
-    named = [found.model for found in judged if found.model.kind != BASELINE]
-    last = named[-1] if len(named) > 1 else None
+    first, after = ends([found.model for found in judged])
     data = [parts.data(part) for part in PARTS]
     # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
-    failing = where_they_fail(table, named[0], last, data, parts.judge, link=named[-1].name != CALIBRATED)
+    last = after if after is not first else None
+    failing = where_they_fail(table, first, last, data, parts.judge, link=after.name != CALIBRATED)
     apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
     return {
         "schema": COMPARISON_SCHEMA,

@@ -269,6 +269,10 @@ def test_a_run_is_compared_again_with_more_models(found: dict[str, Any], files: 
     assert ("true", "corrected") in {(d["model"], d["against"]) for d in again["differences"]}
     assert written["best"]["model"] == "corrected"
     assert by_name(written)["nominal"] != by_name(found)["nominal"]
+    # Where it fails is told of what the run is about, whatever else is compared.
+    assert [one["model"] for one in again["structure"]] == ["nominal", "corrected"]
+    assert again["failures"] == written["failures"]
+    assert any(place["removed_by"] for place in again["failures"])
 
 
 def test_compare_writes_what_it_prints_as_json(path: Path, files: Path, tmp_path: Path):
