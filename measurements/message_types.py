@@ -97,8 +97,9 @@ _STANDARD = re.compile(
 """Packages whose types are known: what is not in `TYPES` is no measurement of the vehicle (a marker, a path)."""
 _EARTH = re.compile(r"(map|odom|world|earth|enu|ned|utm|local_origin|gps)(_ned|_enu)?")
 _DOWN = re.compile(r"(^|.*_)(ned|frd)")
-NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
-"""In the name of what is wanted of a vehicle, or is not in its axes; commands of thrusters may bear such names."""
+PREDICTED = re.compile("predict")
+NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|predict|velocity_local")
+"""In the name of what is wanted or predicted of a vehicle, or is not in its axes; commands may bear such names."""
 
 
 def short_kind(kind: str) -> str:

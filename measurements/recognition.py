@@ -107,7 +107,8 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     if autopilot is not None:
         role, scale = autopilot
         return Guess(role, "log" if role.startswith("pwm") else "ned", 2, name.name.partition(".")[0], scale)
-    if not NOT_MEASURED.search(name.name.lower()):
+    # What stands in a list of things (the poses of a path) is not the vehicle's own.
+    if not NOT_MEASURED.search(name.name.lower()) and "]." not in field:
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:
