@@ -1,18 +1,17 @@
-"""Messages become channels by their types, and vehicles are told apart by their namespaces."""
+"""Messages become channels by their types."""
+
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
-from bags import EPOCH, Message, nanoseconds, recorded, write_mcap, write_ros1, write_ros2
+from bags import EPOCH, Message, nanoseconds, write_ros1, write_ros2
 
-from undertow.measurements.channel_map import map_text, read_channel_map
-from undertow.measurements.formats.base import Name
 from undertow.measurements.geodesy import local_metres
 from undertow.measurements.log import read_log
-from undertow.measurements.namespaces import vehicles
+from undertow.measurements.needs import problems
 from undertow.measurements.prepare import prepare
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
 
 TIME = np.arange(0.0, 40.0, 0.2)
 PSI = 0.3 + 0.05 * TIME
@@ -109,8 +108,8 @@ def test_a_flattened_bag_of_fixes_goes_through_the_same_door(tmp_path):
     wide.assign(lat=0.0, lon=0.0).to_csv(tmp_path / "none.csv", index=False)
     with pytest.raises(ValueError, match="are zero in all 200 rows: no fix"):
         read_log(tmp_path / "none.csv")
-    wide.assign(lat=634400000).to_csv(tmp_path / "scaled.csv", index=False)
-    with pytest.raises(ValueError, match=r"lat \(lat\) must lie within -90 to 90 \[deg\], got 6.344e\+08"):
+    wide.assign(lat=6344.0).to_csv(tmp_path / "scaled.csv", index=False)
+    with pytest.raises(ValueError, match=r"lat \(lat\) must lie within -90 to 90 \[deg\], got 6344"):
         read_log(tmp_path / "scaled.csv")
 
 
@@ -162,10 +161,31 @@ def test_outputs_of_a_flight_controller_are_pwm_by_number_and_idle_ones_are_left
     np.testing.assert_allclose(log.channels["pwm_1"].value, 1500 + np.arange(TIME.size))
     assert log.channels["pwm_3"].value.size == TIME.size - 5
     assert told(log, "/mavros/rc/out: no value in channels[1], channels[3]")
-    (tmp_path / "map.yaml").write_text('pwm_port: "/mavros/rc/out:channels[0]"\npwm_1: null\n')
+    line = "pwm_port: '/mavros/rc/out:channels[0]'"
+    assert told(log, f"pwm_1: output 1 by number [us]; if it drives port, map {line}")
+    (tmp_path / "map.yaml").write_text(line)
     mapped = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
     np.testing.assert_allclose(mapped.channels["pwm_port"].value, 1500 + np.arange(TIME.size))
-    assert "pwm_1" not in mapped.channels
+    assert list(mapped.channels) == ["psi", "pwm_3", "pwm_port"]
+
+
+def test_outputs_by_number_come_with_the_lines_of_the_map_that_is_missing(tmp_path):
+    pulses = [np.array([1500, 0, 1600, 1700], np.uint16)] * TIME.size
+    out = message("/mavros/rc/out", "mavros_msgs/msg/RCOut", channels=pulses)
+    pose = message(
+        "/pose", "geometry_msgs/msg/PoseStamped", pose__position__x=TIME, **quaternion(PSI, "pose__orientation")
+    )
+    log = read(tmp_path, out, pose)
+    (problem,) = problems(log, load_vehicle("blueboat_paper"))
+    assert "missing command channel pwm_port pwm_stbd; the log has pwm_1 pwm_3 pwm_4, by number" in problem
+    lines = re.findall(r"pwm_\w+: \{.*?\}", problem)
+    (tmp_path / "map.yaml").write_text("\n".join(lines))
+    mapped = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    assert problems(mapped, load_vehicle("blueboat_paper")) == []
+    assert mapped.channels["pwm_stbd"].origin == "/mavros/rc/out:channels[2]"
+    assert "pwm_4" in mapped.channels
+    # A vehicle that wants newtons is another matter.
+    assert problems(log, load_vehicle("blueboat"))[0].startswith("missing command channel newton_port of thruster")
 
 
 def test_joints_of_propellers_drives_and_compass_headings_are_known(tmp_path):
@@ -206,85 +226,6 @@ def test_thrust_that_never_exceeds_one_is_asked_whether_it_is_normalized(tmp_pat
     log = read(tmp_path, left, right)
     assert told(log, "newton_port: guessed", "never above 1, so is it normalized?")
     assert not told(log, "newton_stbd", "normalized")
-
-
-@pytest.fixture(scope="module")
-def two_boats():
-    boat = load_vehicle("blueboat")
-    alpha, beta = (simulate_world(boat, {}, duration=40.0, noise="field", seed=seed) for seed in (1, 2))
-    return alpha, beta, in_order(recorded(alpha, "/sim/alpha"), recorded(beta, "/sim/beta"))
-
-
-def test_of_several_vehicles_one_is_chosen_by_its_namespace(tmp_path, two_boats):
-    alpha, beta, messages = two_boats
-    path = write_mcap(tmp_path / "log.mcap", messages)
-    with pytest.raises(ValueError, match="expected the log of one vehicle, got 2: /sim/alpha, /sim/beta. Choose one"):
-        read_log(path)
-    for name, world in (("sim/alpha", alpha), ("/sim/beta/", beta)):
-        log = read_log(path, namespace=name)
-        np.testing.assert_array_equal(log.channels["u"].value, world.odometry[:, 3])
-        np.testing.assert_array_equal(log.channels["newton_port"].value, world.commands[:, 0])
-        assert told(log, f"namespace {name} chosen, not /sim/")
-        (tmp_path / "map.yaml").write_text(map_text(log.entries, log.unused))
-        assert read_channel_map(tmp_path / "map.yaml") == log.entries
-    with pytest.raises(
-        ValueError, match="no topic lies in the namespace 'gamma'; namespaces in the log: /sim/alpha, /sim/b"
-    ):
-        read_log(path, namespace="gamma")
-
-
-def test_namespaces_of_a_long_table_are_told_apart_as_well(tmp_path, two_boats):
-    alpha, _, _ = two_boats
-    rows = pd.read_csv(alpha.write(tmp_path / "alpha.csv"))
-    both = pd.concat([rows.assign(topic=f"/{name}/" + rows["topic"]) for name in ("alpha", "beta")])
-    both.sort_values("time", kind="stable").to_csv(tmp_path / "log.csv", index=False)
-    with pytest.raises(ValueError, match=r"got 2: /alpha, /beta\. Choose one with --namespace /alpha"):
-        read_log(tmp_path / "log.csv")
-    log = read_log(tmp_path / "log.csv", namespace="beta")
-    assert log.channels["u"].origin == "/beta/odometry:u"
-    np.testing.assert_allclose(log.channels["u"].value, alpha.odometry[:, 3], rtol=1e-8)
-
-
-POSE = ("pose.pose.position.x", "pose.pose.position.y", *(f"pose.pose.orientation.{axis}" for axis in "xyzw"))
-
-
-def names(*topics, kind="nav_msgs/msg/Odometry", fields=POSE):
-    return [Name(topic, field, kind) for topic in topics for field in fields]
-
-
-def thrusts(*topics):
-    return names(*topics, kind="std_msgs/msg/Float64", fields=("data",))
-
-
-ONE = {
-    "two estimators of one boat": names("/boat/ekf_a/odometry", "/boat/ekf_b/odometry") + thrusts("/boat/left/thrust"),
-    "two estimators at the top": names("/odometry/filtered", "/odometry/gps") + thrusts("/left/thrust"),
-    "two receivers": names(
-        "/front/fix", "/rear/fix", kind="sensor_msgs/msg/NavSatFix", fields=("latitude", "longitude")
-    ),
-    "an imu on each side": names("/left/imu", "/right/imu", kind="sensor_msgs/msg/Imu", fields=("orientation.w",)),
-    "a wide table": [Name("", field) for field in ("x", "y", "psi", "u")],
-}
-SEVERAL = {
-    "no commands": (names("/a/odom", "/b/odom"), ("/a", "/b")),
-    "commands of each": (names("/a/odom", "/b/odom") + thrusts("/a/left/thrust", "/b/left/thrust"), ("/a", "/b")),
-    "deeper down": (names("/world/model/a/odom", "/world/model/b/odom"), ("/world/model/a", "/world/model/b")),
-    "each with two estimators": (
-        names(*(f"/{boat}/{ekf}/odom" for boat in "ab" for ekf in ("x", "y"))) + thrusts("/a/left/thrust"),
-        ("/a", "/b"),
-    ),
-    "a shared anemometer": ([*names("/a/odom", "/b/odom"), Name("/weather", "wind_u")], ("/a", "/b")),
-}
-
-
-@pytest.mark.parametrize("case", ONE)
-def test_what_one_vehicle_writes_is_one_vehicle(case):
-    assert vehicles(ONE[case]) == ()
-
-
-@pytest.mark.parametrize("case", SEVERAL)
-def test_several_vehicles_are_seen(case):
-    assert vehicles(SEVERAL[case][0]) == SEVERAL[case][1]
 
 
 def test_the_epoch_of_the_bag_is_in_the_notes(tmp_path):
