@@ -19,7 +19,8 @@ from .recognition import Guess, is_vertical_acceleration, recognise
 
 _PLACE = ("lat", "lon")
 _QUATERNION = ("qx", "qy", "qz", "qw")
-_GROUPS = (("x", "y"), ("psi",), _QUATERNION, ("u", "v"), ("r",), ("ax", "ay"), ("wind_u", "wind_v"), _PLACE)
+_RATES = ("x_dot", "y_dot")
+_GROUPS = (("x", "y"), ("psi",), _QUATERNION, ("u", "v"), _RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), _PLACE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +87,8 @@ def map_channels(
     _drop(
         sources, has_position, _PLACE, "x and y are channels of their own; latitude and longitude are not used", notes
     )
+    has_speed = "u" in sources and "v" in sources
+    _drop(sources, has_speed, _RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
     used = {id(source.stream) for source in sources.values()}

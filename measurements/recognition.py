@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from .channels import is_canonical
 from .formats.autopilot import AUTOPILOTS
 from .formats.base import Name
-from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, short_kind
+from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, along_earth, is_known, meaning_of, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
 _ROS = (
@@ -112,7 +112,8 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:
-                return Guess(roles[found["axis"]], "ros", rank, f"{name.topic}:{field[: found.start()]}")
+                role = along_earth(roles[found["axis"]], name.topic)
+                return Guess(role, "ros", rank, f"{name.topic}:{field[: found.start()]}")
         place = _PLACE.search(field)
         if place:
             return Guess(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")

@@ -7,10 +7,12 @@ import pandas as pd
 import pytest
 from bags import EPOCH, Message, nanoseconds, write_ros1, write_ros2
 
+from undertow.measurements.channel_map import map_text
 from undertow.measurements.geodesy import local_metres
 from undertow.measurements.log import read_log
 from undertow.measurements.needs import problems
 from undertow.measurements.prepare import prepare
+from undertow.physics.frames import body_to_earth
 from undertow.physics.vehicle import load_vehicle
 
 TIME = np.arange(0.0, 40.0, 0.2)
@@ -129,7 +131,7 @@ def test_an_imu_that_says_it_knows_no_orientation_is_no_compass(tmp_path):
 
 @pytest.mark.parametrize(
     ("frame", "sway"),
-    [("base_link", -0.2), ("boat/base_link", -0.2), ("base_link_frd", 0.2), ("map", None), ("", -0.2)],
+    [("base_link", -0.2), ("boat/base_link", -0.2), ("base_link_frd", 0.2), ("earth", None), ("", -0.2)],
 )
 def test_the_frame_that_a_twist_names_decides_what_it_is(tmp_path, frame, sway):
     pose = message(
@@ -139,9 +141,60 @@ def test_the_frame_that_a_twist_names_decides_what_it_is(tmp_path, frame, sway):
     log = read(tmp_path, pose, twist)
     if sway is None:
         assert "v" not in log.channels
-        assert told(log, "/vel: its velocity is in the frame 'map', of the earth, not of the body")
+        assert told(log, "/vel: its velocity is in the frame 'earth', of the earth, not of the body")
     else:
         np.testing.assert_allclose(log.channels["v"].value, sway)
+
+
+@pytest.mark.parametrize(
+    ("topic", "frame", "down"),
+    [
+        ("/vel", "map", False),
+        ("/vel", "boat/odom", False),
+        ("/vel", "map_ned", True),
+        # MAVROS names the body's frame in this one, and gives ENU.
+        ("/mavros/local_position/velocity_local", "base_link", False),
+    ],
+)
+def test_a_velocity_along_the_axes_of_the_earth_is_turned_by_the_heading(tmp_path, topic, frame, down):
+    along, across = 1.2 + 0.01 * TIME, 0.3 * np.sin(TIME)
+    north, east = body_to_earth(PSI, along, across)
+    x, y, rate = (north, east, 0.05) if down else (east, north, -0.05)
+    twist = message(topic, "geometry_msgs/msg/TwistStamped", frame, twist__linear__x=x, twist__linear__y=y)
+    for part in twist:
+        part.values["twist.angular.z"] = rate
+    log = read(tmp_path, twist[3:], imu(angular_velocity__z=np.nan)[:-2])
+    np.testing.assert_allclose(log.channels["u"].value, along[3:-2], atol=1e-9)
+    np.testing.assert_allclose(log.channels["v"].value, across[3:-2], atol=1e-9)
+    np.testing.assert_allclose(log.channels["r"].value, 0.05)
+    assert "x_dot" not in log.channels
+    assert told(log, f"u v: velocity in earth axes ({topic}:", "turned by the heading (quaternion /imu/data")
+    (tmp_path / "map.yaml").write_text(map_text(log.entries))
+    again = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    np.testing.assert_array_equal(again.channels["v"].value, log.channels["v"].value)
+
+
+def test_a_velocity_along_the_earth_gives_way_to_one_of_the_body_and_needs_a_heading(tmp_path):
+    local = message("/a/velocity_local", "geometry_msgs/msg/TwistStamped", "base_link", twist__linear__x=TIME)
+    body = message("/z/velocity_body", "geometry_msgs/msg/TwistStamped", "base_link", twist__linear__x=1.0)
+    log = read(tmp_path, local, body, imu())
+    np.testing.assert_array_equal(log.channels["u"].value, 1.0)
+    assert told(log, "u and v are channels of their own; velocities in earth axes are not used")
+    blind = read_log(write_ros1(tmp_path / "blind.bag", local))
+    assert list(blind.channels) == ["r"]
+    assert told(blind, "a velocity in earth axes (/a/velocity_local:", "is not used: without a heading")
+    pd.DataFrame({"t": TIME, "psi": 0.0, "x_dot": 1.0}).to_csv(tmp_path / "wide.csv", index=False)
+    assert told(read_log(tmp_path / "wide.csv"), "(x_dot) is not used: one part of it")
+
+
+def test_a_flattened_bag_says_by_the_topic_that_a_velocity_is_along_the_earth(tmp_path):
+    frame = pd.DataFrame({"time": TIME, "twist.linear.x": np.sin(PSI), "twist.linear.y": np.cos(PSI)})
+    rows = frame.melt("time", var_name="field").assign(topic="/mavros/local_position/velocity_local")
+    heading = pd.DataFrame({"time": TIME, "topic": "/compass", "field": "psi", "value": PSI})
+    pd.concat([rows, heading]).sort_values("time", kind="stable").to_csv(tmp_path / "log.csv", index=False)
+    log = read_log(tmp_path / "log.csv")
+    np.testing.assert_allclose(log.channels["u"].value, 1.0, atol=1e-9)
+    np.testing.assert_allclose(log.channels["v"].value, 0.0, atol=1e-9)
 
 
 def test_a_pose_in_a_frame_that_says_ned_is_not_turned(tmp_path):

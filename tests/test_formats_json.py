@@ -147,7 +147,7 @@ def test_a_topic_whose_schema_has_nothing_of_use_is_not_unpacked(tmp_path):
 
 
 def test_a_topic_of_endless_names_is_cut_off_and_says_so(tmp_path):
-    names = stream("/many", **{f"n{k}": TIME for k in range(390)})
+    names = stream("/many", "", **{f"n{k}": TIME for k in range(390)})
     endless = [Text("/many", {f"m{k}": 1.0}, nanoseconds(30.0 + k)) for k in range(50)]
     log = read(tmp_path, names, endless, stream("/state", psi=PSI))
     assert "/many:(more fields)" in log.unused

@@ -164,9 +164,9 @@ def _stamp(stamped: Mapping[str, Any]) -> int:
     """The stamp of a message [ns], 0 where it has none."""
     for member in (stamped.get("header", {}).get("stamp"), stamped.get("timestamp"), stamped.get("stamp")):
         if isinstance(member, dict):
-            parts = [next((member[key] for key in keys if key in member), None) for keys in (_SECONDS, _NANOSECONDS)]
-            if all(isinstance(part, int) for part in parts):
-                return parts[0] * 1_000_000_000 + parts[1]
+            sec, nsec = (next((member[k] for k in keys if k in member), None) for keys in (_SECONDS, _NANOSECONDS))
+            if isinstance(sec, int) and isinstance(nsec, int):
+                return sec * 1_000_000_000 + nsec
     return 0
 
 
