@@ -23,12 +23,14 @@ UNITS = {
     "qy": "1",
     "qz": "1",
     "qw": "1",
+    "x_dot": "m/s",
+    "y_dot": "m/s",
     "lat": "deg",
     "lon": "deg",
 }
 """Canonical channels of motion and their units; earth axes NED, body axes FRD. `wind_u`, `wind_v` are the velocity of
-the air relative to the boat, in body axes, as an anemometer on board measures it. A quaternion becomes `psi`, and
-latitude and longitude `x` and `y`, when a log is read."""
+the air relative to the boat, in body axes, as an anemometer on board measures it. When a log is read a quaternion
+becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y` becomes `u` and `v`."""
 
 COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
 """Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`."""
@@ -39,6 +41,8 @@ LIMITS = {
     "u": (-100.0, 100.0),
     "v": (-100.0, 100.0),
     "r": (-50.0, 50.0),
+    "x_dot": (-100.0, 100.0),
+    "y_dot": (-100.0, 100.0),
     "ax": (-1e4, 1e4),
     "ay": (-1e4, 1e4),
     "wind_u": (-150.0, 150.0),

@@ -34,7 +34,8 @@ def write_clean(log: Log, fixes: Sequence[str], left: Sequence[str], out: str | 
     """Write a log: a row per stamp where all channels share their stamps, a long table otherwise.
 
     The first lines are remarks, `# ...`: what was fixed, what was not, and what reading the raw log had to assume.
-    `read_log` gives them back as notes. The same log gives the same bytes.
+    `read_log` gives them back as notes. Time is that of the log, in nanoseconds where it counts from 1970. The same log
+    gives the same bytes.
 
     Parameters
     ----------
@@ -59,15 +60,22 @@ def write_clean(log: Log, fixes: Sequence[str], left: Sequence[str], out: str | 
 
 def _table(log: Log) -> str:
     channels = list(log.channels.values())
-    time = channels[0].time
+    time, start = channels[0].time, log.start_ns
+
+    def stamp(t: float) -> str:
+        return str(start + round(1e9 * t)) if start else f"{t:.6f}"
+
     if all(np.array_equal(channel.time, time) for channel in channels):
         rows = np.column_stack([channel.value for channel in channels]).tolist()
-        lines = [f"{t:.6f},{','.join(f'{x:.9g}' for x in row)}\n" for t, row in zip(time.tolist(), rows, strict=True)]
-        return f"t,{','.join(channel.name for channel in channels)}\n" + "".join(lines)
+        lines = [
+            f"{stamp(t)},{','.join(f'{x:.9g}' for x in row)}\n" for t, row in zip(time.tolist(), rows, strict=True)
+        ]
+        return f"{'timestamp_ns' if start else 't'},{','.join(channel.name for channel in channels)}\n" + "".join(lines)
     long = [
         (t, channel.name, x)
         for channel in channels
         for t, x in zip(channel.time.tolist(), channel.value.tolist(), strict=True)
     ]
     long.sort(key=lambda row: row[0])
-    return "time,topic,field,value\n" + "".join(f"{t:.6f},fixed,{name},{x:.9g}\n" for t, name, x in long)
+    lines = [f"{stamp(t)},fixed,{name},{x:.9g}\n" for t, name, x in long]
+    return f"{'timestamp_ns' if start else 'time'},topic,field,value\n" + "".join(lines)

@@ -6,19 +6,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..physics.errors import LogError
-from ..physics.frames import Array, heading_from_enu, heading_from_quaternion
+from ..physics.frames import Array, earth_to_body, heading_from_enu, heading_from_quaternion
 from .channel_map import Entry
 from .channels import UNITS, Channel, check_limits, command_kind
 from .cleaning import Cleaner
 from .formats.base import Stream
 from .geodesy import local_metres
 
-_FROM_ENU = {"x": ("y", 1.0), "y": ("x", 1.0), "v": ("v", -1.0), "r": ("r", -1.0), "ay": ("ay", -1.0)} | {
-    "wind_v": ("wind_v", -1.0)
-}
+_FROM_ENU = {
+    "x": ("y", 1.0),
+    "y": ("x", 1.0),
+    "x_dot": ("y_dot", 1.0),
+    "y_dot": ("x_dot", 1.0),
+    "v": ("v", -1.0),
+    "r": ("r", -1.0),
+    "ay": ("ay", -1.0),
+} | {"wind_v": ("wind_v", -1.0)}
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _PLACE = ("lat", "lon")
+_RATES = ("x_dot", "y_dot")
 _WHOLE = 1e4
 """No angle in degrees is as large as this; a latitude in 1e-7 degrees is, unless it is within 110 m of the equator."""
 
@@ -73,6 +80,7 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
         check_limits(channel, where)
     _heading(channels, sources, where, notes)
     _position(channels, where, notes)
+    _velocity(channels, notes)
     for name in ("x", "y"):
         if name in channels:
             check_limits(channels[name], where)
@@ -160,6 +168,34 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
     )
     channels["x"] = Channel("x", time[known], north, parts[0].origin, parts[0].lost)
     channels["y"] = Channel("y", time[known], east, parts[1].origin, parts[1].lost)
+
+
+def _velocity(channels: dict[str, Channel], notes: list[str]) -> None:
+    """Turn a velocity in earth axes by the heading into surge and sway, where the log does not tell these itself."""
+    parts = [channels.pop(name) for name in _RATES if name in channels]
+    if not parts:
+        return
+    if len(parts) < 2 or "psi" not in channels:
+        lacks = "one part of it" if len(parts) < 2 else "without a heading"
+        notes.append(f"a velocity in earth axes ({' '.join(part.origin for part in parts)}) is not used: {lacks}")
+        return
+    time, (north, east) = _together(parts)
+    heading = channels["psi"]
+    inside = (time >= heading.time[0]) & (time <= heading.time[-1])
+    if not inside.any():
+        notes.append(f"a velocity in earth axes ({parts[0].origin}) is not used: no heading at its stamps")
+        return
+    time, north, east = time[inside], north[inside], east[inside]
+    psi = np.interp(time, heading.time, np.unwrap(heading.value))
+    origin = f"{parts[0].origin}, {parts[1].origin}"
+    made = [name for name in ("u", "v") if name not in channels]
+    for name, value in zip(("u", "v"), earth_to_body(psi, north, east), strict=True):
+        if name in made:
+            channels[name] = Channel(name, time, value, origin, parts[0].lost)
+    notes.append(
+        f"{' '.join(made)}: velocity in earth axes ({origin}), turned by the heading ({heading.origin}); right as "
+        "far as both are of one frame"
+    )
 
 
 def _together(parts: list[Channel]) -> tuple[Array, list[Array]]:

@@ -28,6 +28,8 @@ class Log:
     notes : every guess, conversion and dropped row, as sentences
     unused : the streams of the file that became no channel, `topic:field` or column
     entries : the channel map in use, guesses included; see `channel_map.map_text`
+    start_ns : the stamp of the file at time zero of the channels [ns]: where a file counts from 1970, the channels
+        count from its first stamp; 0 where they have the file's own time
     """
 
     path: Path
@@ -35,6 +37,7 @@ class Log:
     notes: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
     entries: dict[str, Entry] = field(default_factory=dict)
+    start_ns: int = 0
 
     @property
     def name(self) -> str:
@@ -86,7 +89,8 @@ def read_log(
     names = [*(stream.label for stream in recording.streams), *recording.unread]
     told = check_namespace(names, namespace, str(path))
     mapped = map_channels(recording.streams, frame, entries, str(path), recording.unread, namespace, mend)
-    return Log(path, mapped.channels, (*recording.notes, *told, *mapped.notes), mapped.unused, mapped.entries)
+    notes = (*recording.notes, *told, *mapped.notes)
+    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, recording.start_ns)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:
@@ -94,7 +98,9 @@ def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Call
     named = {entry.source for entry in entries.values() if entry is not None}
     topics = {source.rpartition(":")[0] for source in named if ":" in source}
     # An element of a sequence, `channels[2]` or `port_joint.velocity`, is offered as `channels[]` or `velocity[]`.
-    fields = {re.sub(r"\[\d+\]", "[]", source) for source in named} | {f"{s.rpartition('.')[2]}[]" for s in named}
+    fields = (
+        named | {re.sub(r"\[\d+\]", "[]", source) for source in named} | {f"{s.rpartition('.')[2]}[]" for s in named}
+    )
 
     def wanted(name: Name) -> bool:
         if name.name in named or name.field in fields or (name.topic and name.topic in topics):

@@ -1,7 +1,7 @@
 """Which stream becomes which channel: the user's word first, then the best guess."""
 
 import difflib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -13,13 +13,14 @@ from .channel_map import Entry
 from .channels import Channel, command_kind, unit_of
 from .conversion import Source, channels_of
 from .formats.base import Name, Stream
-from .message_types import is_earth_velocity
+from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
 from .namespaces import is_under
 from .recognition import Guess, is_vertical_acceleration, recognise
 
 _PLACE = ("lat", "lon")
 _QUATERNION = ("qx", "qy", "qz", "qw")
-_GROUPS = (("x", "y"), ("psi",), _QUATERNION, ("u", "v"), ("r",), ("ax", "ay"), ("wind_u", "wind_v"), _PLACE)
+_RATES = ("x_dot", "y_dot")
+_GROUPS = (("x", "y"), ("psi",), _QUATERNION, ("u", "v"), _RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), _PLACE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,9 +70,10 @@ def map_channels(
     notes: list[str] = []
     ours = [stream for stream in streams if namespace is None or is_under(stream.topic, namespace)]
     sources = _mapped((ours, streams), frame, entries, where, unread)
-    mapped = tuple(sources)
+    mapped, given = tuple(sources), {id(source.stream) for source in sources.values()}
     for source in _guessed(ours, frame, notes):
-        taken = source.target in sources or _says_heading(source.target) & _says_heading(*mapped)
+        named = command_kind(source.role) is not None and id(source.stream) in given
+        taken = named or source.target in sources or _says_heading(source.target) & _says_heading(*mapped)
         if not taken and not (source.target in entries and entries[source.target] is None):
             sources[source.target] = source
     if not sources:
@@ -85,6 +87,8 @@ def map_channels(
     _drop(
         sources, has_position, _PLACE, "x and y are channels of their own; latitude and longitude are not used", notes
     )
+    has_speed = "u" in sources and "v" in sources
+    _drop(sources, has_speed, _RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
     used = {id(source.stream) for source in sources.values()}
@@ -159,22 +163,35 @@ def _guessed(streams: Sequence[Stream], frame: str | None, notes: list[str]) -> 
         for stream in streams
         if is_vertical_acceleration(stream.label) and np.nanmean(_finite(stream.value)) < 0
     }
+    bearers = Counter(stream.topic for named in found.values() for guess, stream in named if guess.rank == 0)
     sources = []
+    passed: dict[tuple[str, ...], list[str]] = defaultdict(list)
     for roles in (*_GROUPS, *((role,) for role in sorted(found) if command_kind(role))):
         group = _best_group(roles, found)
         for role in roles:
-            candidates = sorted(
-                ((guess, stream) for guess, stream in found.get(role, []) if guess.group == group),
-                key=lambda item: item[1].name,
-            )
+            candidates = [(guess, stream) for guess, stream in found.get(role, []) if guess.group == group]
             if not candidates:
                 continue
-            guess, stream = candidates[0]
-            others = [other.name for _, other in found[role] if other is not stream]
-            if others:
-                notes.append(f"{role}: taken from {stream.name}, not from {some(others)}")
+            guess, stream = min(candidates, key=lambda item: _behind(item[0].role, item[1], bearers))
+            others = [other for _, other in found[role] if other is not stream]
+            if others and all(other.field == stream.field == role for other in others):
+                passed[(stream.topic, *sorted(other.topic for other in others))].append(role)
+            elif others:
+                notes.append(f"{role}: taken from {stream.name}, not from {some([other.name for other in others])}")
             sources.append(_placed(guess, stream, frame, stream.topic in upside_down, notes))
+    notes += [
+        f"{' '.join(roles)}: taken from {topic}, not from {some(others)}" for (topic, *others), roles in passed.items()
+    ]
     return sources
+
+
+def _behind(role: str, stream: Stream, bearers: Mapping[str, int]) -> tuple[bool, int, str]:
+    """Order of the topics that bear one canonical name: measured before wanted or predicted, the fullest, by name.
+
+    A command may well come from a topic of commands.
+    """
+    marks = PREDICTED if command_kind(role) else NOT_MEASURED
+    return marks.search(stream.topic.lower()) is not None, -bearers[stream.topic], stream.name
 
 
 def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[tuple[Guess, Stream]]]:
@@ -219,7 +236,13 @@ def _best_group(roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, St
 
 
 def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:
-    if command_kind(guess.role):
+    kind, thruster = command_kind(guess.role) or ("", "")
+    if thruster.isdigit() and guess.rank > 0:
+        how = (
+            f"output {thruster} by number [{unit_of(guess.role)}]; if it drives port, map {kind}_port: '{stream.name}'"
+        )
+        return Source(guess.role, stream, "ned", guess.scale, how=how, within=guess.within)
+    if kind:
         measured = guess.axes == "ned" and guess.role.startswith("rad_s")
         what = "the measured speed of" if measured else "guessed from the name"
         how = "" if guess.rank == 0 else f"{what} {stream.name}, taken in [{unit_of(guess.role)}]"

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from .channels import command_kind
@@ -97,8 +97,14 @@ _STANDARD = re.compile(
 """Packages whose types are known: what is not in `TYPES` is no measurement of the vehicle (a marker, a path)."""
 _EARTH = re.compile(r"(map|odom|world|earth|enu|ned|utm|local_origin|gps)(_ned|_enu)?")
 _DOWN = re.compile(r"(^|.*_)(ned|frd)")
-NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|velocity_local")
-"""In the name of what is wanted of a vehicle, or is not in its axes; commands of thrusters may bear such names."""
+PREDICTED = re.compile("predict")
+NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|predict")
+"""In the name of what is wanted or predicted of a vehicle; commands of thrusters may bear such names."""
+_LEVEL = re.compile(r"(map|odom|world|enu|ned|utm|local_origin)(_ned|_enu)?")
+"""Frames of the earth whose z axis is vertical; `earth` itself is not one, but its centre (REP-105)."""
+_LEVEL_TOPIC = re.compile(r"velocity_local$")
+"""MAVROS gives this one in ENU axes, and names the frame of the body (local_position.cpp)."""
+_ALONG = {"u": "x_dot", "v": "y_dot"}
 
 
 def short_kind(kind: str) -> str:
@@ -123,17 +129,29 @@ def meaning_of(name: Name, frame: str = "") -> Meaning | None:
     ----------
     name : of the stream
     frame : in which the message says it is: a twist in a frame of the earth is no velocity ahead and to starboard; a
-        frame whose name ends in `ned` or `frd` is one
+        frame whose name ends in `ned` or `frd` is one. In a level frame it is a velocity along `x` and `y`
     """
     found = TYPES.get(short_kind(name.kind), {}).get(name.field)
     if found is None or (command_kind(found.role) is None and NOT_MEASURED.search(name.topic.lower())):
         return None
     last = frame.strip("/").rpartition("/")[2].lower()
-    if found.role in ("u", "v") and _EARTH.fullmatch(last):
-        return None
-    if found.axes == "ros" and _DOWN.fullmatch(last):
-        return Meaning(found.role, "ned", found.rank, found.group, found.scale, found.within)
-    return found
+    local = along_earth(found.role, name.topic)
+    if local != found.role:
+        return replace(found, role=local)
+    if found.role in _ALONG and _EARTH.fullmatch(last):
+        if not _LEVEL.fullmatch(last):
+            return None
+        found = replace(found, role=_ALONG[found.role])
+    return replace(found, axes="ned") if found.axes == "ros" and _DOWN.fullmatch(last) else found
+
+
+def along_earth(role: str, topic: str) -> str:
+    """What a velocity is in a topic whose name says that it is along the axes of the earth.
+
+    >>> along_earth("u", "/mavros/local_position/velocity_local"), along_earth("u", "/odom")
+    ('x_dot', 'u')
+    """
+    return _ALONG.get(role, role) if _LEVEL_TOPIC.search(topic.lower()) else role
 
 
 def is_earth_velocity(name: Name, frame: str) -> bool:

@@ -8,7 +8,7 @@ from .channels import command_kind
 from .formats.base import Name
 from .recognition import recognise
 
-_PLACES = (frozenset({"x", "y"}), frozenset({"lat", "lon"}), frozenset({"u", "v"}))
+_PLACES = (frozenset({"x", "y"}), frozenset({"lat", "lon"}), frozenset({"u", "v"}), frozenset({"x_dot", "y_dot"}))
 _HEADINGS = (frozenset({"psi"}), frozenset({"qx", "qy", "qz", "qw"}))
 
 

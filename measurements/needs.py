@@ -1,9 +1,12 @@
 """Which channels a vehicle needs of a log, and what to say when one is not there."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..physics.errors import LogError
 from ..physics.vehicle import Vehicle
+from .channel_map import Entry, map_text
 from .channels import COMMAND_UNITS, Channel, command_kind, unit_of
 from .log import Log
 
@@ -29,7 +32,9 @@ def problems(log: Log, vehicle: Vehicle | None) -> list[str]:
             f"expected u and v (or x and y, to derive them), but {' and '.join(velocities)} and a position are "
             f"missing; got {_listed(log)}. Map them with a channel map."
         )
-    found += [_command_problem(log, name) for name in command_channels(vehicle) if name not in have]
+    missing = [name for name in command_channels(vehicle) if name not in have]
+    told = _numbered(log, missing)
+    found += [told] if told else [_command_problem(log, name) for name in missing]
     found += [
         f"{name} has one sample in {channel.period:g} s (at least one in 2 s is needed). Is the time column in seconds?"
         for name, channel in have.items()
@@ -53,6 +58,32 @@ def require(log: Log, vehicle: Vehicle | None) -> None:
 
 def _listed(log: Log) -> str:
     return " ".join(log.channels) or "no channel"
+
+
+def _numbered(log: Log, missing: Sequence[str]) -> str:
+    """What to say where commands are missing and the log has as many of their kind, by number; else empty."""
+    kinds = {(command_kind(name) or ("", ""))[0] for name in missing}
+    spare = [
+        channel
+        for name, channel in sorted(log.channels.items(), key=lambda item: _natural(item[0]))
+        if (kind := command_kind(name)) and kind[0] in kinds and kind[1].isdigit()
+    ]
+    if len(kinds) != 1 or len(spare) < len(missing):
+        return ""
+    pairs = zip(missing, spare, strict=False)
+    lines = map_text({name: log.entries.get(channel.name, Entry(channel.origin)) for name, channel in pairs})
+    names = " ".join(channel.name for channel in spare)
+    return (
+        f"missing command channel {' '.join(missing)}; the log has {names}, by number of the output, and does not say "
+        "which thruster each one drives. Say so in a channel map (--map channels.yaml), a line for each, such as "
+        f"{' and '.join(lines.splitlines())} (if these are the outputs); 'undertow inspect' with that map then tells "
+        "whether sides and directions are right."
+    )
+
+
+def _natural(name: str) -> tuple[int, str]:
+    """Order of numbered names: 2 before 10."""
+    return len(name), name
 
 
 def _command_problem(log: Log, name: str) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from .channels import is_canonical
 from .formats.autopilot import AUTOPILOTS
 from .formats.base import Name
-from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, short_kind
+from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, along_earth, is_known, meaning_of, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
 _ROS = (
@@ -107,11 +107,13 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
     if autopilot is not None:
         role, scale = autopilot
         return Guess(role, "log" if role.startswith("pwm") else "ned", 2, name.name.partition(".")[0], scale)
-    if not NOT_MEASURED.search(name.name.lower()):
+    # What stands in a list of things (the poses of a path) is not the vehicle's own.
+    if not NOT_MEASURED.search(name.name.lower()) and "]." not in field:
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:
-                return Guess(roles[found["axis"]], "ros", rank, f"{name.topic}:{field[: found.start()]}")
+                role = along_earth(roles[found["axis"]], name.topic)
+                return Guess(role, "ros", rank, f"{name.topic}:{field[: found.start()]}")
         place = _PLACE.search(field)
         if place:
             return Guess(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")

@@ -110,9 +110,11 @@ def stretches(parts: Parts) -> list[Stretch]:
     ]
 
 
-def in_order(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """The rows of all stretches in one table, sorted by log and time, as `series.csv` holds them."""
+def in_order(frames: Sequence[pd.DataFrame], rounded: bool = True) -> pd.DataFrame:
+    """The rows of all stretches in one table, sorted by log and time, and `rounded` as `series.csv` holds them."""
     table = pd.concat(frames, ignore_index=True).sort_values(["log", "time"], kind="stable", ignore_index=True)
+    if not rounded:
+        return table
     numeric = [c for c in table.columns if c not in ("log", "part")]
     return table.round(dict.fromkeys(numeric, _DIGITS))
 

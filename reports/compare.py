@@ -89,7 +89,8 @@ def _compared(
     table = series(*ends(found), inputs.parts, inputs.channels)
     judged = [judge(model, inputs.parts) for model in found]
     if series_file is not None:
-        write_series(series_file, compared(named, inputs.parts, inputs.channels), inputs.channels, inputs.parts)
+        told = compared(named, inputs.parts, inputs.channels)
+        write_series(series_file, told, inputs.channels, inputs.parts, inputs.starts)
     return comparison(judged, inputs, table, timed=True, notes=notes)
 
 

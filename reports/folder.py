@@ -152,7 +152,7 @@ def _write_viewer_series(run: Run, path: Path, say: Say) -> None:
         Prediction("before", found.nominal, run.series, "before"),
         Prediction("after", found.corrected, run.series, "after", forces),
     )
-    write_series(path, told, run.inputs.channels, parts)
+    write_series(path, told, run.inputs.channels, parts, run.inputs.starts)
 
 
 def _warn(line: str) -> None:

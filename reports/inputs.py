@@ -61,6 +61,11 @@ class Inputs:
         return ", ".join(Path(path).name for path in self.paths)
 
     @property
+    def starts(self) -> dict[str, int]:
+        """The stamp of each log at the zero of its motions' time [ns], by their source."""
+        return {str(log.path): log.start_ns for log in self.logs}
+
+    @property
     def channels(self) -> tuple[str, ...]:
         """Names of the command columns."""
         return tuple(t.channel for t in self.vehicle.thrusters)

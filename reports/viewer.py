@@ -2,7 +2,7 @@
 
 Messages are JSON, their schemas are JSON Schema, embedded. Numbers are those of `series.csv`, in NED/FRD; poses, the
 path and the frame `boat` alone are turned to the ENU/FLU axes (z up) in which 3D views draw (ROS REP-103). Stamps are
-those of the log as it was read.
+the log's own, so that the file lies over the log in a viewer.
 """
 
 import io
@@ -25,7 +25,7 @@ from ..physics.frames import Array, heading_from_enu
 from ..physics.matrices import mass_matrix
 from ..physics.vehicle import Vehicle
 from ..residuals.models import Model, VehicleModel
-from .assess import Parts, series, stretches
+from .assess import Parts, in_order, series, stretches
 from .effect_forces import FORCES, effect_forces, effects_between
 from .viewer_schemas import (
     AXES_TOLD,
@@ -101,7 +101,11 @@ def require_mcap() -> None:
 
 
 def write_series(
-    path: str | os.PathLike[str], predictions: Sequence[Prediction], channels: Sequence[str], parts: Parts
+    path: str | os.PathLike[str],
+    predictions: Sequence[Prediction],
+    channels: Sequence[str],
+    parts: Parts,
+    starts: Mapping[str, int],
 ) -> Path:
     """Write what was measured and what each model predicts; equal inputs give equal bytes.
 
@@ -110,6 +114,7 @@ def write_series(
     predictions : the first is that of the nominal model; its table gives the measurement
     channels : names of the command columns
     parts : that the series runs along; where they are of several logs, topics begin with `/log0`, `/log1` ...
+    starts : stamp of each log at the zero of its motions' time [ns], by their source
 
     Raises
     ------
@@ -121,6 +126,7 @@ def write_series(
 
     table = predictions[0].table
     logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
+    exact = in_order([stretch.frame() for stretch in stretches(parts)], rounded=False)
     definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
     content = io.BytesIO()
     writer = Writer(content)  # in chunks, compressed by zstandard
@@ -131,8 +137,11 @@ def write_series(
     for log, source in sorted(logs.items()):
         rows = (table["log"] == log).to_numpy()
         prefix = f"/log{log}" if len(logs) > 1 else ""
-        clock = _Clock.of(table.loc[rows, "time"].to_numpy())
+        start = starts[source]
+        clock = _Clock.of(exact.loc[rows, "time"].to_numpy(), start)
         about[f"log{log}"] = source
+        if start:
+            about[f"log{log}_starts_at_ns"] = str(start)
         if clock.shift:
             about[f"log{log}_stamps_moved_by_s"] = str(clock.shift)
         taken: set[str] = set()
@@ -164,13 +173,14 @@ class _Clock:
     shift: int
 
     @classmethod
-    def of(cls, time: Array) -> "_Clock":
-        """From stamps [s], which the series gives to a tenth of a microsecond; MCAP has none below zero."""
-        shift = max(0, -int(np.floor(time[0])))
+    def of(cls, time: Array, start: int) -> "_Clock":
+        """From times [s] since a stamp [ns]; MCAP has none below zero."""
         whole = np.floor(time)
-        nanos = np.round((time - whole) * 1e7).astype(np.int64) * 100
-        whole = whole.astype(np.int64) + shift + nanos // _SECOND
-        return cls(whole.tolist(), (nanos % _SECOND).tolist(), shift)
+        nanos = np.round((time - whole) * _SECOND).astype(np.int64)
+        shift = max(0, -((start + int(whole[0]) * _SECOND) // _SECOND))
+        both = zip(whole.astype(np.int64).tolist(), nanos.tolist(), strict=True)
+        stamps = [divmod(start + (sec + shift) * _SECOND + nsec, _SECOND) for sec, nsec in both]
+        return cls([sec for sec, _ in stamps], [nsec for _, nsec in stamps], shift)
 
     def __iter__(self) -> Iterator[int]:
         """Stamps in nanoseconds."""

@@ -1,11 +1,13 @@
 """Bags on the command line: namespaces, channel maps, progress, and runs that remember how a log was read."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from bags import recorded, write_mcap, write_ros2
+from mcap.reader import make_reader
 from verbs import done, refused, strict
 
 from undertow.measurements.log import read_log
@@ -56,6 +58,23 @@ def test_a_run_remembers_the_namespace_and_add_reads_the_same(tmp_path, world, m
     assert added == again
     np.testing.assert_array_equal(alone.logs[0].channels["u"].value, other.odometry[:, 3])
     refused("add", "munk_moment", "--run", "run", "--namespace", "alpha", match="leave out --namespace")
+
+
+def test_the_series_of_a_bag_lies_over_the_bag(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    # Stamps from 1970, with nanoseconds that no double holds.
+    even = simulate_world(BOAT, {}, duration=60.0, noise="clean", seed=4)
+    assert np.ptp(np.diff(even.odometry_time)) < 1e-9
+    bag = [replace(m, header=(m.header or 0) + 123_456_789, received=m.received + 130_000_000) for m in recorded(even)]
+    write_ros2(Path("bag"), bag)
+    log = read_log("bag")
+    stamps = {m.header for m in bag if m.topic == "/odometry"}
+    assert {log.start_ns + round(1e9 * t) for t in log.channels["u"].time} == stamps
+    done("compare", "bag", "-v", "blueboat", "--series", "a.mcap")
+    with Path("a.mcap").open("rb") as file:
+        found = [m.log_time for _, _, m in make_reader(file).iter_messages(topics=["/measured"])]
+    assert len(found) > 500
+    assert set(found) <= stamps
 
 
 def test_a_run_of_an_earlier_version_has_no_namespace(tmp_path):

@@ -1,18 +1,19 @@
-"""Messages become channels by their types, and vehicles are told apart by their namespaces."""
+"""Messages become channels by their types."""
+
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
-from bags import EPOCH, Message, nanoseconds, recorded, write_mcap, write_ros1, write_ros2
+from bags import EPOCH, Message, nanoseconds, write_ros1, write_ros2
 
-from undertow.measurements.channel_map import map_text, read_channel_map
-from undertow.measurements.formats.base import Name
+from undertow.measurements.channel_map import map_text
 from undertow.measurements.geodesy import local_metres
 from undertow.measurements.log import read_log
-from undertow.measurements.namespaces import vehicles
+from undertow.measurements.needs import problems
 from undertow.measurements.prepare import prepare
+from undertow.physics.frames import body_to_earth
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
 
 TIME = np.arange(0.0, 40.0, 0.2)
 PSI = 0.3 + 0.05 * TIME
@@ -109,8 +110,8 @@ def test_a_flattened_bag_of_fixes_goes_through_the_same_door(tmp_path):
     wide.assign(lat=0.0, lon=0.0).to_csv(tmp_path / "none.csv", index=False)
     with pytest.raises(ValueError, match="are zero in all 200 rows: no fix"):
         read_log(tmp_path / "none.csv")
-    wide.assign(lat=634400000).to_csv(tmp_path / "scaled.csv", index=False)
-    with pytest.raises(ValueError, match=r"lat \(lat\) must lie within -90 to 90 \[deg\], got 6.344e\+08"):
+    wide.assign(lat=6344.0).to_csv(tmp_path / "scaled.csv", index=False)
+    with pytest.raises(ValueError, match=r"lat \(lat\) must lie within -90 to 90 \[deg\], got 6344"):
         read_log(tmp_path / "scaled.csv")
 
 
@@ -130,7 +131,7 @@ def test_an_imu_that_says_it_knows_no_orientation_is_no_compass(tmp_path):
 
 @pytest.mark.parametrize(
     ("frame", "sway"),
-    [("base_link", -0.2), ("boat/base_link", -0.2), ("base_link_frd", 0.2), ("map", None), ("", -0.2)],
+    [("base_link", -0.2), ("boat/base_link", -0.2), ("base_link_frd", 0.2), ("earth", None), ("", -0.2)],
 )
 def test_the_frame_that_a_twist_names_decides_what_it_is(tmp_path, frame, sway):
     pose = message(
@@ -140,9 +141,60 @@ def test_the_frame_that_a_twist_names_decides_what_it_is(tmp_path, frame, sway):
     log = read(tmp_path, pose, twist)
     if sway is None:
         assert "v" not in log.channels
-        assert told(log, "/vel: its velocity is in the frame 'map', of the earth, not of the body")
+        assert told(log, "/vel: its velocity is in the frame 'earth', of the earth, not of the body")
     else:
         np.testing.assert_allclose(log.channels["v"].value, sway)
+
+
+@pytest.mark.parametrize(
+    ("topic", "frame", "down"),
+    [
+        ("/vel", "map", False),
+        ("/vel", "boat/odom", False),
+        ("/vel", "map_ned", True),
+        # MAVROS names the body's frame in this one, and gives ENU.
+        ("/mavros/local_position/velocity_local", "base_link", False),
+    ],
+)
+def test_a_velocity_along_the_axes_of_the_earth_is_turned_by_the_heading(tmp_path, topic, frame, down):
+    along, across = 1.2 + 0.01 * TIME, 0.3 * np.sin(TIME)
+    north, east = body_to_earth(PSI, along, across)
+    x, y, rate = (north, east, 0.05) if down else (east, north, -0.05)
+    twist = message(topic, "geometry_msgs/msg/TwistStamped", frame, twist__linear__x=x, twist__linear__y=y)
+    for part in twist:
+        part.values["twist.angular.z"] = rate
+    log = read(tmp_path, twist[3:], imu(angular_velocity__z=np.nan)[:-2])
+    np.testing.assert_allclose(log.channels["u"].value, along[3:-2], atol=1e-9)
+    np.testing.assert_allclose(log.channels["v"].value, across[3:-2], atol=1e-9)
+    np.testing.assert_allclose(log.channels["r"].value, 0.05)
+    assert "x_dot" not in log.channels
+    assert told(log, f"u v: velocity in earth axes ({topic}:", "turned by the heading (quaternion /imu/data")
+    (tmp_path / "map.yaml").write_text(map_text(log.entries))
+    again = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    np.testing.assert_array_equal(again.channels["v"].value, log.channels["v"].value)
+
+
+def test_a_velocity_along_the_earth_gives_way_to_one_of_the_body_and_needs_a_heading(tmp_path):
+    local = message("/a/velocity_local", "geometry_msgs/msg/TwistStamped", "base_link", twist__linear__x=TIME)
+    body = message("/z/velocity_body", "geometry_msgs/msg/TwistStamped", "base_link", twist__linear__x=1.0)
+    log = read(tmp_path, local, body, imu())
+    np.testing.assert_array_equal(log.channels["u"].value, 1.0)
+    assert told(log, "u and v are channels of their own; velocities in earth axes are not used")
+    blind = read_log(write_ros1(tmp_path / "blind.bag", local))
+    assert list(blind.channels) == ["r"]
+    assert told(blind, "a velocity in earth axes (/a/velocity_local:", "is not used: without a heading")
+    pd.DataFrame({"t": TIME, "psi": 0.0, "x_dot": 1.0}).to_csv(tmp_path / "wide.csv", index=False)
+    assert told(read_log(tmp_path / "wide.csv"), "(x_dot) is not used: one part of it")
+
+
+def test_a_flattened_bag_says_by_the_topic_that_a_velocity_is_along_the_earth(tmp_path):
+    frame = pd.DataFrame({"time": TIME, "twist.linear.x": np.sin(PSI), "twist.linear.y": np.cos(PSI)})
+    rows = frame.melt("time", var_name="field").assign(topic="/mavros/local_position/velocity_local")
+    heading = pd.DataFrame({"time": TIME, "topic": "/compass", "field": "psi", "value": PSI})
+    pd.concat([rows, heading]).sort_values("time", kind="stable").to_csv(tmp_path / "log.csv", index=False)
+    log = read_log(tmp_path / "log.csv")
+    np.testing.assert_allclose(log.channels["u"].value, 1.0, atol=1e-9)
+    np.testing.assert_allclose(log.channels["v"].value, 0.0, atol=1e-9)
 
 
 def test_a_pose_in_a_frame_that_says_ned_is_not_turned(tmp_path):
@@ -162,10 +214,31 @@ def test_outputs_of_a_flight_controller_are_pwm_by_number_and_idle_ones_are_left
     np.testing.assert_allclose(log.channels["pwm_1"].value, 1500 + np.arange(TIME.size))
     assert log.channels["pwm_3"].value.size == TIME.size - 5
     assert told(log, "/mavros/rc/out: no value in channels[1], channels[3]")
-    (tmp_path / "map.yaml").write_text('pwm_port: "/mavros/rc/out:channels[0]"\npwm_1: null\n')
+    line = "pwm_port: '/mavros/rc/out:channels[0]'"
+    assert told(log, f"pwm_1: output 1 by number [us]; if it drives port, map {line}")
+    (tmp_path / "map.yaml").write_text(line)
     mapped = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
     np.testing.assert_allclose(mapped.channels["pwm_port"].value, 1500 + np.arange(TIME.size))
-    assert "pwm_1" not in mapped.channels
+    assert list(mapped.channels) == ["psi", "pwm_3", "pwm_port"]
+
+
+def test_outputs_by_number_come_with_the_lines_of_the_map_that_is_missing(tmp_path):
+    pulses = [np.array([1500, 0, 1600, 1700], np.uint16)] * TIME.size
+    out = message("/mavros/rc/out", "mavros_msgs/msg/RCOut", channels=pulses)
+    pose = message(
+        "/pose", "geometry_msgs/msg/PoseStamped", pose__position__x=TIME, **quaternion(PSI, "pose__orientation")
+    )
+    log = read(tmp_path, out, pose)
+    (problem,) = problems(log, load_vehicle("blueboat_paper"))
+    assert "missing command channel pwm_port pwm_stbd; the log has pwm_1 pwm_3 pwm_4, by number" in problem
+    lines = re.findall(r"pwm_\w+: \{.*?\}", problem)
+    (tmp_path / "map.yaml").write_text("\n".join(lines))
+    mapped = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    assert problems(mapped, load_vehicle("blueboat_paper")) == []
+    assert mapped.channels["pwm_stbd"].origin == "/mavros/rc/out:channels[2]"
+    assert "pwm_4" in mapped.channels
+    # A vehicle that wants newtons is another matter.
+    assert problems(log, load_vehicle("blueboat"))[0].startswith("missing command channel newton_port of thruster")
 
 
 def test_joints_of_propellers_drives_and_compass_headings_are_known(tmp_path):
@@ -206,85 +279,6 @@ def test_thrust_that_never_exceeds_one_is_asked_whether_it_is_normalized(tmp_pat
     log = read(tmp_path, left, right)
     assert told(log, "newton_port: guessed", "never above 1, so is it normalized?")
     assert not told(log, "newton_stbd", "normalized")
-
-
-@pytest.fixture(scope="module")
-def two_boats():
-    boat = load_vehicle("blueboat")
-    alpha, beta = (simulate_world(boat, {}, duration=40.0, noise="field", seed=seed) for seed in (1, 2))
-    return alpha, beta, in_order(recorded(alpha, "/sim/alpha"), recorded(beta, "/sim/beta"))
-
-
-def test_of_several_vehicles_one_is_chosen_by_its_namespace(tmp_path, two_boats):
-    alpha, beta, messages = two_boats
-    path = write_mcap(tmp_path / "log.mcap", messages)
-    with pytest.raises(ValueError, match="expected the log of one vehicle, got 2: /sim/alpha, /sim/beta. Choose one"):
-        read_log(path)
-    for name, world in (("sim/alpha", alpha), ("/sim/beta/", beta)):
-        log = read_log(path, namespace=name)
-        np.testing.assert_array_equal(log.channels["u"].value, world.odometry[:, 3])
-        np.testing.assert_array_equal(log.channels["newton_port"].value, world.commands[:, 0])
-        assert told(log, f"namespace {name} chosen, not /sim/")
-        (tmp_path / "map.yaml").write_text(map_text(log.entries, log.unused))
-        assert read_channel_map(tmp_path / "map.yaml") == log.entries
-    with pytest.raises(
-        ValueError, match="no topic lies in the namespace 'gamma'; namespaces in the log: /sim/alpha, /sim/b"
-    ):
-        read_log(path, namespace="gamma")
-
-
-def test_namespaces_of_a_long_table_are_told_apart_as_well(tmp_path, two_boats):
-    alpha, _, _ = two_boats
-    rows = pd.read_csv(alpha.write(tmp_path / "alpha.csv"))
-    both = pd.concat([rows.assign(topic=f"/{name}/" + rows["topic"]) for name in ("alpha", "beta")])
-    both.sort_values("time", kind="stable").to_csv(tmp_path / "log.csv", index=False)
-    with pytest.raises(ValueError, match=r"got 2: /alpha, /beta\. Choose one with --namespace /alpha"):
-        read_log(tmp_path / "log.csv")
-    log = read_log(tmp_path / "log.csv", namespace="beta")
-    assert log.channels["u"].origin == "/beta/odometry:u"
-    np.testing.assert_allclose(log.channels["u"].value, alpha.odometry[:, 3], rtol=1e-8)
-
-
-POSE = ("pose.pose.position.x", "pose.pose.position.y", *(f"pose.pose.orientation.{axis}" for axis in "xyzw"))
-
-
-def names(*topics, kind="nav_msgs/msg/Odometry", fields=POSE):
-    return [Name(topic, field, kind) for topic in topics for field in fields]
-
-
-def thrusts(*topics):
-    return names(*topics, kind="std_msgs/msg/Float64", fields=("data",))
-
-
-ONE = {
-    "two estimators of one boat": names("/boat/ekf_a/odometry", "/boat/ekf_b/odometry") + thrusts("/boat/left/thrust"),
-    "two estimators at the top": names("/odometry/filtered", "/odometry/gps") + thrusts("/left/thrust"),
-    "two receivers": names(
-        "/front/fix", "/rear/fix", kind="sensor_msgs/msg/NavSatFix", fields=("latitude", "longitude")
-    ),
-    "an imu on each side": names("/left/imu", "/right/imu", kind="sensor_msgs/msg/Imu", fields=("orientation.w",)),
-    "a wide table": [Name("", field) for field in ("x", "y", "psi", "u")],
-}
-SEVERAL = {
-    "no commands": (names("/a/odom", "/b/odom"), ("/a", "/b")),
-    "commands of each": (names("/a/odom", "/b/odom") + thrusts("/a/left/thrust", "/b/left/thrust"), ("/a", "/b")),
-    "deeper down": (names("/world/model/a/odom", "/world/model/b/odom"), ("/world/model/a", "/world/model/b")),
-    "each with two estimators": (
-        names(*(f"/{boat}/{ekf}/odom" for boat in "ab" for ekf in ("x", "y"))) + thrusts("/a/left/thrust"),
-        ("/a", "/b"),
-    ),
-    "a shared anemometer": ([*names("/a/odom", "/b/odom"), Name("/weather", "wind_u")], ("/a", "/b")),
-}
-
-
-@pytest.mark.parametrize("case", ONE)
-def test_what_one_vehicle_writes_is_one_vehicle(case):
-    assert vehicles(ONE[case]) == ()
-
-
-@pytest.mark.parametrize("case", SEVERAL)
-def test_several_vehicles_are_seen(case):
-    assert vehicles(SEVERAL[case][0]) == SEVERAL[case][1]
 
 
 def test_the_epoch_of_the_bag_is_in_the_notes(tmp_path):

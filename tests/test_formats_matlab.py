@@ -77,6 +77,16 @@ def test_stamps_since_1970_count_from_the_first(tmp_path):
     assert "time counts from the first stamp" in recording.notes[0]
 
 
+def test_structs_that_count_from_1970_share_one_zero(tmp_path):
+    stamps = 1_700_000_000_000_000_003 + 100_000_000 * np.arange(50)
+    parts = {"nav": {"timestamp_ns": stamps + 2_500_000_000, "u": np.arange(50.0)}}
+    parts |= {"esc": {"timestamp_ns": stamps, "newton_port": np.arange(50.0)}}
+    log = read_log(saved(tmp_path, parts))
+    assert log.start_ns == stamps[0]
+    assert log.channels["newton_port"].time[0] == 0.0
+    assert log.channels["u"].time == pytest.approx(2.5 + 0.1 * np.arange(50), abs=1e-9)
+
+
 def test_a_file_without_time_names_what_it_holds(tmp_path):
     with pytest.raises(LogError, match=r"expected a time vector .* got u 100, v 100"):
         read_log(saved(tmp_path, {"u": np.zeros(100), "v": np.zeros(100)}))

@@ -92,6 +92,24 @@ def test_rows_out_of_order_are_sorted_and_every_other_verb_refuses_them(place: P
     assert np.allclose(read_log("clean.csv").channels["x"].value, columns["x"], atol=1e-6)
 
 
+def test_a_log_that_counts_from_1970_keeps_its_stamps(place: Path):
+    start = 1_700_000_000_123_456_789
+    columns = table()
+    for name, many in (("raw.csv", columns), ("long.csv", {"t": TIME, "psi": columns["psi"]})):
+        text = written(Path("part.csv"), many).read_text().splitlines()
+        rows = [f"{start + round(1e9 * float(row.split(',')[0]))},{row.split(',', 1)[1]}" for row in text[1:]]
+        if name == "long.csv":
+            rows = [row.replace(",", ",compass,psi,") for row in rows]
+            rows += [f"{start + 50_000_000 + round(1e9 * t)},dvl,u,1.5" for t in TIME]
+        head = "timestamp_ns,topic,field,value" if name == "long.csv" else text[0].replace("t,", "timestamp_ns,", 1)
+        Path(name).write_text("\n".join([head, *rows]) + "\n")
+        done("inspect", name, "--fix", f"clean_{name}")
+        raw, clean = read_log(name), read_log(f"clean_{name}")
+        assert clean.start_ns == raw.start_ns == start
+        for channel in raw.channels.values():
+            assert np.array_equal(clean.channels[channel.name].time, channel.time)
+
+
 def test_a_clock_that_is_set_back_is_told_and_not_repaired(place: Path):
     written(place / "raw.csv", table(t=np.where(TIME < 40.0, TIME, TIME - 30.0)))
     content = strict(done("inspect", "raw.csv", "--json"))

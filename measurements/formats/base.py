@@ -96,11 +96,13 @@ class Recording:
     streams : what was read
     notes : what was assumed, converted, or lost at a break (see `torn`)
     unread : what the file holds beside, which nobody asked for
+    start_ns : the file's own stamp of time zero of the streams [ns]; 0 where their time is that of the file
     """
 
     streams: tuple[Stream, ...]
     notes: tuple[str, ...] = ()
     unread: tuple[Name, ...] = ()
+    start_ns: int = 0
 
 
 @dataclass(frozen=True, slots=True)

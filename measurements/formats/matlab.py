@@ -5,7 +5,7 @@ and a struct with the fields Time and Data, as `timeseries` is saved, are read a
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -50,13 +50,10 @@ def _read(head: Head, request: Request) -> Recording:
     tables: list[_Table] = []
     left: list[str] = []
     _gather("", {name: value for name, value in content.items() if not name.startswith("__")}, [], tables, left)
-    streams: list[Stream] = []
-    notes: list[str] = []
-    for table in tables:
-        if table.columns:
-            found, told = _streams(table, str(head.path))
-            streams += found
-            notes += [f"{table.path}: {note}" if table.path else note for note in told]
+    found = [_table(table, str(head.path)) for table in tables if table.columns]
+    start = min((part.start_ns for part in found if part.start_ns), default=0)
+    streams = [stream for part in found for stream in _since(start, part)]
+    notes = [note for part in found for note in part.notes]
     if not streams:
         raise LogError(
             f"{head.path}: expected a time vector (t, time, tout [s] or timestamp_ns) and vectors as long as it, got "
@@ -65,10 +62,16 @@ def _read(head: Head, request: Request) -> Recording:
         )
     if left:
         notes.append(f"as long as no time vector, not read: {', '.join(left[:12])}{' ...' if len(left) > 12 else ''}")
-    return Recording(tuple(streams), tuple(notes))
+    return Recording(tuple(streams), tuple(notes), start_ns=start)
 
 
-def _streams(table: _Table, where: str) -> tuple[list[Stream], tuple[str, ...]]:
+def _since(start: int, part: Recording) -> Sequence[Stream]:
+    """Streams of a table, whose time may count from its own first stamp, on the time that counts from `start` [ns]."""
+    later = (part.start_ns - start) / 1e9 if part.start_ns else 0.0
+    return [replace(stream, time=stream.time + later) for stream in part.streams] if later else part.streams
+
+
+def _table(table: _Table, where: str) -> Recording:
     """Cut a table as any wide table is cut, then name its streams by the struct that holds them."""
     frame = pd.DataFrame({table.name: table.time} | {str(k): value for k, value in enumerate(table.columns.values())})
     found = wide_recording(frame, where)
@@ -76,7 +79,8 @@ def _streams(table: _Table, where: str) -> tuple[list[Stream], tuple[str, ...]]:
         replace(stream, topic=topic, field=name)
         for stream, (topic, name) in zip(found.streams, table.columns, strict=True)
     ]
-    return named, found.notes
+    notes = [f"{table.path}: {note}" if table.path else note for note in found.notes]
+    return replace(found, streams=tuple(named), notes=tuple(notes))
 
 
 def _gather(path: str, content: dict[str, Any], times: list[_Table], tables: list[_Table], left: list[str]) -> None:

@@ -21,7 +21,7 @@ _MESSAGE_START = struct.Struct("<HIQQ")
 _CHUNK_START = struct.Struct("<QQQII")
 _LARGEST = 256 * 2**20
 """Bytes of one record, packed or not, that are still read."""
-_LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "": ""}
+_LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "jsonschema": "jsonschema", "": ""}
 
 
 class _BrokenError(Exception):

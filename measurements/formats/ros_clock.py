@@ -36,7 +36,7 @@ class Stamps:
     name: str = ""
 
 
-def agree(topics: Sequence[Stamps], first: int) -> tuple[list[Array], list[str]]:
+def agree(topics: Sequence[Stamps], first: int) -> tuple[list[Array], int, list[str]]:
     """Put all topics on one time axis [s].
 
     A header stamp says when a value was measured, a receipt when it had passed the network: headers are preferred. A
@@ -51,7 +51,7 @@ def agree(topics: Sequence[Stamps], first: int) -> tuple[list[Array], list[str]]
 
     Returns
     -------
-    (times of each topic [s], notes)
+    (times of each topic [s], the stamp at their zero [ns], notes)
     """
     notes: list[str] = []
     sound = [_sound(stamps, notes) for stamps in topics]
@@ -87,7 +87,16 @@ def agree(topics: Sequence[Stamps], first: int) -> tuple[list[Array], list[str]]
             )
         times.append(from_first(moved, first))
     epoch = f"time counts from the first message, {first} ns"
-    return times, [epoch, *dict.fromkeys(notes)]
+    return times, first, [epoch, *dict.fromkeys(notes)]
+
+
+def overtaken(time: Array) -> NDArray[np.intp] | None:
+    """Give the order of stamps [s] where messages overtook each other, None where there is nothing to change.
+
+    A clock that was set back is left as it is, for the rules of the log to refuse.
+    """
+    steps = np.diff(time)
+    return np.argsort(time, kind="stable") if steps.size and -DISORDER < steps.min() < 0 else None
 
 
 def _sound(stamps: Stamps, notes: list[str]) -> bool:
@@ -136,7 +145,7 @@ def _headers_at(clock: Stamps, received: Nanoseconds) -> Nanoseconds:
 
 def _on_header_clock(
     topics: Sequence[Stamps], sound: Sequence[bool], clock: Stamps, notes: list[str]
-) -> tuple[list[Array], list[str]]:
+) -> tuple[list[Array], int, list[str]]:
     shown = [s.header for s, good in zip(topics, sound, strict=True) if good and s.header is not None]
     first = min(int(header.min()) for header in shown)
     received = clock.received
@@ -152,4 +161,4 @@ def _on_header_clock(
         f"its rate (a simulation?); they are used, and {others} topics without one are put on it by {clock.name}"
     )
     epoch = f"time counts from the first header stamp, {first} ns"
-    return [from_first(stamps, first) for stamps in moved], [epoch, told, *dict.fromkeys(notes)]
+    return [from_first(stamps, first) for stamps in moved], first, [epoch, told, *dict.fromkeys(notes)]

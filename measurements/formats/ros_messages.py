@@ -9,7 +9,8 @@ import numpy as np
 
 from ...physics.errors import LogError
 from .base import Name, Recording, Request, Stream
-from .ros_clock import DISORDER, Stamps, agree
+from .json_messages import JsonTopic, json_topic
+from .ros_clock import Stamps, agree, overtaken
 from .ros_table import Table
 from .ros_types import MessageType, message_type
 
@@ -28,8 +29,8 @@ class Collector:
     def __init__(self, request: Request, distribution: str = "") -> None:
         self._request = request
         self._distribution = distribution
-        self._topics: dict[tuple[str, str, str], _Topic | None] = {}
-        self._by_id: dict[int, _Topic] = {}
+        self._topics: dict[tuple[str, str, str], _Topic | JsonTopic | None] = {}
+        self._by_id: dict[int, _Topic | JsonTopic] = {}
         self._unread: dict[Name, None] = {}
         self._unknown: dict[str, str] = {}
         self._first: int | None = None
@@ -45,8 +46,8 @@ class Collector:
         ----------
         number : by which messages name it
         topic, kind : names of the topic and of its type
-        definition, language : of the type, see `message_type`
-        encoding : of the messages: ros1, cdr, or another, which is not read
+        definition, language : of the type, see `message_type`; a JSON Schema for json
+        encoding : of the messages: ros1, cdr, json, or another, which is not read
         """
         key = (topic, kind, definition)
         if key not in self._topics:
@@ -79,16 +80,18 @@ class Collector:
         taken = [topic for topic in topics if topic.stamps]
         if topics and not taken and broken:
             raise LogError(f"no message could be unpacked ({'; '.join(broken)}). Copy the log again.")
-        times, clock = agree([stamps for topic in taken for stamps in topic.stamps], self._first or 0)
+        times, first, clock = agree([stamps for topic in taken for stamps in topic.stamps], self._first or 0)
         streams, at = [], 0
         for topic in taken:
             count = len(topic.stamps)
             streams += topic.streams(times[at : at + count])
             at += count
         unknown = [f"{topic}: left out, its type cannot be read ({why})" for topic, why in self._unknown.items()]
-        return Recording(tuple(streams), (*notes, *clock, *broken, *unknown), tuple(self._unread))
+        return Recording(tuple(streams), (*notes, *clock, *broken, *unknown), tuple(self._unread), first)
 
-    def _new(self, topic: str, kind: str, definition: str, language: str, encoding: str) -> "_Topic | None":
+    def _new(self, topic: str, kind: str, definition: str, language: str, encoding: str) -> "_Topic | JsonTopic | None":
+        if encoding == "json":
+            return json_topic(topic, kind, definition, self._request, self._unread)
         if encoding not in ("ros1", "cdr"):
             self._unread[Name(topic, f"({encoding} messages)", kind)] = None
             return None
@@ -165,7 +168,7 @@ class _Topic:
         """Make the streams, with the stamps [s] of each table."""
         parts: dict[str, list[tuple[np.ndarray, np.ndarray, np.ndarray, str]]] = {}
         for table, time in zip(self._filled, times, strict=True):
-            order = _order(time)
+            order = overtaken(time)
             row = np.frombuffer(table.number, np.int64)
             time, row = (time, row) if order is None else (time[order], row[order])
             for field, value in table.columns().items():
@@ -178,7 +181,7 @@ class _Topic:
             if len(found) > 1:
                 time, value, row = (np.concatenate([part[k] for part in found]) for k in range(3))
                 order = np.argsort(row, kind="stable")
-                again = _order(time[order])
+                again = overtaken(time[order])
                 order = order if again is None else order[again]
                 time, value, row = time[order], value[order], row[order]
             made.append(Stream(self.name, field, time, value, row, self._what.kind, frame))
@@ -199,13 +202,3 @@ class _Topic:
             if not self._sequences:
                 self._only = self._tables[shape]
         return self._tables[shape]
-
-
-def _order(time: np.ndarray) -> np.ndarray | None:
-    """The order of stamps where messages overtook each other, None where there is nothing to change.
-
-    A clock that was set back is left as it is, for the rules of the log to refuse.
-    """
-    steps = np.diff(time)
-    overtaken = steps.size > 0 and -DISORDER < steps.min() < 0
-    return np.argsort(time, kind="stable") if overtaken else None

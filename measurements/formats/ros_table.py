@@ -2,7 +2,7 @@
 
 from array import array
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -69,13 +69,18 @@ class Table:
         return found
 
     def frame(self, field: str) -> str:
-        """The frame in which a field is given: that of the child for the twist of an odometry."""
-        if "child_frame_id" in self._frames and not field.startswith(_POSE):
-            return self._frames["child_frame_id"]
-        return self._frames.get("frame_id", "")
+        """The frame in which a field is given."""
+        return frame_of(field, self._frames)
 
     def _matrix(self) -> np.ndarray:
         return np.frombuffer(self.rows, float).reshape(-1, self._width)
+
+
+def frame_of(field: str, frames: Mapping[str, str]) -> str:
+    """Tell the frame of a field: by the texts `frame_id` and `child_frame_id` of its message."""
+    if "child_frame_id" in frames and not field.startswith(_POSE):
+        return frames["child_frame_id"]
+    return frames.get("frame_id", "")
 
 
 def _absent(message: Any, what: MessageType) -> set[str]:

@@ -16,6 +16,8 @@ from .base import EXPECTED, TIME_COLUMNS, Head, Recording, Stream
 _LONG = ("topic", "field", "value")
 _EPOCH = 1e8
 """A first stamp above this [s] counts from an epoch, not from the start of the log."""
+_LAST = 2**63
+"""No clock shows so many nanoseconds: a stamp beyond is broken."""
 
 
 def time_column(columns: tuple[str, ...]) -> str | None:
@@ -70,7 +72,7 @@ def read_text(head: Head) -> pd.DataFrame:
 
 def long_recording(frame: pd.DataFrame, path: object) -> Recording:
     """Cut a long table (time, topic, field, value) into one stream per topic and field."""
-    time, notes = _seconds(frame, path)
+    time, start, notes = _seconds(frame, path)
     value = _numbers(frame["value"])
     topic, field = frame["topic"].astype("category").cat, frame["field"].astype("category").cat
     fields = len(field.categories)
@@ -86,16 +88,16 @@ def long_recording(frame: pd.DataFrame, path: object) -> Recording:
         streams.append(
             Stream(name.strip(), str(field.categories[which_field - 1]).strip(), time[rows], value[rows], rows + 2)
         )
-    return Recording(tuple(streams), notes)
+    return Recording(tuple(streams), notes, start_ns=start)
 
 
 def wide_recording(frame: pd.DataFrame, path: object) -> Recording:
     """Cut a wide table (one row per time stamp) into one stream per column."""
-    time, notes = _seconds(frame, path)
+    time, start, notes = _seconds(frame, path)
     row = np.arange(len(frame), dtype=np.int64) + 2
     own = time_column(tuple(frame.columns))
     streams = [Stream("", str(name), time, _numbers(frame[name]), row) for name in frame.columns if name != own]
-    return Recording(tuple(streams), notes)
+    return Recording(tuple(streams), notes, start_ns=start)
 
 
 def with_remarks(recording: Recording, head: Head) -> Recording:
@@ -120,7 +122,8 @@ def _numbers(column: pd.Series) -> Array:
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _seconds(frame: pd.DataFrame, path: object) -> tuple[Array, tuple[str, ...]]:
+def _seconds(frame: pd.DataFrame, path: object) -> tuple[Array, int, tuple[str, ...]]:
+    """Time of each row [s], the stamp at its zero [ns], and a note where that is not the file's own zero."""
     name = time_column(tuple(frame.columns))
     if name is None:
         raise LogError(f"{path}: no time column among {', '.join(map(str, frame.columns))}; {EXPECTED}.")
@@ -137,6 +140,9 @@ def _seconds(frame: pd.DataFrame, path: object) -> tuple[Array, tuple[str, ...]]
         raise LogError(f"{path}: column '{name}' holds no numbers, got {column.iloc[0]!r}; {EXPECTED}.")
     first = finite.min()
     if first / per_second < _EPOCH:
-        return stamps / per_second, ()
+        return stamps / per_second, 0, ()
     # Subtracting before the conversion to seconds keeps the nanoseconds of stamps since 1970.
-    return (stamps - first) / per_second, (f"time counts from the first stamp, {name} = {first}",)
+    scale = int(1e9 / per_second)
+    start = int(first) * scale + round((first - int(first)) * scale)
+    start = start if start < _LAST else 0
+    return (stamps - first) / per_second, start, (f"time counts from the first stamp, {name} = {first}",)

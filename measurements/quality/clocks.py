@@ -222,7 +222,8 @@ def _drive(record: Record, stretch: Stretch, centre: Mapping[str, float]) -> Arr
     """Each command ahead and astern of its neutral, linear and quadratic: any thruster's curve is near one of these."""
     middle = np.array([centre[name] for name in record.commands])
     deviation = stretch.commands - middle
-    scale = np.nanmax(np.abs(deviation), axis=0) if deviation.size else np.ones(middle.size)
+    # A command that is silent in this stretch has no size; fmax passes over what is no number without complaint.
+    scale = np.fmax.reduce(np.abs(deviation), axis=0, initial=0.0)
     deviation = deviation / np.where(scale > 0.0, scale, 1.0)
     ahead, astern = np.maximum(deviation, 0.0), np.minimum(deviation, 0.0)
     return np.column_stack([ahead, astern, ahead**2, astern**2])

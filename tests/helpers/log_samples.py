@@ -8,6 +8,7 @@ from random import Random
 
 from bags import WRITERS, recorded
 from dataflash_files import dataflash_of
+from json_files import texts_of, write_json
 from matlab_files import structs_of, write_mat
 from round_trip import world
 from telemetry_files import telemetry_of
@@ -58,6 +59,11 @@ def _bag(way: str) -> Callable[[Path], Sample]:
     return write
 
 
+def _json(folder: Path) -> Sample:
+    path = write_json(folder / "log.mcap", texts_of(small_world()), chunks=False)
+    return Sample(path, path)
+
+
 def _metadata(folder: Path) -> Sample:
     path = WRITERS["ROS 2 MCAP"][1](folder / "log", recorded(small_world())[:100])
     return Sample(path, path / "metadata.yaml")
@@ -86,6 +92,7 @@ SAMPLES: dict[str, Callable[[Path], Sample]] = {
     "wide CSV": _wide,
     "Parquet": _table(".parquet"),
     **{way: _bag(way) for way in WRITERS},
+    "MCAP with JSON": _json,
     "ROS 2 metadata.yaml": _metadata,
     "DataFlash": _autopilot(".bin"),
     "DataFlash text": _autopilot(".log"),
