@@ -514,7 +514,7 @@ def test_logs_that_are_no_files(verb: str, here: Path) -> None:
     first = [verb, HIDDEN] if verb == "add" else [verb]
     Path("folder").mkdir()
     refused(*first, "none.csv", *words, match=r"none\.csv: no such file; expected a log .*Check the path")
-    refused(*first, "folder", *words, match=r"folder: expected a log file, got a folder\. Name the file inside it")
+    refused(*first, "folder", *words, match=r"folder: expected a folder of logs, got no file; expected a CSV")
 
 
 def test_a_log_given_twice(place: Path, here: Path) -> None:
