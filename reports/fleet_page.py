@@ -79,13 +79,19 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
                 render(*lines(logs)),
                 str(run.findings.get("verdict", "")),
                 render(*lines(words(str(effect)) for effect in run.findings["missing"])),
-                f"{typeset(before, 2)} \N{RIGHTWARDS ARROW} {typeset(after, 2)} {unit}",
+                render(
+                    *lines(
+                        [
+                            f"{typeset(before, 2)} \N{RIGHTWARDS ARROW} {typeset(after, 2)} {unit}",
+                            f"{metric}, {horizon} s",
+                        ]
+                    )
+                ),
                 str(run.audit.get("verdict", "not run")),
                 element("a", "its page", attributes={"href": quote(Path(page).as_posix())}),
             )
         )
-    _, _, horizon, metric, _ = hero_errors(runs[0])
-    head = ("run", "vehicle", "logs", "verdict", "missing", f"{metric} error, {horizon} s", "laws", "")
+    head = ("run", "vehicle", "logs", "verdict", "missing", "error of predictions", "laws", "")
     return table(head, rows, "lllllrll")
 
 

@@ -30,11 +30,6 @@ class Residual:
     force: Array
 
 
-def filtered_pairs(data: DataSet) -> list[tuple[Motion, Motion]]:
-    """(filtered, unfiltered) motions of a data set."""
-    return list(zip(data.motions, data.raw, strict=True))
-
-
 def residual(vehicle: Vehicle, motion: Motion, data: DataSet) -> Residual:
     """The residual of one motion of a data set.
 

@@ -11,6 +11,8 @@ from ..wording import AXES, NARROW, number
 from .evidence import contiguous
 from .scene import Array, Scene, mean_square, shorter
 
+NOISE = ("like noise", "negligible")
+"""Verdicts by which an error is no more than its sensors make."""
 _LENGTHS = (25.6, 12.8, 6.4)
 """Lengths of a spectrum's windows [s]; the first that gives `_FEWEST` of them is taken."""
 _FEWEST = 8

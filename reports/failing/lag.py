@@ -92,7 +92,9 @@ def _judged(squares: Array, left: Array, lags: Array, stage: Scene, axis: int) -
     size = float(np.sqrt((made**2).mean()))
     correlation = float(made @ left[:, now] / max(np.linalg.norm(made) * np.linalg.norm(left[:, now]), 1e-300))
     ends = bool(best in (lags[0], lags[-1]))
-    clear = not low <= 0.0 <= high and gain > _GAIN and size > _MATERIAL * stage.spread[axis] and not ends
+    # A boat may answer late, but hardly early: less than a row early is the filter's and the noise's.
+    early = -stage.step < seconds <= 0.0
+    clear = not low <= 0.0 <= high and not early and gain > _GAIN and size > _MATERIAL * stage.spread[axis] and not ends
     found = {
         "seconds": round(seconds, 3),
         "ci95": [round(low, 3), round(high, 3)],

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from ...measurements.dataset import DataSet
 from ...residuals.models import Model
 from ..plotted import ENOUGH_SECONDS
+from ..wording import AXES
 from .along import Along
 from .drift import over_time
-from .frequency import against_frequency
+from .frequency import NOISE, against_frequency
 from .heading import against_heading
 from .lag import against_lag
 from .linking import Contributions, contributions
@@ -40,6 +41,8 @@ def where_they_fail(
     judge : the part that judges, or "all"; where it is shorter than a minute, the whole log does
     link : False where what distinguishes the last model is no effect that somebody added
 
+    No place and no stretch of time is told on an axis whose error looks like sensor noise: noise has its worst, too.
+
     Returns
     -------
     `failures` and `structure` of `comparison.json`.
@@ -56,11 +59,12 @@ def where_they_fail(
         stage = scene(table[judged], which)
         first = which == "before"
         fate = _Fate(whole, judged, effects if first else None, later if first else None)
-        for found in worst_places(stage):
+        looks = structure_of(stage, along.thrust(model.vehicle)[judged])
+        heard = [looks["frequency"][axis]["verdict"] not in NOISE for axis in AXES]
+        for found in (place for place in worst_places(stage) if heard[place.axis]):
             told = {"model": model.name, **found.told(stage), "rows_of": rows_of}
             failures.append({**told, **fate.of(found.place.inside, found.axis)})
-        seconds = [{**one.told(stage), **fate.of(one.rows, one.axis)} for one in segments(stage)]
-        looks = structure_of(stage, along.thrust(model.vehicle)[judged])
+        seconds = [{**one.told(stage), **fate.of(one.rows, one.axis)} for one in segments(stage) if heard[one.axis]]
         structure.append({"model": model.name, "rows_of": rows_of, "segments": seconds, **looks})
     return {"failures": failures, "structure": structure}
 
