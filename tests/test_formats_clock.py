@@ -132,10 +132,10 @@ def test_without_a_clock_topic_the_fastest_topic_tells_the_time_and_the_slowest_
     log = read_log(write_ros2(tmp_path / "bag", [*late, *gyro, *thrust()]))
     np.testing.assert_allclose(log.channels["newton_port"].time, TIME - 0.002, atol=0.003)
     assert log.out_of_step == pytest.approx(0.148, abs=0.002)
-    note(log, "may be early by 0.148 s or more", "/odometry, the slowest", "after /imu, the fastest")
+    note(log, "may be early by 0.148 s or more", "the latency of /imu, and /odometry, the slowest, comes 0.148 s after")
     alone = read_log(write_ros2(tmp_path / "alone", [*odometry(late=0.15, header=shown), *thrust()]))
     assert alone.out_of_step == 0.1
-    note(alone, "may be early by 0.100 s or more (no other topic tells the latency of /odometry)")
+    note(alone, "may be early by 0.100 s or more, for nothing tells the latency of /odometry: ")
 
 
 def test_a_delay_that_the_clocks_of_a_bag_may_have_made_is_not_a_finding(tmp_path):

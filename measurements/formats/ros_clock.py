@@ -22,7 +22,7 @@ DISORDER = 1.0
 CLOCK = "rosgraph_msgs/msg/Clock"
 """Type of the messages by which a simulation tells its time."""
 _ALONE = 0.1
-"""Latency [s] that a topic may have which no other can be compared with."""
+"""Latency [s] that even the fastest topic may have, where nothing tells it."""
 _AT_LEAST, _MESSAGES, _AT_MOST = 0.2, 20, 2.0
 """Of a window [s] in which the fastest message tells the clock: shortest, its messages, and longest."""
 _FAST = 5.0
@@ -246,15 +246,11 @@ def _on_header_clock(
         if slow > LATE:
             told.append(f"{slowest.name}: received {slow:.3f} s (median) after its header stamps, which are used")
     elif others:
-        doubt = max(slow, 0.0) if len(known) > 1 else max(slow, _ALONE)
-        why = (
-            f"{slowest.name}, the slowest, comes {slow:.3f} s after {clock.name}, the fastest"
-            if doubt == slow and len(known) > 1
-            else f"no other topic tells the latency of {clock.name}"
-        )
+        doubt = max(slow, _ALONE)
+        spread = "" if slowest is clock else f", and {slowest.name}, the slowest, comes {slow:.3f} s after it"
         told.append(
-            f"topics without a header may be early by {doubt:.3f} s or more ({why}): a lag or a delay of that size may "
-            "be none; record /clock to know"
+            f"topics without a header may be early by {doubt:.3f} s or more, for nothing tells the latency of "
+            f"{clock.name}{spread}: a lag or a delay of that size may be none; record /clock to know"
         )
     moved = [stamped[id(s)] if id(s) in stamped else _headers_at(shown, s.received) for s in topics]
     epoch = f"time counts from the first header stamp, {first} ns"
