@@ -108,6 +108,13 @@ def test_the_clock_topic_tells_the_time_of_commands_whatever_the_latency_of_the_
     note(log, "/odometry: received 0.", "(median) after its header stamps")
 
 
+def test_a_clock_topic_that_begins_late_is_continued_at_the_rate_that_it_has_there(tmp_path):
+    messages = [*odometry(late=0.15, header=simulated), *ticks(np.zeros)[900:], *thrust()]
+    log = read_log(write_mcap(tmp_path / "log.mcap", messages))
+    truth = [simulated(time) / 1e9 - 7.0 for time in TIME]
+    np.testing.assert_allclose(log.channels["newton_port"].time, truth, atol=0.001)
+
+
 def test_a_clock_topic_of_another_simulation_is_not_believed(tmp_path):
     other = [replace(m, values=m.values | {"clock.sec": m.values["clock.sec"] + 900}) for m in ticks(np.zeros)]
     log = read_log(write_ros1(tmp_path / "log.bag", [*odometry(header=simulated), *other, *thrust()]))

@@ -25,6 +25,8 @@ _ALONE = 0.1
 """Latency [s] that even the fastest topic may have, where nothing tells it."""
 _AT_LEAST, _MESSAGES, _AT_MOST = 0.2, 20, 2.0
 """Of a window [s] in which the fastest message tells the clock: shortest, its messages, and longest."""
+_NEAR = 5.0
+"""Time [s] at either end of a clock by which its rate beyond is told."""
 _FAST = 5.0
 """Per cent of the messages of a topic that are faster than the one that stands for it."""
 
@@ -176,15 +178,23 @@ def _on(clock: Stamps, stamps: Stamps) -> bool:
 
 
 def _headers_at(clock: Stamps, received: Nanoseconds) -> Nanoseconds:
-    """What the clock showed at times of receipt; at its own rate beyond the ends."""
+    """What the clock showed at times of receipt; beyond the ends at the rate that it has there."""
     assert clock.header is not None
     order = np.argsort(clock.received, kind="stable")
     known, shown = clock.received[order], clock.header[order]
     inside = np.interp((received - known[0]) / 1e9, (known - known[0]) / 1e9, (shown - shown[0]) / 1e9)
-    before, after = np.minimum(received - known[0], 0), np.maximum(received - known[-1], 0)
-    rate = float(shown[-1] - shown[0]) / float(known[-1] - known[0]) if known[-1] > known[0] else 1.0
-    outside = np.round(rate * (before + after)).astype(np.int64)
+    near = np.searchsorted(known, [known[0] + 1e9 * _NEAR, known[-1] - 1e9 * _NEAR])
+    early, late = min(int(near[0]), known.size - 1), max(int(near[1]) - 1, 0)
+    before = _rate(known, shown, 0, early) * np.minimum(received - known[0], 0)
+    after = _rate(known, shown, late, -1) * np.maximum(received - known[-1], 0)
+    outside = np.round(before + after).astype(np.int64)
     return shown[0] + np.round(1e9 * inside).astype(np.int64) + outside
+
+
+def _rate(known: Nanoseconds, shown: Nanoseconds, start: int, end: int) -> float:
+    """How fast a clock ran between two of its stamps; 1 where that is one stamp."""
+    passed = float(known[end] - known[start])
+    return float(shown[end] - shown[start]) / passed if passed > 0 else 1.0
 
 
 def _fastest(clock: Stamps) -> Stamps:
@@ -203,16 +213,7 @@ def _fastest(clock: Stamps) -> Stamps:
     rate = (np.interp(after, at, told) - np.interp(before, at, told)) / np.maximum(after - before, 1e-9)
     ranked = np.lexsort((told - rate * (at - middle), number))
     chosen = np.sort(ranked[np.append(np.diff(number[ranked]) > 0, True)])
-    # To the ends of the topic, at the rate of the nearest windows.
-    ends, near = np.array([0, at.size - 1]), chosen[[0, -1]]
-    next_to = chosen[[min(2, chosen.size - 1), max(chosen.size - 3, 0)]]
-    slope = (told[next_to] - told[near]) / np.where(next_to == near, 1.0, at[next_to] - at[near])
-    at_ends = shown[near] + np.round(1e9 * slope * (at[ends] - at[near])).astype(np.int64)
-    return Stamps(
-        np.concatenate([received[:1], received[chosen], received[-1:]]),
-        np.concatenate([at_ends[:1], shown[chosen], at_ends[1:]]),
-        clock.name,
-    )
+    return Stamps(received[chosen], shown[chosen], clock.name)
 
 
 def _latency(clock: Stamps, stamps: Stamps, percent: float = 50.0) -> float:
@@ -236,7 +237,7 @@ def _on_header_clock(
     slow = _latency(shown, slowest)
     assert clock.header is not None
     assert shown.header is not None
-    rate = float(shown.header[-1] - shown.header[0]) / max(float(shown.received[-1] - shown.received[0]), 1.0)
+    rate = _rate(shown.received, shown.header, 0, -1)
     told = [
         f"header stamps are of another clock than the receive times, {_delay(clock):.3f} s apart, at {rate:.3f} times "
         f"its rate (a simulation?); they are used, and {others} topics without one are put on it by {clock.name}"
