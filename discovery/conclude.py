@@ -155,8 +155,8 @@ def _effect(
         sentence = f"{from_rivals}: {sentence[0].lower()}{sentence[1:]}"
     elif e.out_of_step:
         sentence = (
-            f"This log cannot tell: its channels are out of step by about {e.out_of_step:.2f} s, and what it asks for "
-            f"is hardly more. ({sentence})"
+            f"This log cannot tell: its channels are out of step by about {e.out_of_step:.2f} s, or may be, and what "
+            f"it asks for is hardly more. ({sentence})"
         )
     elif e.at_limit:
         sentence = f"Doubtful: the log asks for more of it than physics allows, so it is something else. ({sentence})"

@@ -56,7 +56,8 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
 def misalignment(motions: Sequence[Motion]) -> float:
     """How far the channels of motions are out of step with each other [s], 0 where it is no more than rounding.
 
-    The median offset between compass and gyro over the motions of at least 20 s that turn enough to tell.
+    The median offset between compass and gyro over the motions of at least 20 s that turn enough to tell, or what the
+    reader of a log could not tell of its clocks, whichever is more.
     """
     offsets = []
     for motion in motions:
@@ -65,7 +66,8 @@ def misalignment(motions: Sequence[Motion]) -> float:
             offset = align("the compass", "the gyro", turning, motion.time_step).offset
             if offset is not None:
                 offsets.append(abs(offset) if abs(offset) > _OUT_OF_STEP * motion.time_step else 0.0)
-    return float(np.median(offsets)) if offsets else 0.0
+    unknown = max((motion.out_of_step for motion in motions), default=0.0)
+    return max(float(np.median(offsets)) if offsets else 0.0, unknown)
 
 
 def believed(e: Evidence, late: float, candidate: Candidate, values: Sequence[float]) -> Evidence:

@@ -1,6 +1,6 @@
 """From streams with a role to canonical channels: scaled, turned into NED/FRD axes, quaternions and fixes resolved."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +26,7 @@ _FROM_ENU = {
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _PLACE = ("lat", "lon")
 _RATES = ("x_dot", "y_dot")
+_AXES = {"x": "north", "y": "east"}
 _WHOLE = 1e4
 """No angle in degrees is as large as this; a latitude in 1e-7 degrees is, unless it is within 110 m of the equator."""
 
@@ -90,13 +91,23 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
 
 
 def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
+    """Say which channels were converted and how, each by what was done to it."""
     turned = {"psi" if name in _QUATERNION else name: None for name, source in sources.items() if source.frame == "enu"}
     if not turned:
         return []
-    return [
-        f"{' '.join(sorted(turned, key=list(UNITS).index))}: converted from ENU/FLU (REP-103) to NED/FRD: "
-        "north = world y, east = world x, psi = pi/2 - yaw, v and r change sign"
-    ]
+    names = sorted(turned, key=list(UNITS).index)
+    done = [f"{_AXES[name]} = world {_FROM_ENU[name][0]}" for name in names if name in ("x", "y")]
+    done += [f"{name} = world {_FROM_ENU[name][0]}" for name in names if name in _RATES]
+    done += ["psi = pi/2 - yaw"] * ("psi" in turned)
+    negative = [name for name in names if _FROM_ENU.get(name, ("", 1.0))[1] < 0.0]
+    if negative:
+        done.append(f"{_listed(negative)} change{'s' * (len(negative) == 1)} sign")
+    how = ", ".join(done) or "the same in both"
+    return [f"{' '.join(names)}: converted from ENU/FLU (REP-103) to NED/FRD: {how}"]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _in_degrees(source: Source, notes: list[str]) -> Source:

@@ -30,6 +30,7 @@ class Log:
     entries : the channel map in use, guesses included; see `channel_map.map_text`
     start_ns : the stamp of the file at time zero of the channels [ns]: where a file counts from 1970, the channels
         count from its first stamp; 0 where they have the file's own time
+    out_of_step : by how much its channels may be out of step with each other, as far as its reader can tell [s]
     """
 
     path: Path
@@ -38,6 +39,7 @@ class Log:
     unused: tuple[str, ...] = ()
     entries: dict[str, Entry] = field(default_factory=dict)
     start_ns: int = 0
+    out_of_step: float = 0.0
 
     @property
     def name(self) -> str:
@@ -90,7 +92,8 @@ def read_log(
     told = check_namespace(names, namespace, str(path))
     mapped = map_channels(recording.streams, frame, entries, str(path), recording.unread, namespace, mend)
     notes = (*recording.notes, *told, *mapped.notes)
-    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, recording.start_ns)
+    told_of = (recording.start_ns, recording.out_of_step)
+    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
+from itertools import takewhile
 
 from ..physics.errors import LogError
 from .channels import command_kind
@@ -71,11 +72,21 @@ def check_namespace(names: Sequence[Name], namespace: str | None, where: str) ->
             )
         return ()
     if not any(is_under(name.topic, namespace) for name in names if name.topic):
-        first = {f"/{name.topic.strip('/').partition('/')[0]}" for name in names if "/" in name.topic.strip("/")}
-        there = ", ".join(found or sorted(first)[:12]) or "none: its topics have no parts"
+        there = ", ".join(found or _starts(names)[:12]) or "none: its topics have no parts"
         raise LogError(f"{where}: no topic lies in the namespace '{namespace}'; namespaces in the log: {there}.")
     others = [other for other in found if not is_under(other, namespace)]
     return (f"namespace {namespace} chosen, not {', '.join(others)}",) if others else ()
+
+
+def _starts(names: Sequence[Name]) -> list[str]:
+    """What the topics that may become channels begin with, as far as those of one first part agree; else all topics."""
+    deep = [name for name in names if "/" in name.topic.strip("/")]
+    agreed: dict[str, list[str]] = {}
+    for name in [name for name in deep if recognise(name)] or deep:
+        parts = name.topic.strip("/").split("/")[:-1]
+        alike = takewhile(lambda pair: pair[0] == pair[1], zip(agreed.get(parts[0], parts), parts, strict=False))
+        agreed[parts[0]] = [part for part, _ in alike]
+    return sorted("/" + "/".join(parts) for parts in agreed.values())
 
 
 def _moves(roles: set[str]) -> bool:

@@ -202,6 +202,7 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         source=str(log.path),
         run_up=commands[:steps_back] if steps_back else None,
         air=air,
+        out_of_step=log.out_of_step,
     )
 
 

@@ -144,6 +144,10 @@ def test_the_frame_that_a_twist_names_decides_what_it_is(tmp_path, frame, sway):
         assert told(log, "/vel: its velocity is in the frame 'earth', of the earth, not of the body")
     else:
         np.testing.assert_allclose(log.channels["v"].value, sway)
+    how = "converted from ENU/FLU (REP-103) to NED/FRD: north = world y, east = world x, psi = pi/2 - yaw"
+    other = {None: ("x y psi r", ", r changes sign"), -0.2: ("x y psi u v r", ", v and r change sign")}
+    converted, signs = other.get(sway, ("x y psi", ""))
+    assert [text for text in log.notes if "REP-103" in text] == [f"{converted}: {how}{signs}"]
 
 
 @pytest.mark.parametrize(

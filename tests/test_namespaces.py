@@ -8,7 +8,7 @@ from bags import recorded, write_mcap
 from undertow.measurements.channel_map import map_text, read_channel_map
 from undertow.measurements.formats.base import Name
 from undertow.measurements.log import read_log
-from undertow.measurements.namespaces import vehicles
+from undertow.measurements.namespaces import check_namespace, vehicles
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
 
@@ -91,3 +91,18 @@ def test_what_one_vehicle_writes_is_one_vehicle(case):
 @pytest.mark.parametrize("case", SEVERAL)
 def test_several_vehicles_are_seen(case):
     assert vehicles(SEVERAL[case][0]) == SEVERAL[case][1]
+
+
+@pytest.mark.parametrize(
+    ("topics", "there"),
+    [
+        (names("/model/a/odom") + thrusts("/model/a/joint/left/cmd_thrust"), "/model/a"),
+        (names("/model/a/odom", "/model/b/odom"), "/model/a, /model/b"),
+        ([*names("/model/a/odom"), Name("/model/buoy/state", "mood"), Name("/world/state", "mood")], "/model/a"),
+        (names("/odometry/filtered") + thrusts("/left/thrust"), "/left, /odometry"),
+        ([Name("/world/state", "mood"), Name("/flat", "mood")], "/world"),
+    ],
+)
+def test_the_namespaces_of_one_vehicle_are_listed_as_deep_as_those_of_several(topics, there):
+    with pytest.raises(ValueError, match=f"in the namespace '/model/foo'; namespaces in the log: {there}\\."):
+        check_namespace(topics, "/model/foo", "log.mcap")

@@ -97,12 +97,14 @@ class Recording:
     notes : what was assumed, converted, or lost at a break (see `torn`)
     unread : what the file holds beside, which nobody asked for
     start_ns : the file's own stamp of time zero of the streams [ns]; 0 where their time is that of the file
+    out_of_step : by how much the streams may be out of step with each other, as far as the reader can tell [s]
     """
 
     streams: tuple[Stream, ...]
     notes: tuple[str, ...] = ()
     unread: tuple[Name, ...] = ()
     start_ns: int = 0
+    out_of_step: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

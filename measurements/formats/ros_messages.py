@@ -10,7 +10,7 @@ import numpy as np
 from ...physics.errors import LogError
 from .base import Name, Recording, Request, Stream
 from .json_messages import JsonTopic, json_topic
-from .ros_clock import Stamps, agree, overtaken
+from .ros_clock import CLOCK, ClockTopic, Stamps, agree, overtaken
 from .ros_table import Table
 from .ros_types import MessageType, message_type
 
@@ -29,8 +29,8 @@ class Collector:
     def __init__(self, request: Request, distribution: str = "") -> None:
         self._request = request
         self._distribution = distribution
-        self._topics: dict[tuple[str, str, str], _Topic | JsonTopic | None] = {}
-        self._by_id: dict[int, _Topic | JsonTopic] = {}
+        self._topics: dict[tuple[str, str, str], _Taker | None] = {}
+        self._by_id: dict[int, _Taker] = {}
         self._unread: dict[Name, None] = {}
         self._unknown: dict[str, str] = {}
         self._first: int | None = None
@@ -75,21 +75,23 @@ class Collector:
         LogError
             when messages of a chosen topic came, and not one of all could be unpacked.
         """
-        topics = [topic for topic in self._topics.values() if topic is not None]
+        topics = [topic for topic in self._topics.values() if isinstance(topic, _Topic | JsonTopic)]
+        clocks = [topic.stamps for topic in self._topics.values() if isinstance(topic, ClockTopic)]
         broken = [f"{t.name}: {t.broken} broken messages left out" for t in topics if t.broken]
         taken = [topic for topic in topics if topic.stamps]
         if topics and not taken and broken:
             raise LogError(f"no message could be unpacked ({'; '.join(broken)}). Copy the log again.")
-        times, first, clock = agree([stamps for topic in taken for stamps in topic.stamps], self._first or 0)
+        stamps = [each for topic in taken for each in topic.stamps]
+        times, first, clock, doubt = agree(stamps, self._first or 0, clocks)
         streams, at = [], 0
         for topic in taken:
             count = len(topic.stamps)
             streams += topic.streams(times[at : at + count])
             at += count
         unknown = [f"{topic}: left out, its type cannot be read ({why})" for topic, why in self._unknown.items()]
-        return Recording(tuple(streams), (*notes, *clock, *broken, *unknown), tuple(self._unread), first)
+        return Recording(tuple(streams), (*notes, *clock, *broken, *unknown), tuple(self._unread), first, doubt)
 
-    def _new(self, topic: str, kind: str, definition: str, language: str, encoding: str) -> "_Topic | JsonTopic | None":
+    def _new(self, topic: str, kind: str, definition: str, language: str, encoding: str) -> "_Taker | None":
         if encoding == "json":
             return json_topic(topic, kind, definition, self._request, self._unread)
         if encoding not in ("ros1", "cdr"):
@@ -102,6 +104,8 @@ class Collector:
         except Exception as error:
             # A definition is a little program in the file; a broken one makes the parser fail in any way.
             return self._unreadable(topic, kind, error)
+        if kind == CLOCK:
+            return ClockTopic(topic, what.unpack)
         names = {path: Name(topic, path, kind) for path in what.scalars}
         names |= {path: Name(topic, f"{path}[]", kind) for path, _ in what.arrays}
         names |= {path: Name(topic, f"{path}[]", kind) for path in what.sequences}
@@ -202,3 +206,6 @@ class _Topic:
             if not self._sequences:
                 self._only = self._tables[shape]
         return self._tables[shape]
+
+
+_Taker = _Topic | JsonTopic | ClockTopic
