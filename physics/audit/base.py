@@ -30,9 +30,13 @@ Settled = Callable[[Array, Array, Array], Array]
 """Acceleration over ground (n, 3) of lasting velocities over ground (n, 3), headings (n,), commands (n, thrusters)."""
 
 TOLERANCE = 0.01
-"""Share of the boat's own scale (typical power, full thrust) below which a model that was learnt breaks no law."""
+"""Share of the boat's own scale (full thrust, typical power) below which a model that was learnt breaks no law."""
 EXACT = 1e-8
 """The same for a model in closed form: rounding."""
+TOLD = 1e-6
+"""Share of full thrust's power from which a gain within the tolerance is told; less is single precision."""
+_CRAWL = 1e-3
+"""Speed at whose power the tolerance starts [m/s]: at rest itself there is none to compare with."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,7 +162,8 @@ class Witness:
     commands : (m, thrusters) commands that it may meet
     time_step : of rollouts [s]
     exact : whether the model is a formula, judged to rounding
-    prove : tries to prove that over an envelope no more than a power [W] is gained
+    own_mass : whether the mass is the model's, or only that of the vehicle by which its power is counted
+    prove : tries to prove that over an envelope no more than a power [W] is gained, and a force (3,) for each speed
     coriolis : its Coriolis matrix; None where that cannot be told from other forces
     motions : measured
     samples, seed : of the search
@@ -175,16 +180,17 @@ class Witness:
         commands: Array,
         time_step: float = 0.1,
         exact: bool = False,
-        prove: Callable[[Envelope, float], Proof] | None = None,
+        own_mass: bool = True,
+        prove: Callable[[Envelope, float, Array], Proof] | None = None,
         coriolis: Callable[[Array], Array] | None = None,
         motions: tuple[Motion, ...] = (),
-        samples: int = 4096,
+        samples: int = 8192,
         seed: int = 0,
     ) -> None:
         self.vehicle = vehicle
         self.along, self.rollout = along, rollout
         self.envelope, self.commands, self.time_step = envelope, commands, time_step
-        self.exact, self.coriolis, self.motions = exact, coriolis, motions
+        self.exact, self.own_mass, self.coriolis, self.motions = exact, own_mass, coriolis, motions
         self.samples, self.seed = samples, seed
         self.mass = mass_matrix(vehicle)
         self._settled, self._prove = settled, prove
@@ -205,9 +211,22 @@ class Witness:
         return spread(self.box(), self.samples, self.seed)
 
     @cached_property
+    def coasting(self) -> Array:
+        """Acceleration without thrust at `states` (samples, 3)."""
+        return self.relative(self.states)
+
+    @cached_property
     def powers(self) -> Array:
         """Power without thrust at `states` [W]."""
-        return self.power(self.states)
+        return coasting_power(self.mass, self.states[:, :3], self.coasting)
+
+    @cached_property
+    def turns(self) -> bool:
+        """Whether the answer depends on the heading, as far as some of `states` tell."""
+        some = self.states[:256].copy()
+        some[:, 3] += 0.5 * np.pi
+        gap = np.abs(self.relative(some) - self.coasting[:256]).max()
+        return bool(gap > 1e-9 * max(float(np.abs(self.coasting).max()), 1e-9))
 
     @cached_property
     def power_scale(self) -> float:
@@ -228,17 +247,35 @@ class Witness:
         """The command of each thruster at which it does not push (thrusters,)."""
         return np.array([neutral_command(t) for t in self.vehicle.thrusters])
 
+    def full_power(self, states: Array) -> Array:
+        """Power of full thrust along all axes at the velocities of states (n, >= 3) [W]."""
+        return np.abs(states[:, :3]) @ self.full_force + _CRAWL * self.full_force[0]
+
+    def allowed(self, states: Array) -> Array:
+        """Gain [W] without thrust that is no violation at states: what the tolerated force gives there, (n,).
+
+        That is the force which `rest stays at rest` lets pass. It depends on the state and on the vehicle's thrusters,
+        not on the envelope.
+        """
+        return self.tolerance * self.full_power(states)
+
+    def ascended(self, stretch: float = 1.0) -> Box:
+        """The box of ascent: `box`, with one heading only where the answer does not depend on it."""
+        found = self.box(stretch)
+        return found if self.turns else Box(np.append(found.low[:3], 0.0), np.append(found.high[:3], 0.0))
+
     def box(self, stretch: float = 1.0) -> Box:
         """The envelope, stretched, and all headings."""
         low, high = (stretch * np.array(ends) for ends in (self.envelope.lower, self.envelope.upper))
         return Box(np.append(low, -np.pi), np.append(high, np.pi))
 
-    def prove(self, stretch: float, limit: float) -> Proof:
-        """Try to prove that over the stretched envelope at most `limit` [W] is gained without thrust."""
+    def prove(self, stretch: float = 1.0) -> Proof:
+        """Try to prove that over the stretched envelope at most what is `allowed` is gained without thrust."""
         if self._prove is None:
             return Proof()
         low, high = (tuple(stretch * x for x in ends) for ends in (self.envelope.lower, self.envelope.upper))
-        return self._prove(Envelope(low, high), limit)  # type: ignore[arg-type]
+        force = self.tolerance * self.full_force
+        return self._prove(Envelope(low, high), _CRAWL * float(force[0]), force)  # type: ignore[arg-type]
 
     def relative(self, states: Array, commands: Array | None = None) -> Array:
         """Acceleration relative to the water (n, 3) at states (n, 4), stated wind and trim taken out.
@@ -301,6 +338,11 @@ def in_words(at: dict[str, float]) -> str:
     """
     text = state_in_words((at["u"], at["v"], at["r"]))
     return text + (f", heading {np.degrees(at['psi']):.0f} degrees" if "psi" in at else "")
+
+
+def let_pass(witness: Witness, limit: float) -> str:
+    """What is let pass, in words, behind what was found; nothing for a formula, which is held to rounding."""
+    return "" if witness.exact else f", where {limit:.3g} W is let pass"
 
 
 def finite(value: float) -> float:

@@ -34,7 +34,7 @@ class MirrorSymmetry(Law):
         one, other = (witness.relative(x, c) @ witness.mass.T for x, c in ((states, driven), (mirrored, swapped)))
         values = np.abs(one - other * _SIGNS) / witness.full_force
         if pairs is not None:
-            coast = [witness.relative(x) @ witness.mass.T for x in (states, mirrored)]
+            coast = [x @ witness.mass.T for x in (witness.coasting, witness.relative(mirrored))]
             values = np.maximum(values, np.abs(coast[0] - coast[1] * _SIGNS) / witness.full_force)
         worst = values.max(axis=1)
         k = int(np.argmax(worst))
