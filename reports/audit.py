@@ -8,10 +8,11 @@ from typing import Any, Literal
 import numpy as np
 
 from ..discovery.certify import certify
-from ..physics.audit.base import Law, Proof, Ruling, Witness
+from ..physics.audit.base import Law, Ruling
 from ..physics.audit.mass import PositiveMass
 from ..physics.audit.registry import LAWS
 from ..physics.audit.trial import possible_commands
+from ..physics.audit.witness import Proof, Witness
 from ..physics.errors import expect
 from ..physics.frames import Array
 from ..physics.laws import Envelope

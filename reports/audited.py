@@ -10,7 +10,7 @@ from .layout import Fitting, Prose, bullets, plain_table, section
 from .wording import listing, number, percent, unit_text
 
 _STYLES = {"pass": "green", "fail": "bold red", "noted": "yellow", "n/a": "dim"}
-_SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the envelope": "envelope"}
+_SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
 _UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
 
 

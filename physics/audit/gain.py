@@ -6,11 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..frames import Array
-from .base import Witness
-from .search import Box, climb
+from .search import Box, SearchSettings, climb
+from .witness import Witness
 
 _MOVING = 0.05
 """Where nothing is gained, the state told is the closest to a gain at least this share of the envelope from rest."""
+
+_AGAIN = SearchSettings(starts=12)
+"""Of the second search, from the tops of the first."""
 
 Power = Callable[[Array], Array]
 
@@ -73,12 +76,12 @@ def hunted(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Pow
     def share(x: Array) -> Array:
         return gained(x) / allowed(x)
 
-    def further(known: Gains, worth: Power, values: Array) -> Gains:
-        more = asked(climb(worth, known.states, values, box, seed=witness.seed), gained, allowed)
+    def further(known: Gains, worth: Power, values: Array, settings: SearchSettings | None = None) -> Gains:
+        more = asked(climb(worth, known.states, values, box, settings, witness.seed), gained, allowed)
         parts = ((getattr(known, n), getattr(more, n)) for n in ("states", "gained", "allowed"))
         return Gains(*(np.concatenate(pair) for pair in parts))
 
     known = further(known, keen, known.over / fullness(known.states))
     if known.broken:
-        return further(known, over, known.over)
-    return further(known, share, known.gained / known.allowed) if not witness.exact else known
+        return further(known, over, known.over, _AGAIN)
+    return further(known, share, known.gained / known.allowed, _AGAIN) if not witness.exact else known

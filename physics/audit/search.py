@@ -43,13 +43,13 @@ class SearchSettings:
     """
 
     starts: int = 48
-    steps: int = 20
+    steps: int = 16
     first: float = 0.08
     shrink: float = 0.5
     apart: float = 0.12
-    finalists: int = 12
-    rounds: int = 30
-    trials: int = 24
+    finalists: int = 8
+    rounds: int = 24
+    trials: int = 20
 
 
 def spread(box: Box, count: int, seed: int) -> Array:

@@ -8,9 +8,10 @@ from ..energy import MARGIN, coasting_power
 from ..forces import held_thrust
 from ..frames import Array
 from ..matrices import thruster_matrix
-from .base import EXACT, TOLD, Law, Ruling, Witness, in_words
+from .base import Law, Ruling, in_words
 from .gain import asked, hunted
 from .search import Box
+from .witness import EXACT, TOLD, Witness
 
 ASKEW = 0.1
 """Side force of a thruster that is counted with even where the file has none [N/N]."""
@@ -72,7 +73,7 @@ class PowerUnderThrust(Law):
 
     @staticmethod
     def _drawn(witness: Witness) -> Array:
-        """A command for each of the states (samples, thrusters): three in four that the model may meet, else corners."""
+        """A command for each of the states (samples, thrusters): three in four that it may meet, else corners."""
         rng = np.random.default_rng([witness.seed, 13])
         count, pool = witness.states.shape[0], witness.commands
         drawn = pool[rng.integers(0, pool.shape[0], count)]
