@@ -41,7 +41,8 @@ def _verdict(ruling: Ruling) -> str:
 
 def _table(audit: Audit, full: bool) -> Table:
     loose = any(_verdict(r) == "noted" for r in audit.rulings)
-    table = plain_table(f"Laws: {audit.verdict}", "noted: broken, but does not make the audit fail" * loose)
+    caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
+    table = plain_table(f"Laws: {audit.verdict}", caption)
     table.add_column("law", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     table.add_column("margin", no_wrap=True, justify="right")

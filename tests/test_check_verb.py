@@ -134,7 +134,10 @@ def test_a_function_is_imported_because_the_user_names_it(here: Path):
     ("words", "text"),
     [
         (("check",), "Missing argument 'MODEL'"),
-        (("check", "foreign_boat:drag"), "foreign_boat:drag: it carries no mass and no thrusters; give --vehicle V"),
+        (("check", "operator:setitem"), "operator:setitem: it carries no mass and no thrusters; give --vehicle V"),
+        (("check", "no_module:f"), "cannot import no_module"),
+        (("check", "operator:add"), "expected f(velocity (n, 3), heading (n,), commands (n, thrusters)) -> "),
+        (("check", "operator:add"), "got add(a, b, /): too many positional arguments"),
         (("check", "net.onnx"), "net.onnx: it carries no mass and no thrusters; give --vehicle V"),
         (("check", "no_module:f", "-v", "blueboat"), "cannot import no_module"),
         (("check", "nowhere.yaml"), "nowhere.yaml: no such file"),

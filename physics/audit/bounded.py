@@ -39,7 +39,7 @@ class BoundedSpeed(Law):
         settled = settling_speeds(witness.vehicle, witness.commands, witness.seed)
         if settled is not None and (settled[0] > fastest or settled[1] > quickest):
             fastest, quickest = max(fastest, settled[0]), max(quickest, settled[1])
-            source = "the envelope or the vehicle file under the same commands"
+            source = "the envelope and the vehicle file under the same commands"
         ratio = np.maximum((speed - stream) / fastest, turning / quickest)
         ratio = np.where(done.diverged | ~np.isfinite(ratio), np.inf, ratio)
         k = int(np.argmax(ratio))
@@ -51,6 +51,9 @@ class BoundedSpeed(Law):
         diverged = int(np.isinf(ratio).sum())
         much = "speeds grow without bound" if diverged else f"the boat goes {worst:.2g} times as fast as {source}"
         most = f"{float((speed - stream).max()):.3g} m/s and {float(turning.max()):.3g} rad/s"
+        compared = f"{max(worst, 0.0):.2g} times as fast as {source}, where {MOST:g} times are let pass"
+        if witness.exact and settled is not None:
+            compared = "and its speeds settle under commands that are held"
         return self.rule(
             value=worst,
             limit=MOST,
@@ -58,7 +61,6 @@ class BoundedSpeed(Law):
             at=at,
             share=float((ratio > MOST).mean()),
             proof="search",
-            kept=f"In {seen} under bounded thrust the boat reaches {most}, {max(worst, 0.0):.2g} times {source}, where "
-            f"{MOST:g} times are let pass.",
+            kept=f"In {seen} under bounded thrust the boat reaches {most}, {compared}.",
             broken=f"Under {which} {much} ({int((ratio > MOST).sum())} of {seen}; {MOST:g} times are let pass).",
         )

@@ -49,8 +49,8 @@ class PositiveDamping(Law):
         kept = "Near rest drag opposes every motion, and on no axis does more speed mean less drag."
         if worst > TOLD * witness.power_scale:
             kept = (
-                f"{where}, within the tolerance: {worst:.3g} W at the envelope's scale, where {limit:.3g} W, 1 % of the "
-                "typical power, is let pass."
+                f"{where}, within the tolerance: {worst:.3g} W at the envelope's scale, where {limit:.3g} W, 1 % of "
+                "the typical power, is let pass."
             )
         return self.rule(
             value=worst,
