@@ -6,7 +6,7 @@ import numpy as np
 
 from ..frames import Array
 from .base import Law, Ruling, in_words, let_pass
-from .gain import Gains, asked, hunted
+from .gain import Gains, asked, hunted, joined
 from .search import rays
 from .witness import TOLD, Proof, Witness
 
@@ -34,8 +34,7 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
     tried = witness.prove(stretch) if not known.broken else Proof()
     if tried.against is not None:
         extra.append(np.append(tried.against, 0.0)[None])
-    more = asked(moved(np.concatenate(extra)), gained, allowed)
-    known = Gains(*(np.concatenate(x) for x in zip(_parts(known), _parts(more), strict=True)))
+    known = joined(known, asked(moved(np.concatenate(extra)), gained, allowed))
     proof = None if known.broken else tried.how
     if proof is None:
         found = hunted(witness, known, witness.ascended(stretch), gained, allowed)
@@ -86,10 +85,6 @@ class Outside(Law):
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
         return judge_dissipation(self, witness, self.stretch, f"from 1 to {self.stretch:g} times the envelope")
-
-
-def _parts(gains: Gains) -> tuple[Array, Array, Array]:
-    return gains.states, gains.gained, gains.allowed
 
 
 def _distance(witness: Witness, states: Array) -> Array:

@@ -57,6 +57,12 @@ def asked(states: Array, gained: Power, allowed: Power) -> Gains:
     return Gains(states, gained(states), allowed(states))
 
 
+def joined(one: Gains, other: Gains) -> Gains:
+    """Both together."""
+    pairs = ((one.states, other.states), (one.gained, other.gained), (one.allowed, other.allowed))
+    return Gains(*(np.concatenate(pair) for pair in pairs))
+
+
 def hunted(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Power) -> Gains:
     """The known states, and those to which the search for the worst gain leads from them.
 
@@ -78,8 +84,7 @@ def hunted(witness: Witness, known: Gains, box: Box, gained: Power, allowed: Pow
 
     def further(known: Gains, worth: Power, values: Array, settings: SearchSettings | None = None) -> Gains:
         more = asked(climb(worth, known.states, values, box, settings, witness.seed), gained, allowed)
-        parts = ((getattr(known, n), getattr(more, n)) for n in ("states", "gained", "allowed"))
-        return Gains(*(np.concatenate(pair) for pair in parts))
+        return joined(known, more)
 
     known = further(known, keen, known.over / fullness(known.states))
     if known.broken:

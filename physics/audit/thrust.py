@@ -9,7 +9,7 @@ from ..forces import held_thrust
 from ..frames import Array
 from ..matrices import thruster_matrix
 from .base import Law, Ruling, in_words
-from .gain import asked, hunted
+from .gain import asked, hunted, joined
 from .search import Box
 from .witness import EXACT, TOLD, Witness
 
@@ -38,8 +38,11 @@ class PowerUnderThrust(Law):
             return np.maximum(driven_power(witness, x), witness.tolerance * full) + EXACT * full
 
         states = np.concatenate([witness.states, self._drawn(witness)], axis=1)
+        alone = states[: states.shape[0] // 4].copy()
+        alone[:, :3] *= np.random.default_rng([witness.seed, 15]).random((alone.shape[0], 3)) < 0.5
         known = asked(states, gained, allowed)
         share = float((known.over > 0.0).mean())
+        known = joined(known, asked(alone, gained, allowed))
         proof = witness.prove().how if witness.exact and not known.broken else None
         if proof is None:
             box = witness.ascended()
