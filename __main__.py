@@ -190,11 +190,14 @@ def check(
     model: Annotated[
         str,
         typer.Argument(
-            metavar="MODEL", help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported)."
+            metavar="MODEL",
+            help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported): "
+            "f(velocity (n, 3), heading (n,), commands (n, thrusters)) -> accelerations (n, 3).",
         ),
     ],
     logs: Annotated[
-        list[Path] | None, typer.Argument(metavar="[LOG]...", help="Logs whose speeds are the envelope.")
+        list[Path] | None,
+        typer.Argument(metavar="[LOG]...", help="Logs whose speeds are the envelope; a run folder has its own."),
     ] = None,
     vehicle: Annotated[
         str | None, typer.Option("--vehicle", "-v", help="Vehicle of a model that carries none (ONNX, function).")

@@ -8,15 +8,17 @@ from typing import Any, Literal
 import numpy as np
 
 from ..discovery.certify import certify
-from ..physics.audit.base import Law, Proof, Ruling, Witness
+from ..physics.audit.base import Law, Ruling
 from ..physics.audit.mass import PositiveMass
 from ..physics.audit.registry import LAWS
 from ..physics.audit.trial import possible_commands
+from ..physics.audit.witness import Proof, Witness
 from ..physics.errors import expect
 from ..physics.frames import Array
 from ..physics.laws import Envelope
 from ..physics.matrices import coriolis_matrix
 from ..physics.motion import Motion
+from ..residuals.foreign import FunctionModel
 from ..residuals.models import Model, VehicleModel
 
 AUDIT_SCHEMA = "undertow.audit/1"
@@ -131,6 +133,7 @@ def witness_of(
         commands=possible_commands(model.vehicle, seed) if commands is None else commands,
         time_step=motions[0].time_step if motions else model.time_step,
         exact=formula,
+        own_mass=not (isinstance(model, FunctionModel) or model.kind == "network"),
         prove=partial(_proof, model),
         coriolis=partial(coriolis_matrix, model.vehicle) if formula else None,
         motions=tuple(motions),
@@ -138,8 +141,8 @@ def witness_of(
     )
 
 
-def _proof(model: Model, envelope: Envelope, limit: float) -> Proof:
-    """Try to prove that a model gains at most `limit` [W] without thrust over an envelope."""
+def _proof(model: Model, envelope: Envelope, limit: float, force: Array) -> Proof:
+    """Try to prove that a model without thrust gains at most `limit` [W] and the power of a force over an envelope."""
     if model.rests_on == "nothing":
         return Proof()
     if model.rests_on == "itself":
@@ -150,7 +153,7 @@ def _proof(model: Model, envelope: Envelope, limit: float) -> Proof:
 
         if not isinstance(model, NetworkModel):
             return Proof()
-        found = bound_power(model, envelope, limit)
+        found = bound_power(model, envelope, limit, force)
         return Proof("interval bounds" if found.proved else None, found.against)
     if min(model.vehicle.value("memory_sway"), model.vehicle.value("memory_yaw")) < 0.0:
         return Proof()

@@ -10,7 +10,7 @@ from .layout import Fitting, Prose, bullets, plain_table, section
 from .wording import listing, number, percent, unit_text
 
 _STYLES = {"pass": "green", "fail": "bold red", "noted": "yellow", "n/a": "dim"}
-_SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the envelope": "envelope"}
+_SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
 _UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
 
 
@@ -41,7 +41,8 @@ def _verdict(ruling: Ruling) -> str:
 
 def _table(audit: Audit, full: bool) -> Table:
     loose = any(_verdict(r) == "noted" for r in audit.rulings)
-    table = plain_table(f"Laws: {audit.verdict}", "noted: broken, but does not make the audit fail" * loose)
+    caption = "margin: what is let pass less the worst found" + "; noted: broken, but does not count" * loose
+    table = plain_table(f"Laws: {audit.verdict}", caption)
     table.add_column("law", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     table.add_column("margin", no_wrap=True, justify="right")

@@ -3,13 +3,14 @@
 import json
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..physics.audit.trial import possible_commands, reachable
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array
 from ..physics.laws import Envelope, envelope_of
@@ -18,6 +19,7 @@ from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.models import Model
 from ..residuals.neural import is_network_folder
 from .audit import Audit, audit
+from .folder import RunRecord, read_run_inputs
 from .inputs import PathLike, read_inputs
 from .models import load_model
 
@@ -42,7 +44,7 @@ def check(
     ----------
     model : a model, or the name of one: vehicle file, run folder, folder of a trained network, ONNX file, or
         `package.module:function`, which is imported
-    logs : whose speeds are the envelope, and along which the energy is counted
+    logs : whose speeds are the envelope, and along which the energy is counted; without, a run folder's own
     vehicle : of the mass and commands of a model that carries none (ONNX, function)
     frame, channel_map, namespace : how logs are read, see `read_log`
     reading : told bytes done and bytes in all of each large log
@@ -60,15 +62,16 @@ def check(
         own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle)
         found = load_model(path, own)
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
+    record, note = (None, "") if paths or path is None else _own_logs(Path(path))
     motions: tuple[Motion, ...] = ()
     commands = None
-    if paths:
+    if paths or record is not None:
         inputs = read_inputs(
-            paths,
-            found.vehicle,
-            frame=frame,
-            channel_map=channel_map,
-            namespace=namespace,
+            paths if record is None else record.logs,
+            found.vehicle if record is None else record.vehicle,
+            frame=frame if record is None else record.frame,
+            channel_map=channel_map if record is None else record.channel_map,
+            namespace=namespace if record is None else record.namespace,
             judge="all",
             reading=reading,
         )
@@ -76,7 +79,18 @@ def check(
         envelope, source = envelope_of(motions, found.vehicle), "the speeds of the log"
     else:
         envelope, source, commands = _without_log(found, path, seed)
-    return audit(found, envelope, motions=motions, commands=commands, envelope_from=source, seed=seed)
+    done = audit(found, envelope, motions=motions, commands=commands, envelope_from=source, seed=seed)
+    return replace(done, notes=(*done.notes, note)) if note else done
+
+
+def _own_logs(folder: Path) -> tuple[RunRecord | None, str]:
+    """What a run folder was made from, so that it is judged as in its `audit.json`; or why that cannot be read."""
+    if not folder.is_dir() or is_network_folder(folder):
+        return None, ""
+    try:
+        return read_run_inputs(folder), ""
+    except (RequestError, VehicleError) as error:
+        return None, f"Judged without the logs of the run: {error}."
 
 
 def _without_log(model: Model, path: str | None, seed: int) -> tuple[Envelope, str, Array | None]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..residuals.foreign import is_function_name, load_function
+from ..residuals.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.model_files import load_network
 from ..residuals.models import Model, VehicleModel
 from ..residuals.neural import SETTINGS, WEIGHTS, is_network_folder
@@ -48,10 +48,12 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
         when there is none, a network is given and torch is missing, or a foreign model without a vehicle.
     """
     source, text = Path(path), os.fspath(path)
-    if source.suffix == ".onnx" or (is_function_name(text) and not source.exists()):
+    if source.suffix == ".onnx":
         if vehicle is None:
-            raise RequestError(f"model {text}: it carries no mass and no thrusters; give --vehicle V")
-        return load_onnx(source, vehicle) if source.suffix == ".onnx" else load_function(text, vehicle)
+            raise RequestError(f"model {text}: {NO_MASS}")
+        return load_onnx(source, vehicle)
+    if is_function_name(text) and not source.exists():
+        return load_function(text, vehicle)
     if is_network_folder(source):
         return load_network(source)
     if source.is_file() and source.name in (SETTINGS, WEIGHTS) and is_network_folder(source.parent):

@@ -30,8 +30,10 @@ class Bounded:
     against: Array | None = None
 
 
-def bound_power(model: NetworkModel, envelope: Envelope, limit: float) -> Bounded:
+def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Array | None = None) -> Bounded:
     """Prove that the power without thrust is at most `limit` [W] everywhere in an envelope, or meet a state against it.
+
+    With a `force` (3,) [N, N, N m] the limit rises with speed, by its power along each axis.
 
     The network must be a ReLU perceptron that does not see the heading, and the vehicle's water must not stream where
     the network gives the whole acceleration; else there is no proof. No proof is no disproof.
@@ -51,7 +53,7 @@ def bound_power(model: NetworkModel, envelope: Envelope, limit: float) -> Bounde
         for start in range(0, cells.shape[1], _BATCH):
             middle, half = cells[:, start : start + _BATCH]
             slope, offset, slack = _affine(layers, middle, half)
-            value, upper = _power(mass, terms, middle, half, slope, offset, slack)
+            value, upper = _power(mass, terms, middle, half, slope, offset, slack, force)
             if (value > limit).any():
                 return Bounded(False, middle[int(np.argmax(value))])
             left.append(cells[:, start : start + _BATCH][:, upper > limit])
@@ -107,8 +109,12 @@ def _power(
     slope: Array,
     offset: Array,
     slack: Array,
+    force: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Least that the power is known to reach at the middle of cells, and upper bounds on it in them [W], (k,) each."""
+    """Least that the power is known to reach at the middle of cells, and upper bounds on it in them [W], (k,) each.
+
+    Both less the power of a `force` along each axis, which is linear in a cell, where no velocity changes its sign.
+    """
     arm = middle @ mass
     most = (np.abs(middle) + half) @ np.abs(mass)
     value = (arm * offset).sum(-1)
@@ -129,6 +135,9 @@ def _power(
                 if twice is not None:
                     rise = abs(factor) * powers[i] * once[j] * _monomial(far, twice)
                     curved = curved + 0.5 * rise * half[:, i] * half[:, j]
+    if force is not None:
+        value = value - np.abs(middle) @ force
+        gradient = gradient - np.sign(middle) * force * half
     loose = (most * slack).sum(-1)
     return value - loose, value + np.abs(gradient).sum(-1) + curved + loose
 

@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Callable
 from importlib import import_module
+from inspect import signature
 from os import getcwd
 from typing import Any, cast, final
 
@@ -22,6 +23,11 @@ from .models import Kind, Model
 
 Answer = Callable[[Array, Array, Array], Array]
 """Acceleration over ground (n, 3) from velocity over ground (n, 3), heading (n,) and commands (n, thrusters)."""
+
+SIGNATURE = "f(velocity (n, 3), heading (n,), commands (n, thrusters)) -> accelerations (n, 3)"
+"""Of a function that is a model, as messages tell it; velocities and accelerations are over ground."""
+NO_MASS = "it carries no mass and no thrusters; give --vehicle V"
+"""Said of a foreign model that comes without a vehicle."""
 
 _NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 
@@ -72,7 +78,9 @@ class FunctionModel(Model):
         try:
             said = np.asarray(self.answer(velocity.copy(), heading.copy(), np.array(commands)), dtype=float)
         except Exception as error:
-            raise RequestError(f"model {self.name}: failed on {velocity.shape[0]} states: {error!r}") from error
+            raise RequestError(
+                f"model {self.name}: expected {SIGNATURE}; it failed on {velocity.shape[0]} states: {error!r}"
+            ) from error
         if said.shape != velocity.shape:
             raise RequestError(
                 f"model {self.name}: expected accelerations of shape {velocity.shape} (surge, sway, yaw by state), got "
@@ -86,13 +94,13 @@ def is_function_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None
 
 
-def load_function(text: str, vehicle: Vehicle) -> FunctionModel:
+def load_function(text: str, vehicle: Vehicle | None) -> FunctionModel:
     """Import `package.module:function`, from the folder where one stands too; this runs the module's code.
 
     Raises
     ------
     RequestError
-        when there is no such module or function.
+        when there is no such module or function, it does not take three arguments, or there is no vehicle.
     """
     module, name = text.split(":")
     here = getcwd()
@@ -109,4 +117,15 @@ def load_function(text: str, vehicle: Vehicle) -> FunctionModel:
             sys.path.remove(here)
     if not callable(found):
         raise RequestError(f"model {text}: {module} has no function {name}")
+    try:
+        arguments = signature(found)
+    except (TypeError, ValueError):
+        arguments = None  # a function in C may not tell them; the first call will
+    if arguments is not None:
+        try:
+            arguments.bind(None, None, None)
+        except TypeError as error:
+            raise RequestError(f"model {text}: expected {SIGNATURE}, got {name}{arguments}: {error}") from error
+    if vehicle is None:
+        raise RequestError(f"model {text}: {NO_MASS}")
     return FunctionModel(cast(Answer, found), vehicle, text)

@@ -233,6 +233,93 @@ def test_a_neutral_command_does_not_push(name: str):
         assert thruster.response(neutral, 0.1)[0] == pytest.approx(0.0, abs=1e-12)
 
 
+# One state, one verdict; what a sentence says
+
+
+def biased(yaw: float) -> FunctionModel:
+    """The hull as learnt code that turns itself by itself: a moment [N m]."""
+    return pushed(lambda nu: np.tile([0.0, 0.0, yaw], (len(nu), 1)))
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.9, "pass"), (1.5, "fail")])
+def test_the_same_push_is_judged_alike_in_any_envelope(share: float, verdict: str):
+    model = biased(share * 0.01 * float(witness_of(formula(), BOX).full_force[2]))
+    small, large = (Envelope(tuple(k * x for x in BOX.lower), tuple(k * x for x in BOX.upper)) for k in (0.2, 2.0))  # type: ignore[arg-type]
+    one, other = (Dissipation().judge(witness_of(model, box)) for box in (small, large))
+    assert (one.verdict, other.verdict) == (verdict, verdict)
+    if verdict == "fail":
+        assert one.value == pytest.approx(other.value, rel=0.02)
+        assert one.limit == pytest.approx(other.limit, rel=0.05)
+
+
+def test_a_gain_within_the_tolerance_is_told_with_both_numbers():
+    ruling = judged(Dissipation(), biased(0.2))
+    assert (ruling.verdict, ruling.proof) == ("pass", "search")
+    assert ruling.value is not None
+    assert 0.0 < ruling.value < ruling.limit
+    assert "loses energy" not in ruling.sentence
+    assert f"it gains {ruling.value:.3g} W at" in ruling.sentence
+    assert f"where {ruling.limit:.3g} W is let pass" in ruling.sentence
+    at_rest = judged(Rest(), biased(0.2))
+    assert at_rest.verdict == "pass"
+    assert "pushes itself in yaw with" in at_rest.sentence
+
+
+def test_a_violation_tells_what_is_let_pass():
+    ruling = judged(Dissipation(), biased(0.6))
+    assert ruling.verdict == "fail"
+    assert f"gains {ruling.value:.3g} W at" in ruling.sentence
+    assert f"where {ruling.limit:.3g} W is let pass" in ruling.sentence
+    assert "is let pass" not in judged(Dissipation(), formula(X_u=30.0)).sentence, "a formula is let pass nothing"
+
+
+def test_seeds_agree_on_a_gain_under_few_commands():
+    inverse, honest = np.linalg.inv(mass_matrix(HULL)), VehicleModel(HULL, "hull")
+
+    def answer(velocity: Array, heading: Array, commands: Array) -> Array:
+        sway = -12.0 * np.prod(np.clip(commands / 35.0, 0.0, 1.0), axis=1) ** 4
+        return honest.settled(velocity, heading, commands) + sway[:, None] * inverse[1]
+
+    commands = np.random.default_rng(0).uniform(-35.0, 35.0, (300, 2))
+    commands = np.concatenate([commands, [[35.0, 35.0]]])
+    model = FunctionModel(answer, HULL, "learnt")
+    found = [judged(PowerUnderThrust(), model, seed=seed, commands=commands) for seed in range(8)]
+    assert len({r.verdict for r in found}) == 1
+    margins = [r.margin for r in found if r.margin is not None]
+    assert max(margins) - min(margins) < 0.03 * abs(float(np.mean(margins))), margins
+
+
+def test_outside_is_searched_outside_only():
+    inside = pushed(lambda nu: 40.0 * nu * (np.abs(nu[:, :1] - 1.0) < 0.3))
+    assert judged(Dissipation(), inside).verdict == "fail"
+    at = judged(Outside(), formula()).at
+    slow = pushed(lambda nu: 40.0 * nu * (np.abs(nu / [2.2, 0.6, 1.1]).max(axis=1, keepdims=True) < 0.4))
+    ruling = judged(Outside(), slow)
+    assert ruling.verdict == "pass", ruling.sentence
+    for place in (at, ruling.at):
+        assert place is not None
+        assert not BOX.contains(np.array([place["u"], place["v"], place["r"]]), slack=0.0)
+
+
+def test_a_function_has_no_mass_of_its_own():
+    ruling = judged(PositiveMass(), pushed(lambda nu: 0.0 * nu))
+    assert ruling.verdict == "not applicable"
+    assert "no mass of its own; that of vehicle" in ruling.sentence
+    void = HULL.with_values({"Y_vdot": HULL.mass + 1.0})
+    assert judged(PositiveMass(), FunctionModel(lambda nu, psi, c: -nu, void, "foreign")).verdict == "fail"
+
+
+def test_a_slow_log_does_not_make_a_hull_too_fast():
+    slow = Envelope((-0.05, -0.05, -0.05), (0.2, 0.05, 0.1))
+    ruling = BoundedSpeed().judge(witness_of(formula(), slow))
+    assert ruling.verdict == "pass"
+    assert "its speeds settle" in ruling.sentence
+    none = dict.fromkeys(HULL.damping, 0.0)
+    assert BoundedSpeed().judge(witness_of(formula(**none), slow)).verdict == "fail"
+    fast = FunctionModel(lambda nu, psi, commands: ([9.0, 0.0, 0.0] - nu) / 2.0, HULL, "fast")
+    assert BoundedSpeed().judge(witness_of(fast, slow)).verdict == "fail", "far faster than its vehicle file"
+
+
 # The search
 
 
@@ -359,6 +446,14 @@ def test_a_function_that_does_not_answer_is_told_so(answer: Callable[..., Array]
 def test_a_function_that_is_not_there(name: str, text: str):
     with pytest.raises(RequestError, match=text):
         load_function(name, HULL)
+
+
+def test_a_function_with_other_arguments_is_told_the_signature():
+    told = r"expected f\(velocity \(n, 3\), heading \(n,\), commands \(n, thrusters\)\) -> accelerations \(n, 3\)"
+    with pytest.raises(RequestError, match=told + r", got add\(a, b, /\)"):
+        load_function("operator:add", None)
+    with pytest.raises(RequestError, match=told + ".*failed on .* takes 2 positional arguments but 3 were given"):
+        audit(FunctionModel(lambda nu, psi: nu, HULL, "poor"), BOX)  # type: ignore[arg-type]
 
 
 # Interval bounds

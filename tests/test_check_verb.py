@@ -98,6 +98,18 @@ def test_a_run_folder_keeps_the_envelope_of_its_log(here: Path):
     assert undertow.check(here).envelope_from.startswith("the speeds that the vehicle reaches")
 
 
+def test_a_run_folder_is_judged_along_its_own_logs(log: Path, here: Path):
+    assert call("discover", log, "-v", "blueboat", "--out", "run", "--no-report").exit_code == 0
+    stored, found = strict((here / "run" / "audit.json").read_text()), undertow.check("run").to_dict()
+    assert {**found, "model": stored["model"]} == stored
+    record = json.loads((here / "run" / "run.json").read_text())
+    (here / "run" / "run.json").write_text(json.dumps({**record, "logs": ["gone.csv"]}))
+    without = undertow.check("run")
+    assert without.envelope_from == "the run folder: the speeds of its log"
+    assert without.ruling("energy balance").verdict == "not applicable"
+    assert "Judged without the logs of the run: run was made from gone.csv, which is not there" in without.notes[0]
+
+
 def test_a_network_is_judged_where_it_was_trained(here: Path):
     torch = pytest.importorskip("torch")
     from undertow.measurements.standardisation import Standardisation
@@ -134,7 +146,10 @@ def test_a_function_is_imported_because_the_user_names_it(here: Path):
     ("words", "text"),
     [
         (("check",), "Missing argument 'MODEL'"),
-        (("check", "foreign_boat:drag"), "foreign_boat:drag: it carries no mass and no thrusters; give --vehicle V"),
+        (("check", "operator:setitem"), "operator:setitem: it carries no mass and no thrusters; give --vehicle V"),
+        (("check", "no_module:f"), "cannot import no_module"),
+        (("check", "operator:add"), "expected f(velocity (n, 3), heading (n,), commands (n, thrusters)) -> "),
+        (("check", "operator:add"), "got add(a, b, /): too many positional arguments"),
         (("check", "net.onnx"), "net.onnx: it carries no mass and no thrusters; give --vehicle V"),
         (("check", "no_module:f", "-v", "blueboat"), "cannot import no_module"),
         (("check", "nowhere.yaml"), "nowhere.yaml: no such file"),

@@ -1,52 +1,16 @@
-"""What a law sees of a model (a `Witness`), what it says of it (a `Ruling`), and what every law is.
-
-A witness answers for velocities relative to the water, with the wind and trim that its vehicle file states taken out:
-they are forces from outside, and no model breaks a law by feeling them.
-"""
+"""What a law says of a model (a `Ruling`), and what every law is."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from math import isfinite
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from ..energy import coasting_power
-from ..errors import RequestError
-from ..forces import ForceEquation, calm, held_thrust, relative_velocity, stated_push
-from ..frames import Array
-from ..laws import Envelope, state_in_words
-from ..matrices import coriolis_matrix, mass_matrix, thruster_matrix
-from ..motion import Motion
-from ..simulation import Rollouts
-from ..thrusters import command_of, neutral_command
-from ..vehicle import Vehicle
-from .search import Box, spread
+from ..laws import state_in_words
+from .witness import Witness
 
 Verdict = Literal["pass", "fail", "not applicable"]
-Settled = Callable[[Array, Array, Array], Array]
-"""Acceleration over ground (n, 3) of lasting velocities over ground (n, 3), headings (n,), commands (n, thrusters)."""
-
-TOLERANCE = 0.01
-"""Share of the boat's own scale (typical power, full thrust) below which a model that was learnt breaks no law."""
-EXACT = 1e-8
-"""The same for a model in closed form: rounding."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Proof:
-    """What a proof of dissipation came to.
-
-    Attributes
-    ----------
-    how : its name; None where nothing is proved
-    against : a state u, v, r (3,) that breaks the law, where the proof met one
-    """
-
-    how: str | None = None
-    against: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +74,7 @@ class Law(ABC):
     counts: ClassVar[bool] = True
 
     @abstractmethod
-    def judge(self, witness: "Witness") -> Ruling:
+    def judge(self, witness: Witness) -> Ruling:
         """Say whether the model keeps the law."""
 
     def rule(
@@ -145,154 +109,6 @@ class Law(ABC):
         return Ruling(law=self.name, counts=self.counts, verdict="not applicable", proof="none", sentence=why)
 
 
-class Witness:
-    """A model as the laws see it.
-
-    Parameters
-    ----------
-    vehicle : whose mass, thrusters, water, wind and trim are taken as stated
-    settled : acceleration over ground in states that have lasted
-    along : acceleration over ground along a motion
-    rollout : open-loop rollouts along a motion
-    envelope : velocities relative to the water in which the model is judged
-    commands : (m, thrusters) commands that it may meet
-    time_step : of rollouts [s]
-    exact : whether the model is a formula, judged to rounding
-    prove : tries to prove that over an envelope no more than a power [W] is gained
-    coriolis : its Coriolis matrix; None where that cannot be told from other forces
-    motions : measured
-    samples, seed : of the search
-    """
-
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        settled: Settled,
-        *,
-        along: Callable[[Motion], Array],
-        rollout: Callable[[Motion, np.ndarray, int], Rollouts],
-        envelope: Envelope,
-        commands: Array,
-        time_step: float = 0.1,
-        exact: bool = False,
-        prove: Callable[[Envelope, float], Proof] | None = None,
-        coriolis: Callable[[Array], Array] | None = None,
-        motions: tuple[Motion, ...] = (),
-        samples: int = 4096,
-        seed: int = 0,
-    ) -> None:
-        self.vehicle = vehicle
-        self.along, self.rollout = along, rollout
-        self.envelope, self.commands, self.time_step = envelope, commands, time_step
-        self.exact, self.coriolis, self.motions = exact, coriolis, motions
-        self.samples, self.seed = samples, seed
-        self.mass = mass_matrix(vehicle)
-        self._settled, self._prove = settled, prove
-
-    @property
-    def tolerance(self) -> float:
-        """Share of the boat's own scale that is no violation."""
-        return EXACT if self.exact else TOLERANCE
-
-    @cached_property
-    def reach(self) -> Array:
-        """Fastest motion of the envelope on each axis (3,)."""
-        return np.maximum(-np.array(self.envelope.lower), np.array(self.envelope.upper))
-
-    @cached_property
-    def states(self) -> Array:
-        """Quasi-random states u, v, r, psi of the envelope (samples, 4)."""
-        return spread(self.box(), self.samples, self.seed)
-
-    @cached_property
-    def powers(self) -> Array:
-        """Power without thrust at `states` [W]."""
-        return self.power(self.states)
-
-    @cached_property
-    def power_scale(self) -> float:
-        """Typical power without thrust [W]: the median of its size, which a violation in a corner does not move."""
-        return max(float(np.median(np.abs(self.powers))), 1e-9)
-
-    @cached_property
-    def full_force(self) -> Array:
-        """Force of full thrust on each axis (3,) [N, N, N m]; at least surge's, at the radius of gyration in yaw."""
-        ends = [[command_of(t, np.array(side)) for t in self.vehicle.thrusters] for side in (-1.0, 1.0)]
-        most = np.abs(held_thrust(self.vehicle, np.array(ends, dtype=float))[0]).max(axis=1)
-        force = np.abs(thruster_matrix(self.vehicle)) @ most
-        arm = np.sqrt(self.mass[2, 2] / self.mass[0, 0])
-        return np.maximum(force, max(float(force[0]), 1e-9) * np.array([1.0, 1.0, arm]))
-
-    @cached_property
-    def neutral(self) -> Array:
-        """The command of each thruster at which it does not push (thrusters,)."""
-        return np.array([neutral_command(t) for t in self.vehicle.thrusters])
-
-    def box(self, stretch: float = 1.0) -> Box:
-        """The envelope, stretched, and all headings."""
-        low, high = (stretch * np.array(ends) for ends in (self.envelope.lower, self.envelope.upper))
-        return Box(np.append(low, -np.pi), np.append(high, np.pi))
-
-    def prove(self, stretch: float, limit: float) -> Proof:
-        """Try to prove that over the stretched envelope at most `limit` [W] is gained without thrust."""
-        if self._prove is None:
-            return Proof()
-        low, high = (tuple(stretch * x for x in ends) for ends in (self.envelope.lower, self.envelope.upper))
-        return self._prove(Envelope(low, high), limit)  # type: ignore[arg-type]
-
-    def relative(self, states: Array, commands: Array | None = None) -> Array:
-        """Acceleration relative to the water (n, 3) at states (n, 4), stated wind and trim taken out.
-
-        Parameters
-        ----------
-        commands : (n, thrusters); without: no thrust
-
-        Raises
-        ------
-        RequestError
-            when the model answers with numbers that are not finite, or too few.
-        """
-        nu, psi = states[:, :3], states[:, 3]
-        still = ForceEquation(self.vehicle)
-        drift = np.stack(relative_velocity(self.vehicle, psi, (0.0 * psi, 0.0 * psi, 0.0 * psi)), axis=-1)
-        velocity = nu - drift
-        asked = np.broadcast_to(self.neutral, (psi.size, self.neutral.size)) if commands is None else commands
-        said = np.asarray(self._settled(velocity, psi, asked), dtype=float)
-        if said.shape != nu.shape:
-            raise RequestError(f"model: expected accelerations of shape {nu.shape}, got {said.shape}")
-        if not np.isfinite(said).all():
-            k = int(np.flatnonzero(~np.isfinite(said).all(axis=1))[0])
-            u, v, r = (float(x) for x in nu[k])
-            raise RequestError(
-                f"model: expected finite accelerations, got {said[k].tolist()} at {state_in_words((u, v, r))}"
-            )
-        turn = np.stack(still.acceleration((0.0 * psi, 0.0 * psi, 0.0 * psi), tuple(nu.T), tuple(velocity.T)), axis=-1)
-        if calm(self.vehicle) == self.vehicle:
-            return said - turn
-        push = stated_push(self.vehicle, psi, tuple(nu.T))
-        return said - turn - push @ np.linalg.inv(self.mass).T
-
-    def power(self, states: Array) -> Array:
-        """Power nu^T M nu_dot [W] that the model puts into the motion without thrust, (n,)."""
-        return coasting_power(self.mass, states[:, :3], self.relative(states))
-
-    def drag(self, states: Array) -> Array:
-        """Force without thrust and without the vehicle's Coriolis force (n, 3) [N, N, N m]."""
-        nu = states[:, :3]
-        turning = np.einsum("nij,nj->ni", coriolis_matrix(self.vehicle, nu), nu)
-        return self.relative(states) @ self.mass.T + turning
-
-    def place(self, state: Array) -> dict[str, float]:
-        """A state by name; the heading only where the answer depends on it."""
-        found = {name: float(x) for name, x in zip("uvr", state, strict=False)}
-        turned = np.repeat(state[None], 4, axis=0)
-        turned[:, 3] += np.arange(4) * np.pi / 2
-        said = self.relative(turned)
-        if np.ptp(said, axis=0).max() > 1e-6 * max(float(np.abs(said).max()), 1e-9):
-            found["psi"] = float(state[3])
-        return found
-
-
 def in_words(at: dict[str, float]) -> str:
     """A state in words.
 
@@ -301,6 +117,11 @@ def in_words(at: dict[str, float]) -> str:
     """
     text = state_in_words((at["u"], at["v"], at["r"]))
     return text + (f", heading {np.degrees(at['psi']):.0f} degrees" if "psi" in at else "")
+
+
+def let_pass(witness: Witness, limit: float) -> str:
+    """What is let pass, in words, behind what was found; nothing for a formula, which is held to rounding."""
+    return "" if witness.exact else f", where {limit:.3g} W is let pass"
 
 
 def finite(value: float) -> float:

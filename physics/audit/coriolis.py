@@ -4,7 +4,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from .base import Law, Ruling, Witness, in_words
+from .base import Law, Ruling, in_words
+from .witness import Witness
 
 
 @final

@@ -5,7 +5,8 @@ from typing import ClassVar, final
 import numpy as np
 
 from ..frames import Array
-from .base import Law, Ruling, Witness, in_words
+from .base import Law, Ruling, in_words, let_pass
+from .witness import TOLD, Witness
 
 _COUNT = 41
 _COARSE, _FINE, _FINEST = 0.05, 1e-6, 1e-10
@@ -45,6 +46,12 @@ class PositiveDamping(Law):
         at, worst = witness.place(state), float(values[k])
         axis = "" if k == values.size - 1 else ("surge", "sway", "yaw")[k // _COUNT]
         where = f"The {axis} drag falls with speed at {in_words(at)}" if axis else "Near rest some motion is pushed"
+        kept = "Near rest drag opposes every motion, and on no axis does more speed mean less drag."
+        if worst > TOLD * witness.power_scale:
+            kept = (
+                f"{where}, within the tolerance: {worst:.3g} W at the envelope's scale, where {limit:.3g} W, 1 % of "
+                "the typical power, is let pass."
+            )
         return self.rule(
             value=worst,
             limit=limit,
@@ -52,8 +59,8 @@ class PositiveDamping(Law):
             at=at,
             share=float((values > limit).mean()),
             proof="search",
-            kept="Near rest drag opposes every motion, and on no axis does more speed mean less drag.",
-            broken=f"{where}: negative damping, {worst:.3g} W at the envelope's scale.",
+            kept=kept,
+            broken=f"{where}: negative damping, {worst:.3g} W at the envelope's scale{let_pass(witness, limit)}.",
         )
 
     @staticmethod

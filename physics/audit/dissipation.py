@@ -4,59 +4,59 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from .base import Law, Proof, Ruling, Witness, in_words
-from .search import climb, rays
+from ..frames import Array
+from .base import Law, Ruling, in_words, let_pass
+from .gain import Gains, asked, hunted, joined
+from .search import rays
+from .witness import TOLD, Proof, Witness
 
-_MOVING = 0.05
-"""Where nothing is violated, the least dissipation is told among states at least this far from rest."""
+_SKIN = 1.0 + 1e-9
 
 
 def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) -> Ruling:
-    """The ruling over the stretched envelope; beyond the envelope itself only, where it is stretched."""
-    box = witness.box(stretch)
-    reach = witness.reach
-    states = stretch * witness.states
-    states[:, 3] /= stretch
-    powers = witness.powers if stretch == 1.0 else witness.power(states)
-    limit = witness.tolerance * witness.power_scale
+    """The ruling over the envelope or, where it is stretched, between it and the stretched one."""
 
-    def fullness(x: np.ndarray) -> np.ndarray:
-        return ((x[:, :3] / reach) ** 2).sum(axis=1)
+    def moved(x: Array) -> Array:
+        return _pushed_out(witness, x) if stretch > 1.0 else x
 
-    def keen(x: np.ndarray) -> np.ndarray:
-        return (witness.power(x) - limit) / (fullness(x) + 1e-3)
+    def gained(x: Array) -> Array:
+        return witness.power(moved(x))
 
-    share = float((powers > limit).mean())
-    extra = rays(states, box, witness.seed)
-    states, powers = np.concatenate([states, extra]), np.concatenate([powers, witness.power(extra)])
-    tried = witness.prove(stretch, limit) if powers.max() <= limit else Proof()
-    proof = tried.how
+    def allowed(x: Array) -> Array:
+        return witness.allowed(moved(x))
+
+    states, box = witness.states * np.array([*[stretch] * 3, 1.0]), witness.box(stretch)
+    if stretch > 1.0:
+        states = states[_distance(witness, states) > 1.0]
+    known = asked(states, gained, allowed) if stretch > 1.0 else Gains(states, witness.powers, allowed(states))
+    share = float((known.over > 0.0).mean())
+    extra = [rays(states, box, witness.seed)]
+    tried = witness.prove(stretch) if not known.broken else Proof()
     if tried.against is not None:
-        met = np.append(tried.against, 0.0)[None]
-        states, powers = np.concatenate([states, met]), np.concatenate([powers, witness.power(met)])
+        extra.append(np.append(tried.against, 0.0)[None])
+    known = joined(known, asked(moved(np.concatenate(extra)), gained, allowed))
+    proof = None if known.broken else tried.how
     if proof is None:
-        found = [climb(keen, states, (powers - limit) / (fullness(states) + 1e-3), box)]
-        if powers.max() > limit:
-            found.append(climb(witness.power, states, powers, box))
-        more = np.concatenate(found)
-        states, powers = np.concatenate([states, more]), np.concatenate([powers, witness.power(more)])
-    told = np.ones(powers.size, dtype=bool)
-    if powers.max() <= limit:
-        told = fullness(states) >= _MOVING**2
-        if stretch > 1.0:
-            told &= np.abs(states[:, :3] / reach).max(axis=1) > 1.0
-    k = int(np.flatnonzero(told)[np.argmax(powers[told])])
-    at, worst = witness.place(states[k]), float(powers[k])
-    how = f"proved: {proof}" if proof else f"searched, {powers.size} states"
+        found = hunted(witness, known, witness.ascended(stretch), gained, allowed)
+        known = Gains(moved(found.states), found.gained, found.allowed)
+    k, gains = known.told(witness, TOLD * witness.full_power(known.states))
+    value, limit, at = float(known.gained[k]), float(known.allowed[k]), witness.place(known.states[k])
+    how = f"proved: {proof}" if proof else f"searched, {known.gained.size} states"
+    kept = f"Without thrust the model loses energy everywhere {where} ({how})."
+    if gains or proof == "interval bounds":
+        kept = f"Without thrust the model gains nowhere {where} more than 1 % of full thrust would give ({how})" + (
+            f"; it gains {value:.3g} W at {in_words(at)}, where {limit:.3g} W is let pass." if gains else "."
+        )
     return law.rule(
-        value=worst,
+        value=value,
         limit=limit,
         unit="W",
         at=at,
         share=share,
         proof=proof or "search",
-        kept=f"Without thrust the model loses energy {where} ({how}).",
-        broken=f"Without thrust the model gains {worst:.3g} W at {in_words(at)}: it creates energy.",
+        kept=kept,
+        broken=f"Without thrust the model gains {value:.3g} W at {in_words(at)}{let_pass(witness, limit)}: "
+        "it creates energy.",
     )
 
 
@@ -68,12 +68,12 @@ class Dissipation(Law):
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
-        return judge_dissipation(self, witness, 1.0, "everywhere in the envelope")
+        return judge_dissipation(self, witness, 1.0, "in the envelope")
 
 
 @final
 class Outside(Law):
-    """The same half as far again beyond the envelope.
+    """The same beyond the envelope, half as far again; what lies inside is the affair of `Dissipation`.
 
     It does not count: no data speak there, and discovery keeps the law over the envelope only.
     """
@@ -84,4 +84,21 @@ class Outside(Law):
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
-        return judge_dissipation(self, witness, self.stretch, f"up to {self.stretch:g} times the envelope, too")
+        return judge_dissipation(self, witness, self.stretch, f"from 1 to {self.stretch:g} times the envelope")
+
+
+def _distance(witness: Witness, states: Array) -> Array:
+    """Multiple of the envelope on whose border states lie (n,)."""
+    low, high = (np.array(ends) for ends in (witness.envelope.lower, witness.envelope.upper))
+    nu = states[:, :3]
+    ends = np.where(nu > 0.0, high, low)
+    return np.max(np.divide(nu, ends, out=np.zeros_like(nu), where=ends != 0.0), axis=1)
+
+
+def _pushed_out(witness: Witness, states: Array) -> Array:
+    """States, those inside the envelope moved away from rest to just beyond its border."""
+    far = _distance(witness, states)
+    factor = np.where(far < _SKIN, _SKIN / np.maximum(far, 1e-9), 1.0)
+    found = states.copy()
+    found[:, :3] *= factor[:, None]
+    return found

@@ -4,7 +4,8 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from .base import Law, Ruling, Witness
+from .base import Law, Ruling
+from .witness import Witness
 
 
 @final
@@ -18,6 +19,11 @@ class PositiveMass(Law):
         v = witness.vehicle
         size = np.sqrt([v.mass, v.mass, v.inertia_z])
         least = float(np.linalg.eigvalsh(witness.mass / np.outer(size, size)).min())
+        if least > 1e-9 and not witness.own_mass:
+            return self.pass_over(
+                f"The model has no mass of its own; that of vehicle {v.name}, by which its power is counted, is "
+                f"positive definite (least {least:.2g} of the rigid body's)."
+            )
         return self.rule(
             value=-least,
             limit=-1e-9,

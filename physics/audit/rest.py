@@ -6,7 +6,8 @@ import numpy as np
 
 from ..forces import calm
 from ..thrusters import command_of
-from .base import TOLERANCE, Law, Ruling, Witness
+from .base import Law, Ruling
+from .witness import TOLD, TOLERANCE, Witness
 
 _HEADINGS = 16
 
@@ -37,14 +38,21 @@ class Rest(Law):
             if witness.vehicle.value(s) != calm(witness.vehicle).value(s)
         ]
         beside = f" beside what the vehicle file states ({', '.join(stated)})" if stated else ""
-        name = ("surge", "sway", "yaw")[axis]
+        name, limit = ("surge", "sway", "yaw")[axis], TOLERANCE * float(full[axis])
+        kept = f"A boat at rest without a command stays at rest{beside}."
+        if value > TOLD * full[axis]:
+            kept = (
+                f"At rest and without a command the model pushes itself in {name} with {value:.3g} {unit}{beside}, "
+                f"less than {limit:.3g} {unit}, 1 % of full thrust, which is let pass."
+            )
         return self.rule(
             value=value,
-            limit=TOLERANCE * float(full[axis]),
+            limit=limit,
             unit=unit,
             at=at,
             share=float((ratio > TOLERANCE).any(axis=1).mean()),
             proof="by construction" if witness.exact and value == 0.0 else "search",
-            kept=f"A boat at rest without a command stays at rest{beside}.",
-            broken=f"At rest and without a command the model pushes itself in {name} with {value:.3g} {unit}{beside}.",
+            kept=kept,
+            broken=f"At rest and without a command the model pushes itself in {name} with {value:.3g} {unit}{beside}, "
+            f"where {limit:.3g} {unit} is let pass.",
         )

@@ -1,6 +1,6 @@
-"""Where is a function of state largest? Quasi-random sampling of a box, then projected gradient ascent.
+"""Where is a function of state largest? Quasi-random sampling of a box, projected gradient ascent, random steps.
 
-The function is a black box that is asked for many states at once, so gradients are central differences: with four
+The function is a black box that is asked for many states at once, so gradients are central differences: with a few
 coordinates that costs what backpropagation would, and serves networks, formulas and foreign code alike.
 """
 
@@ -38,13 +38,18 @@ class SearchSettings:
     steps : of each ascent
     first, shrink : length of the first step as a share of the box, and its factor where a step does not rise
     apart : starts are at least this share of the box apart, so that they do not climb the same hill
+    finalists : of the tops that ascent reached, from which is felt at random for higher ones
+    rounds, trials : of random steps from the finalists, and how many states are tried in each round from each
     """
 
-    starts: int = 24
-    steps: int = 30
+    starts: int = 48
+    steps: int = 16
     first: float = 0.08
     shrink: float = 0.5
     apart: float = 0.12
+    finalists: int = 8
+    rounds: int = 40
+    trials: int = 24
 
 
 def spread(box: Box, count: int, seed: int) -> Array:
@@ -68,46 +73,91 @@ def rays(states: Array, box: Box, seed: int) -> Array:
     return np.concatenate([near, np.concatenate([corners, heading], axis=1)])
 
 
-def climb(value: Value, states: Array, found: Array, box: Box, settings: SearchSettings | None = None) -> Array:
-    """States (n, d) to which gradient ascent leads from the best of some states, whose values are `found`.
+def climb(
+    value: Value, states: Array, found: Array, box: Box, settings: SearchSettings | None = None, seed: int = 0
+) -> Array:
+    """States (n, d) to which a search leads from the best of some states, whose values are `found`.
 
-    Columns of the states beyond those of the box are carried along as they are.
+    Gradient ascent goes up hills; random steps from the best tops, at all scales and along some of the coordinates
+    only, then follow ridges, where the slope jumps (power under thrust has one where thrust begins to brake). A
+    coordinate whose side has no length stays there.
     """
     chosen = settings or SearchSettings()
-    size = box.low.size
-    start = states[_apart(states[:, :size], found, box, chosen)]
-    here, carried = start[:, :size], start[:, size:]
-    count = here.shape[0]
-    probe = 1e-3 * box.width
-    steps = np.concatenate([np.diag(probe), -np.diag(probe)])
-    best = value(start)
-    length = np.full(count, chosen.first)
+    start = np.clip(states[_apart(states, found, box, chosen)], box.low, box.high)
+    tops, best = _ascended(value, start, box, chosen)
+    order = np.argsort(-best, kind="stable")[: chosen.finalists]
+    felt = _felt(value, tops[order], best[order], box, chosen, seed)
+    return np.concatenate([tops, felt])
+
+
+def _ascended(value: Value, here: Array, box: Box, chosen: SearchSettings) -> tuple[Array, Array]:
+    """Where projected gradient ascent leads from each state, and the values there."""
+    free = np.flatnonzero(box.width > 0.0)
+    count, size = here.shape[0], free.size
+    probe = 1e-3 * np.diag(box.width)[free]
+    steps = np.concatenate([probe, -probe])
+    best, length = value(here), np.full(count, chosen.first)
     for _ in range(chosen.steps):
         asked = np.clip(here[:, None, :] + steps, box.low, box.high)
-        whole = np.concatenate([asked, np.repeat(carried[:, None], 2 * size, axis=1)], axis=2)
-        said = value(whole.reshape(-1, start.shape[1])).reshape(count, 2 * size)
-        gap = (asked[:, :size] - asked[:, size:]).diagonal(axis1=1, axis2=2) / box.width
-        slope = (said[:, :size] - said[:, size:]) / np.maximum(gap, 1e-12)
+        said = value(asked.reshape(-1, here.shape[1])).reshape(count, 2 * size)
+        gap = (asked[:, :size] - asked[:, size:])[:, np.arange(size), free] / box.width[free]
+        rise = (said[:, :size] - said[:, size:]) / np.maximum(gap, 1e-12)
+        slope = np.zeros_like(here)
+        slope[:, free] = rise
         blocked = ((here >= box.high) & (slope > 0)) | ((here <= box.low) & (slope < 0))
         slope = np.where(blocked, 0.0, slope)
         norm = np.linalg.norm(slope, axis=1, keepdims=True)
         trial = np.clip(here + length[:, None] * slope / np.maximum(norm, 1e-300) * box.width, box.low, box.high)
-        reached = value(np.concatenate([trial, carried], axis=1))
+        reached = value(trial)
         better = reached > best
         here = np.where(better[:, None], trial, here)
         best = np.where(better, reached, best)
         length = np.where(better, 1.3 * length, chosen.shrink * length)
-    return np.concatenate([here, carried], axis=1)
+    return here, best
+
+
+def _felt(value: Value, here: Array, best: Array, box: Box, chosen: SearchSettings, seed: int) -> Array:
+    """Where random steps lead from each state: of lengths between 0.001 % and 30 % of the box, along some sides.
+
+    One coordinate in eight is tried at exactly zero, where powers have their kinks. A third of the trials goes on as
+    the last step that rose did, with a little of another beside it, as a ridge oblique to the sides needs.
+    """
+    rng = np.random.default_rng([seed, 23])
+    count, size = here.shape
+    rows, third = np.arange(count), chosen.trials // 3
+    last = np.zeros_like(here)
+    width = np.where(box.width > 0.0, box.width, 1.0)
+    for _ in range(chosen.rounds):
+        shape = (count, chosen.trials, size)
+        moved = rng.normal(size=shape) * (rng.random(shape) < 0.5) * 10.0 ** rng.uniform(-5.0, -0.5, (*shape[:2], 1))
+        going = last[:, None] * 10.0 ** rng.uniform(-1.0, 1.0, (count, third, 1))
+        slight = np.linalg.norm(going, axis=2, keepdims=True) * 10.0 ** rng.uniform(-2.0, 0.0, (count, third, 1))
+        aside = rng.normal(size=(count, third, size)) * slight
+        moved[:, :third] = np.where(last.any(axis=1)[:, None, None], going + aside, moved[:, :third])
+        trial = here[:, None, :] + moved * box.width
+        trial[:, third:][rng.random((count, chosen.trials - third, size)) < 0.125] = 0.0
+        trial = np.clip(trial, box.low, box.high)
+        said = value(trial.reshape(-1, size)).reshape(count, chosen.trials)
+        k = np.argmax(said, axis=1)
+        better = (said[rows, k] > best)[:, None]
+        last = np.where(better, (trial[rows, k] - here) / width, last)
+        here = np.where(better, trial[rows, k], here)
+        best = np.where(better[:, 0], said[rows, k], best)
+    return here
 
 
 def _apart(states: Array, found: Array, box: Box, settings: SearchSettings) -> np.ndarray:
     """Numbers of the best states that keep their distance from one another."""
-    order = np.argsort(-found, kind="stable")[:1024]
-    scaled = states[order] / box.width
+    free = box.width > 0.0
+    order = np.argsort(-found, kind="stable")[:2048]
+    scaled = states[order][:, free] / box.width[free]
+    near = np.zeros(order.size, dtype=bool)
     taken: list[int] = []
     for k in range(order.size):
-        if all(np.abs(scaled[k] - scaled[j]).max() > settings.apart for j in taken):
-            taken.append(k)
+        if near[k]:
+            continue
+        taken.append(k)
+        near |= np.abs(scaled - scaled[k]).max(axis=1) <= settings.apart
         if len(taken) == settings.starts:
             break
     return order[taken]

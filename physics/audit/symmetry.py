@@ -5,7 +5,8 @@ from typing import ClassVar, final
 import numpy as np
 
 from ..vehicle import Vehicle
-from .base import Law, Ruling, Witness, in_words
+from .base import Law, Ruling, in_words
+from .witness import Witness
 
 SHARE = 0.1
 """Difference between the sides, as a share of full thrust, from which a boat is called lopsided."""
@@ -34,7 +35,7 @@ class MirrorSymmetry(Law):
         one, other = (witness.relative(x, c) @ witness.mass.T for x, c in ((states, driven), (mirrored, swapped)))
         values = np.abs(one - other * _SIGNS) / witness.full_force
         if pairs is not None:
-            coast = [witness.relative(x) @ witness.mass.T for x in (states, mirrored)]
+            coast = [x @ witness.mass.T for x in (witness.coasting, witness.relative(mirrored))]
             values = np.maximum(values, np.abs(coast[0] - coast[1] * _SIGNS) / witness.full_force)
         worst = values.max(axis=1)
         k = int(np.argmax(worst))

@@ -9,7 +9,7 @@ from ..forces import calm
 from ..frames import Array
 from ..laws import Envelope, envelope_of
 from ..motion import Motion
-from ..simulation import rollout
+from ..simulation import Rollouts, rollout
 from ..thrusters import command_of
 from ..vehicle import Vehicle
 
@@ -18,6 +18,9 @@ _HOLDS = (2.0, 8.0)
 _RANDOM = 24
 _LEVELS = 5
 _MOST = 2000
+_STEPS = 600
+_SETTLING, _LITTLE = 0.95, 0.01
+"""A held speed settles where 20 s gain less than this share of the 20 s before, or this share of the largest speed."""
 
 
 def possible_commands(vehicle: Vehicle, seed: int = 0) -> Array:
@@ -69,19 +72,45 @@ def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> Envelope:
     RequestError
         when its speeds grow without bound.
     """
-    still, steps = calm(vehicle), 600
-    motion, starts, _ = trial(still, pool, 0.1, steps, seed)
-    done = rollout(still, motion, starts, steps)
+    still = calm(vehicle)
+    motion, done, _ = _tried(vehicle, pool, seed)
     if done.diverged.any():
         raise RequestError(
             f"vehicle {vehicle.name}: its speeds grow without bound under its own thrusters, so they give no envelope; "
             "name a log after the model, whose speeds are the envelope then"
         )
+    rows = done.states.shape[1]
     runs = [
-        Motion(motion.time[: steps + 1], x[:, :2], x[:, 2], x[:, 3:], motion.commands[: steps + 1], motion.thrusters)
+        Motion(motion.time[:rows], x[:, :2], x[:, 2], x[:, 3:], motion.commands[:rows], motion.thrusters)
         for x in done.states
     ]
     return envelope_of(runs, still)
+
+
+def settling_speeds(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[float, float] | None:
+    """Largest speed [m/s] and yaw rate [rad/s] that a vehicle reaches in calm water in a trial of 60 s.
+
+    None where they tell no bound: where a rollout diverges, or under a held command gains as much in the last 20 s as
+    in the 20 s before, as a hull does that nothing brakes. A speed that settles gains ever less.
+    """
+    _, done, held = _tried(vehicle, pool, seed)
+    speed = np.linalg.norm(done.states[..., 3:5], axis=-1)
+    turning = np.abs(done.states[..., 5])
+    if done.diverged.any() or not np.isfinite(speed).all() or not np.isfinite(turning).all():
+        return None
+    for size in (speed[:held], turning[:held]):
+        third = (size.shape[1] - 1) // 3
+        early, late, last = (size[:, k * third] for k in (1, 2, 3))
+        growing = last - late > np.maximum(_SETTLING * (late - early), _LITTLE * size.max())
+        if growing.any():
+            return None
+    return float(speed.max()), float(turning.max())
+
+
+def _tried(vehicle: Vehicle, pool: Array, seed: int) -> tuple[Motion, Rollouts, int]:
+    """The trial of a vehicle in calm water, 60 s, its rollouts, and how many of them hold a command."""
+    motion, starts, held = trial(vehicle, pool, 0.1, _STEPS, seed)
+    return motion, rollout(calm(vehicle), motion, starts, _STEPS), held
 
 
 def _sides(count: int) -> list[Array]:
