@@ -70,6 +70,7 @@ def check(
             channel_map=channel_map,
             namespace=namespace,
             judge="all",
+            as_is=True,  # only the speeds are wanted, and no thruster is judged
             reading=reading,
         )
         motions = inputs.parts.judged.motions

@@ -114,6 +114,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         steps=steps,
         failures=tuple(place for place in compared["failures"] if place["model"] == models[0].name),
         data=data,
+        warnings=inputs.warnings,
     )
     return Run(inputs, found, findings, compared, table, settings, audit)
 
