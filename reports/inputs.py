@@ -165,7 +165,7 @@ def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
 
 
 def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], list[str]]:
-    """What is wrong or out of step in a log, as sentences, and which records contradict each other where it is taken as it is.
+    """What is wrong or out of step in a log, and which records contradict each other where it is taken as it is.
 
     Raises
     ------
