@@ -13,6 +13,7 @@ from undertow.discovery.uncertainty import Interval
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
+from undertow.reports.chapters.identified import _facts
 
 HULL = load_vehicle("blueboat")
 SCALES = ("thrust_scale", "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
@@ -83,3 +84,11 @@ def test_what_is_in_doubt_stays_in_the_model_and_is_not_called_missing(monkeypat
     assert drag.sentence.startswith("In the corrected model, but not certain: X_uu stands at its limit. (Drag")
     assert drag.terms[0].in_model == pytest.approx(-6.0, rel=0.1)
     assert found.corrected.value("X_uu") - HULL.value("X_uu") == pytest.approx(-6.0, rel=0.1)
+
+
+def test_what_moves_alike_and_was_told_apart_all_the_same_is_said_to_be():
+    told = {"groups": [["surge_linear_damping", "surge_quadratic_damping"], ["sway:ur|u|", "sway_lift"]]}
+    text = str(_facts(told, ["surge_quadratic_damping"]))
+    assert "surge quadratic damping fits held-out data clearly better than any of the others alone" in text
+    assert text.count("a mixture of them may fit as well as one") == 1
+    assert str(_facts(told)).count("a mixture of them may fit as well as one") == 2
