@@ -2,7 +2,7 @@
 
 import io
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -31,6 +31,9 @@ FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, fo
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
 NamespaceOption = Annotated[
     str | None, typer.Option("--namespace", help="Start of the topics of the vehicle meant, in a log of several.")
+]
+AsIsOption = Annotated[
+    bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
 SeedOption = Annotated[
@@ -157,6 +160,7 @@ def compare(
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Compare models with measurements on the same rows: which to trust, by how much, and where they fail."""
@@ -166,7 +170,8 @@ def compare(
 
         kept = [path for path in (out, series) if path is not None]
         earlier = [path for path in kept if check_file(path, vehicle)]
-        found = compare_models(_read(logs, vehicle, frame, channels, judge, namespace=namespace), model or [], series)
+        inputs = _read(logs, vehicle, frame, channels, judge, namespace=namespace, as_is=as_is)
+        found = compare_models(inputs, model or [], series)
         if out is not None:
             write_json(out, found)
         for path in kept:
@@ -177,6 +182,7 @@ def compare(
             from .reports.compared import best_text, comparison_table, notes_list
             from .reports.failing.screen import failures_table, structure_list
 
+            _warn(found["warnings"])
             show(best_text(found), comparison_table(found), failures_table(found))
             show(structure_list(found), notes_list(found))
             if out is not None:
@@ -256,12 +262,13 @@ def discover(
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
     with failing_clearly():
         _check_folder(out)
-        read = partial(_read, logs, vehicle, frame, channels, namespace=namespace)
+        read = partial(_read, logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
         _discover(out, read, report=not no_report, seed=seed, refit=refit, as_json=as_json)
 
 
@@ -278,6 +285,7 @@ def fit(
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
@@ -287,7 +295,7 @@ def fit(
         from .reports.fitted import fit as calibrate
 
         earlier = out is not None and check_file(out, vehicle)
-        inputs = _read(logs, vehicle, frame, channels, namespace=namespace)
+        inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out)
@@ -297,6 +305,7 @@ def fit(
             print_json(told)
             return
         say("")
+        _warn(told["warnings"])
         prose(" ".join(told["sentences"]))
         show(terminal.calibrated_table(told["parameters"]), terminal.left_list(told))
         _show_steps(told)
@@ -317,6 +326,7 @@ def add(
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
@@ -340,23 +350,25 @@ def add(
                 )
             record = read_run_inputs(run)
             paths, nominal, frame, channels = record.logs, record.vehicle, record.frame, record.channel_map
-            namespace = record.namespace
+            namespace, as_is = record.namespace, as_is or record.as_is
         else:
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
-        found = add_named(names, _read(paths, nominal, frame, channels, namespace=namespace), progress=progress)
+        inputs = _read(paths, nominal, frame, channels, namespace=namespace, as_is=as_is)
+        found = add_named(names, inputs, progress=progress)
         if out is not None:
             found.discovery.corrected.save(out)
             tell_replaced(out, earlier)
         findings = found.findings.to_dict()
         if as_json:
-            wanted = {key: findings[key] for key in ("steps", "candidates", "unnamed")}
+            wanted = {key: findings[key] for key in ("warnings", "steps", "candidates", "unnamed")}
             print_json({"schema": "undertow.added/1", **wanted})
             return
         from .reports.terminal import added_table, energy_text, unnamed_table
 
         say("")
+        _warn(findings["warnings"])
         prose(findings["headline"])
         tables = [added_table(findings)] if findings["candidates"] else []
         show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
@@ -400,6 +412,7 @@ def train(
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
@@ -411,7 +424,7 @@ def train(
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = trained.settings_with(set_ or [], seed=seed, device=device, **given)
         chosen = trained.parsed_options(option or [])
-        inputs = _read(logs, vehicle, frame, channels, namespace=namespace)
+        inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
         try:
             with training_progress(settings.epochs, progress) as told:
                 done = trained.train(
@@ -438,6 +451,7 @@ def train(
         from .reports.compared import comparison_table
 
         say("")
+        _warn(done.inputs.warnings)
         prose(" ".join(done.sentences))
         show(comparison_table(done.to_dict()))
         if done.distilled is not None:
@@ -456,6 +470,7 @@ def explain(
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
@@ -463,12 +478,12 @@ def explain(
         from .discovery.discover import DiscoverySettings
         from .reports.distilled import distil, distilled_table
 
-        found = distil(
-            model, _read(logs, vehicle, frame, channels, namespace=namespace), DiscoverySettings(seed=seed), progress
-        )
+        inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        found = distil(model, inputs, DiscoverySettings(seed=seed), progress)
         if as_json:
-            print_json(found.to_dict())
+            print_json({**found.to_dict(), "warnings": list(inputs.warnings)})
         else:
+            _warn(inputs.warnings)
             show(distilled_table(found))
 
 
@@ -566,6 +581,7 @@ def _discover(
         print_json(findings)
         return
     say("")
+    _warn(findings["warnings"])
     prose(findings["headline"])
     show(screen.failures_table(findings), terminal.candidates_table(findings))
     show(terminal.missing_in_words(findings))
@@ -600,14 +616,28 @@ def _read(
     channels: Path | None,
     judge: str = "test",
     namespace: str | None = None,
+    as_is: bool = False,
 ) -> "Inputs":
     from .reports.inputs import read_inputs
     from .reports.reading_progress import reading_progress
 
     with reading_progress(progress) as reading:
         return read_inputs(
-            logs, vehicle, frame=frame, channel_map=channels, namespace=namespace, judge=judge, reading=reading
+            logs,
+            vehicle,
+            frame=frame,
+            channel_map=channels,
+            namespace=namespace,
+            judge=judge,
+            as_is=as_is,
+            reading=reading,
         )
+
+
+def _warn(warnings: Iterable[str]) -> None:
+    """What is wrong with the logs, above everything else."""
+    for text in warnings:
+        prose(f"Warning: {text}")
 
 
 def _symbols(given: list[str] | None) -> list[str]:

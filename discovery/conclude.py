@@ -1,13 +1,13 @@
 """From evidence to words: verdicts, sentences and the headline."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from ..physics.effects import EFFECTS
-from ..physics.frames import AXES
+from ..physics.frames import AXES, Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .evidence import Evidence, parameter_total
@@ -22,6 +22,7 @@ from .uncertainty import Interval
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
 _LEAST_FORCE = 1e-3
 _NONE: Mapping[str, float] = MappingProxyType({})
+_NO_DOUBT: Mapping[str, str] = MappingProxyType({})
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain, but that is too near the sensor noise to name anything from."
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
@@ -41,6 +42,7 @@ def conclude(
     included: Mapping[str, float] = _NONE,
     others: Sequence[FoundEffect] = (),
     unseen: Sequence[Candidate] = (),
+    doubtful: Mapping[str, str] = _NO_DOUBT,
 ) -> Findings:
     """Write the findings.
 
@@ -57,17 +59,20 @@ def conclude(
     included : share of block ensembles in which a term without a name is selected, by symbol
     others : findings on effects that were not searched for
     unseen : candidates that the search could not judge
+    doubtful : why kept effects are not certain all the same, by key: they stay in the model, and are not called missing
     """
     pool = {candidate.key: candidate for candidate in (*search.pool, *unseen)}
     what = _what(search)
     found = [
-        _effect(pool[e.key], e, nominal, lawful if e.key in kept else considered, intervals, what)
+        _effect(
+            pool[e.key], e, nominal, lawful if e.key in kept else considered, intervals, what, doubtful.get(e.key, "")
+        )
         for e in _one_each(evidence, pool)
         if ":" not in e.key
     ]
     found += others
-    names = [pool[key].effect.name for key in order if key in kept and key is not None and ":" not in key]
-    missing = tuple(dict.fromkeys(names))
+    added = [key for key in order if key in kept and key is not None and ":" not in key]
+    missing = tuple(dict.fromkeys(pool[key].effect.name for key in added if key not in doubtful))
     rank = {"missing": 0, "possible": 1, "no evidence": 2}
     found.sort(key=lambda f: (rank[f.verdict], missing.index(f.effect) if f.effect in missing else len(missing)))
     unnamed = tuple(
@@ -76,12 +81,12 @@ def conclude(
         if ":" in e.key and (e.key in kept or e.key in order)
         for term in found_terms(pool[e.key], nominal, lawful.unconstrained, intervals)
     )
-    open_ends = [e for e in evidence if (e.selected and e.key not in kept) or e.faint]
+    open_ends = [e for e in evidence if (e.selected and e.key not in kept) or e.faint or e.key in doubtful]
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     verdict = "missing" if missing else "undecided" if open_ends or unnamed or still else "nothing missing"
     return Findings(
         verdict,
-        _STILL if still and not missing else _headline(missing, unnamed, open_ends),
+        _STILL if still and not missing else _headline(missing, unnamed, open_ends, doubtful),
         missing,
         tuple(found),
         unnamed,
@@ -130,12 +135,17 @@ def _effect(
     model: Lawful | Vehicle,
     intervals: Mapping[str, Interval],
     what: str,
+    doubt: str = "",
 ) -> FoundEffect:
     """One candidate in words and numbers; `model` is the corrected one where the effect is kept."""
     effect, sure = candidate.effect, isinstance(model, Lawful)
     hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
     verdict: Verdict = (
-        "missing" if sure else "possible" if e.selected or hidden or e.confidence >= 0.5 else "no evidence"
+        "missing"
+        if sure and not doubt
+        else "possible"
+        if doubt or e.selected or hidden or e.confidence >= 0.5
+        else "no evidence"
     )
     terms: tuple[FoundTerm, ...] = ()
     if e.selected:
@@ -146,9 +156,10 @@ def _effect(
     rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
     from_rivals = f"This log cannot tell it from {rivals}" if rivals else ""
     if verdict == "missing":
-        axis = int(np.argmax(e.share))
-        sentence += f" It alone accounts for {_percent(e.share[axis])} of the {AXES[axis]} {what} in this log."
+        sentence += f" {_alone(candidate, e.share, what)}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
+    elif doubt:
+        sentence = f"In the corrected model, but not certain: {doubt}. ({sentence})"
     elif e.faint:
         sentence = f"{from_rivals or 'Perhaps'}: {_FAINT.format(e.faint)} ({sentence})"
     elif e.indistinguishable_from:
@@ -186,6 +197,19 @@ def _effect(
     )
 
 
+def _alone(candidate: Candidate, share: Array, what: str) -> str:
+    """What only this effect explains, on an axis on which its force acts if that is material there.
+
+    The error without the effect is that of the model fitted again without it. It may be larger than the motion itself,
+    where rollouts of that model run away; a share would then be absurd.
+    """
+    own = [p.axis for p in candidate.parameters if p.axis is not None and share[p.axis] > 0.0]
+    axis = max(own, key=lambda k: float(share[k])) if own else int(np.argmax(share))
+    if share[axis] > 1.0:
+        return f"Without it, the model errs by more than all of the {AXES[axis]} {what} in this log."
+    return f"It alone accounts for {_percent(share[axis])} of the {AXES[axis]} {what} in this log."
+
+
 def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %" if share >= 0.01 else f"{100.0 * share:.1f} %"
 
@@ -206,12 +230,15 @@ def found_terms(
     return tuple(terms)
 
 
-def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: Sequence[Evidence]) -> str:
+def _headline(
+    missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: Sequence[Evidence], doubtful: Mapping[str, str]
+) -> str:
     words = [name.replace("_", " ") for name in missing]
     if words:
-        listed = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+        listed = _listed(words)
         more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
-        return f"The model is missing {listed}{more}."
+        perhaps = f", and perhaps {_listed(doubtful)}" if doubtful else ""
+        return f"The model is missing {listed}{more}{perhaps}."
     if unnamed:
         return "No named effect is missing for sure, but the log asks for terms that nobody has named."
     if open_ends:
@@ -223,6 +250,11 @@ def _headline(missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: S
             return f"Undecided: something faint is missing in {where}, too near the sensor noise to name ({names})."
         return f"Undecided: something is missing, but this log cannot tell what for sure ({names})."
     return "Nothing material is missing: the model explains this log."
+
+
+def _listed(names: Iterable[str]) -> str:
+    words = [name.replace("_", " ") for name in names]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def _what(search: Search) -> str:

@@ -12,6 +12,7 @@ from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
 from .colour import why_rollouts
 from .conclude import conclude, unmeasured
+from .doubts import doubts
 from .ensemble import inclusion
 from .evidence import Evidence
 from .field import ENOUGH_BLOCKS, TOO_SHORT, look_at_rollouts, settle
@@ -128,6 +129,7 @@ def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *no
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         options = [far.options[key][0] for key in state.active]
         found = intervals(search.weak, wide, search.pool, options, state.vehicle, settings.seed) | found
+    doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     terms = any(":" in key for key in state.active)
     forces, there = looked.forces
@@ -146,6 +148,7 @@ def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *no
         inclusion(search, state, settings.seed) if terms else {},
         unmeasured(looked.motions),
         looked.unseen,
+        doubtful,
     )
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, lawful, found)

@@ -21,7 +21,8 @@ class AxisShare:
     correction : root mean square of the correction's force
     at_work : root mean square of the largest force at work on the axis
     named : share of the correction's mean square that effects explain that are sure; None, as all that follows, where
-        the correction is too small to matter
+        the correction is too small to matter. All axes are fitted at once, so that it may be negative here for more on
+        another axis, and fall as effects are added
     possible : the same with effects that are not sure
     explained : the same with terms that nobody has named
     remainder : root mean square of what is left after all of these
@@ -44,16 +45,25 @@ class AxisShare:
         return self.named is not None
 
     @property
+    def traded(self) -> bool:
+        """Whether more effects explain less of this axis, or they make it worse: they were fitted for another one."""
+        if self.named is None or self.possible is None or self.explained is None:
+            return False
+        return self.named < -0.01 or self.possible < self.named - 0.01 or self.explained < self.possible - 0.01
+
+    @property
     def sentence(self) -> str:
         """The axis in words."""
         size = f"{self.correction:.2g} {self.unit}, {_percent(self.correction / self.at_work)} of the force at work"
         if self.named is None or self.possible is None or self.explained is None:
             return f"{self.axis}: the correction ({size}) is too small to matter."
-        told = f"{self.axis}: of the correction ({size}), named effects explain {_percent(self.named)}"
-        if self.possible > self.named + 0.01:
-            told += f", with effects that are not sure {_percent(self.possible)}"
-        if self.explained > self.possible + 0.01:
-            told += f", with terms that nobody has named {_percent(self.explained)}"
+        told = f"{self.axis}: of the correction ({size}), named effects explain {_share(self.named)}"
+        if abs(self.possible - self.named) > 0.01:
+            told += f", with effects that are not sure {_share(self.possible)}"
+        if abs(self.explained - self.possible) > 0.01:
+            told += f", with terms that nobody has named {_share(self.explained)}"
+        if self.traded:
+            told += " (all axes are fitted at once, and some effects explain less here for more on another axis)"
         if self.past is None:
             return f"{told}; what remains is too small to matter."
         return f"{told}. Of what remains ({self.remainder:.2g} {self.unit}), {_cause(self.past)}."
@@ -176,6 +186,11 @@ def _cause(past: Past) -> str:
             "the state nor a memory of the last seconds"
         )
     return f"the present state predicts {present}, in no form that has a name, and the motion before {memory} more"
+
+
+def _share(share: float) -> str:
+    """A share of the correction, in words where it has no meaning: what is left may be larger than all of it."""
+    return _percent(share) if share > -0.01 else "nothing"
 
 
 def _percent(share: float) -> str:

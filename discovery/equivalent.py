@@ -1,5 +1,7 @@
 """Descriptions of one and the same model: all thrusters' common scale, and a scale of one of two thrusters."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..physics.vehicle import Vehicle
@@ -41,6 +43,12 @@ def in_plain_words(search: Search, state: State) -> State:
     }
     rest = [k for k in state.active if k not in kind]
     return search.evaluate(state.vehicle.with_values(values), (*rest, _COMMON, f"{_ONE}[{weak}]"))
+
+
+def one_too_many(nominal: Vehicle, active: Sequence[str]) -> tuple[str, ...]:
+    """The common scale and all thrusters' own, where all are in a model: their products alone move a force."""
+    kind = tuple(k for k in active if _is_scale(k))
+    return kind if len(kind) > max(len(nominal.thrusters), 1) else ()
 
 
 def _is_scale(key: str) -> bool:

@@ -150,6 +150,7 @@ class Findings:
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : why others were not, by symbol
     absorbed : effects that cannot be judged beside the calibration, which would do the same
+    warnings : what is wrong with the log itself, to be read before the headline
     """
 
     verdict: Literal["missing", "nothing missing", "undecided"]
@@ -167,12 +168,14 @@ class Findings:
     calibrated: tuple[Calibrated, ...] = ()
     left: dict[str, str] = field(default_factory=dict)
     absorbed: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """As `findings.json` writes it (schema `undertow.findings/1`)."""
         return {
             "schema": SCHEMA,
             "verdict": self.verdict,
+            "warnings": list(self.warnings),
             "headline": self.headline,
             "missing": list(self.missing),
             "candidates": [candidate.to_dict() for candidate in self.candidates],

@@ -30,6 +30,8 @@ from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, solve_excess, so
 _TOLERANCE = 1e-6
 _MARGIN = 1e-6
 """Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
+_FLAT = 1e-9
+"""Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
 _LEAST_MASS = 1e-3
 """Smallest eigenvalue of M, scaled to a unit rigid body, that a refit may reach."""
 _MASSES = {"X_udot", "Y_vdot", "N_rdot", "Y_rdot", "x_g"}
@@ -293,7 +295,12 @@ class _Passive:
 
 
 def _factor(normal: Array, pull: Array) -> tuple[Array, Array]:
-    """R and d with R^T R = normal and R^T d = pull, so that |R x - d|^2 is the least-squares loss up to a constant."""
+    """R and d with R^T R = normal and R^T d = pull, so that |R x - d|^2 is the least-squares loss up to a constant.
+
+    Where the data say nothing, x stays at zero: an interior-point solver would otherwise go to the middle between the
+    limits, where a model that bends is another than the one that was linearised.
+    """
     size, vectors = np.linalg.eigh(normal)
-    root = np.sqrt(np.maximum(size, 1e-12 * size.max()))
-    return root[:, None] * vectors.T, (vectors.T @ pull) / root
+    flat = size <= _FLAT * size.max()
+    root = np.sqrt(np.where(flat, size.max(), size))
+    return root[:, None] * vectors.T, np.where(flat, 0.0, vectors.T @ pull) / root

@@ -73,6 +73,7 @@ def check(
             channel_map=channel_map if record is None else record.channel_map,
             namespace=namespace if record is None else record.namespace,
             judge="all",
+            as_is=True,  # only the speeds are wanted, and no thruster is judged
             reading=reading,
         )
         motions = inputs.parts.judged.motions

@@ -70,6 +70,7 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any
         frame=record.frame,
         channel_map=record.channel_map,
         namespace=record.namespace,
+        as_is=record.as_is,
     )
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", fitted_numbers(folder))
     return _compared(inputs, (corrected,), models)

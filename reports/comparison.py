@@ -120,6 +120,7 @@ def comparison(
         "schema": COMPARISON_SCHEMA,
         "split": parts.judge,
         "logs": list(inputs.paths),
+        "warnings": list(inputs.warnings),
         "best": best([(found.model, found.errors, found.audit) for found in judged]),
         "models": [row(found, inside, timed=timed) for found in judged],
         "differences": apart,

@@ -60,7 +60,9 @@ def distilled_table(found: Distilled) -> RenderableType:
 
 
 def _shares(found: Distilled) -> Table:
-    table = plain_table("Share of the correction explained", f"along {found.seconds:.0f} s of motion")
+    traded = "; all axes are fitted at once, and an effect may explain less of one for more of another"
+    more = traded if any(axis.traded for axis in found.axes) else ""
+    table = plain_table("Share of the correction explained", f"along {found.seconds:.0f} s of motion{more}")
     table.add_column("axis", no_wrap=True)
     headings = ("correction", "named", "with\npossible", "with\nunnamed", "of the rest:\nmemory")
     for text in headings:
@@ -68,8 +70,12 @@ def _shares(found: Distilled) -> Table:
     for axis in found.axes:
         shares = (axis.named, axis.possible, axis.explained, axis.past and axis.past.memory)
         size = f"{number(axis.correction, 2)} {axis.unit}"
-        table.add_row(axis.axis, size, *(percent(share, blank="-") for share in shares))
+        table.add_row(axis.axis, size, *(_explained(share) for share in shares))
     return table
+
+
+def _explained(share: float | None) -> str:
+    return "none" if share is not None and share < 0.0 else percent(share, blank="-")
 
 
 def _effects(found: Distilled) -> Table:

@@ -73,6 +73,7 @@ class FitRun:
         parts = (weak.train, weak.validation, weak.test)
         return {
             "schema": FIT_SCHEMA,
+            "warnings": list(self.inputs.warnings),
             "sentences": self.sentences,
             "method": found.method,
             "parameters": [p.to_dict() for p in found.parameters],

@@ -122,7 +122,7 @@ def _write_files(run: Run, folder: Path) -> None:
     inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
     write_json(folder / "inspection.json", {"schema": INSPECTIONS_SCHEMA, "logs": inspections})
     paths, read = list(run.inputs.paths), run.inputs
-    how = {"frame": read.frame, "channel_map": read.channel_map, "namespace": read.namespace}
+    how = {"frame": read.frame, "channel_map": read.channel_map, "namespace": read.namespace, "as_is": read.as_is}
     write_json(
         folder / "run.json",
         {
@@ -161,13 +161,14 @@ def _warn(line: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from: paths of the logs, how they were read, and the nominal vehicle."""
+    """What a run was made from: paths of the logs, how they were read (`as_is`: though broken), and the vehicle."""
 
     logs: list[str]
     frame: str | None
     channel_map: Path | None
     namespace: str | None
     vehicle: Vehicle
+    as_is: bool = False
 
 
 def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
@@ -211,4 +212,5 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
                 "'undertow discover' was run, or put the log back"
             )
     mapped = None if channel_map is None else Path(channel_map)
-    return RunRecord(logs, frame, mapped, namespace, load_vehicle(folder / "nominal.yaml"))
+    as_is = record.get("as_is") is True
+    return RunRecord(logs, frame, mapped, namespace, load_vehicle(folder / "nominal.yaml"), as_is)

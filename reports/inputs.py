@@ -8,7 +8,7 @@ from typing import Literal
 
 from ..measurements.collection import find_logs
 from ..measurements.dataset import PAPER, WEAK
-from ..measurements.inspection import inspect_log
+from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.log import Log, read_log
 from ..measurements.prepare import prepare
 from ..measurements.split import Split, split
@@ -16,12 +16,13 @@ from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, load_vehicle
 from .assess import Parts
+from .soundness import sound
 
 PathLike = str | os.PathLike[str]
 INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
 Judge = Literal["train", "validation", "test", "all"]
-_WRONG = ("direction", "sides", "late fixes", "stuck")
-"""Checks whose defects make findings about the log and not about the boat."""
+_PARTLY = ("late fixes", "stuck")
+"""Checks whose defects make false motion in some seconds of a log; the rest of it is sound."""
 _JUDGES = ("train", "validation", "test", "all")
 
 
@@ -38,6 +39,8 @@ class Inputs:
     parts : the paper's preparation, on which models are judged
     notes : what reading and preparing had to say
     frame, channel_map, namespace : the options with which the logs were read
+    as_is : whether logs that are known to be broken were wanted as they are
+    warnings : what is wrong with the logs, to be told above every result
     """
 
     paths: tuple[str, ...]
@@ -49,6 +52,8 @@ class Inputs:
     frame: str | None = None
     channel_map: str | None = None
     namespace: str | None = None
+    as_is: bool = False
+    warnings: tuple[str, ...] = ()
 
     @property
     def fitting(self) -> tuple[Motion, ...]:
@@ -79,6 +84,7 @@ def read_inputs(
     channel_map: PathLike | None = None,
     namespace: str | None = None,
     judge: str = "test",
+    as_is: bool = False,
     reading: Callable[[int, int], None] | None = None,
 ) -> Inputs:
     """Read and prepare logs for a vehicle.
@@ -91,12 +97,14 @@ def read_inputs(
     channel_map : YAML file that maps channels; see `read_log`
     namespace : start of the topics of the vehicle that is meant, in logs of several; see `read_log`
     judge : the part on which models are scored: "test", "validation", "train" or "all"
+    as_is : take logs whose defects make every finding meaningless as they are (reversed or swapped thrusters, wrong
+        units, axes that contradict each other), and warn; without it they are refused
     reading : told bytes done and bytes in all of each large log
 
     Raises
     ------
     LogError, VehicleError, RequestError
-        when a file cannot be read or used.
+        when a file cannot be read or used, or is known to be broken; see `as_is`.
     """
     expect("read_inputs: logs", logs, (str, os.PathLike, Iterable), "give paths of logs")
     expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
@@ -113,7 +121,10 @@ def read_inputs(
     read = tuple(
         read_log(name, frame=axes, channel_map=channels, namespace=namespace, progress=reading) for name in names
     )
-    out_of_step = [note for log in read for note in _alignment_notes(log, model)]
+    inspections = [inspect_log(log, model) for log in read]
+    told_of = [_alignment_notes(inspection, as_is) for inspection in inspections]
+    out_of_step = [note for notes, _ in told_of for note in notes]
+    warnings = (*(text for _, broken in told_of for text in broken), *sound(inspections, model, as_is))
     weak = prepare(read, model, WEAK)
     paper = prepare(read, model, PAPER)
     return Inputs(
@@ -126,6 +137,8 @@ def read_inputs(
         frame,
         channels,
         namespace,
+        as_is,
+        warnings,
     )
 
 
@@ -156,23 +169,26 @@ def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
     raise RequestError(f"frame {frame!r}: expected enu or ned")
 
 
-def _alignment_notes(log: Log, vehicle: Vehicle) -> list[str]:
-    """What is wrong or out of step in a log, as sentences: what is found may be no more than that.
+def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], list[str]]:
+    """What is wrong or out of step in a log, and which records contradict each other where it is taken as it is.
 
     Raises
     ------
     LogError
         when two records of one quantity have opposite signs: every finding would be about the axes.
     """
-    inspection = inspect_log(log, vehicle)
-    wrong = [f for f in inspection.quality if f.verdict == "defect" and f.check in _WRONG]
-    notes = [f"{log.name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
+    name, broken = Path(inspection.path).name, []
+    wrong = [f for f in inspection.quality if f.verdict == "defect" and f.check in _PARTLY]
+    notes = [f"{name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
     for record in inspection.alignment:
         if record.offset is None and record.correlation is not None and record.correlation < 0:
-            raise LogError(
-                f"{log.path}: {record.sentence} Say --frame enu if the log is ENU/FLU, or turn the channel with --map "
-                "(scale: -1)."
-            )
+            if not as_is:
+                raise LogError(
+                    f"{inspection.path}: {record.sentence} Say --frame enu if the log is ENU/FLU, or turn the channel "
+                    "with --map (scale: -1). To go on regardless, say --as-is: every result then carries this as a "
+                    "warning"
+                )
+            broken.append(f"Taken as it is, so no result can be trusted: {name}: {record.sentence}")
         if record.offset is not None and not record.sentence.endswith("in step."):
-            notes.append(f"{log.name}: {record.sentence}")
-    return notes
+            notes.append(f"{name}: {record.sentence}")
+    return notes, broken

@@ -40,6 +40,7 @@ def command(
     frame: str | None = None,
     channel_map: str | None = None,
     namespace: str | None = None,
+    as_is: bool = False,
 ) -> str:
     """The command line that makes the run again from its logs and its `nominal.yaml`.
 
@@ -53,6 +54,7 @@ def command(
     words += ["--frame", frame] if frame else []
     words += ["--map", channel_map] if channel_map else []
     words += ["--namespace", namespace] if namespace else []
+    words += ["--as-is"] * as_is
     return shlex.join(words)
 
 

@@ -114,6 +114,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         steps=steps,
         failures=tuple(place for place in compared["failures"] if place["model"] == models[0].name),
         data=data,
+        warnings=inputs.warnings,
     )
     return Run(inputs, found, findings, compared, table, settings, audit)
 
@@ -139,7 +140,7 @@ def _leftovers(found: Discovery) -> list[str]:
 def _models(found: Discovery) -> list[VehicleModel]:
     """The vehicle after each step as a model: nominal, the ones between, corrected."""
     last = len(found.steps) - 1
-    terms = [term for c in found.findings.candidates if c.verdict == "missing" for term in c.terms]
+    terms = [term for c in found.findings.candidates for term in c.terms if term.in_model is not None]
     models = [VehicleModel(found.nominal, "nominal", "physics")]
     for k, (label, vehicle) in enumerate(found.steps[1:], start=1):
         fitted = len(terms) + len(found.findings.unnamed) + len(found.findings.calibrated)

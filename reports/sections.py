@@ -62,6 +62,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
         cls="what",
     )
     return render(
+        *(element("p", unit_text(str(text)), cls="warn") for text in findings.get("warnings") or []),
         element(title, str(findings.get("headline") or lacking)),
         *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
         element("div", *figures, what, cls="card numbers"),

@@ -137,13 +137,15 @@ def energy_text(passivity: Mapping[str, Any]) -> RenderableType | None:
 
 
 def missing_in_words(findings: Mapping[str, Any]) -> RenderableType | None:
-    """What each missing effect means, in a sentence; None when nothing is missing."""
-    pairs = [
-        (effect_words(item), unit_text(str(item.get("sentence") or "")))
-        for item in findings["candidates"]
-        if item["verdict"] == "missing" and item.get("sentence")
-    ]
+    """What each effect of the corrected model means, in a sentence; None when there is none."""
+    told = [item for item in findings["candidates"] if item.get("sentence") and _is_added(item)]
+    pairs = [(effect_words(item), unit_text(str(item["sentence"]))) for item in told]
     return section("What is missing, in words", glossary(pairs)) if pairs else None
+
+
+def _is_added(item: Mapping[str, Any]) -> bool:
+    """Whether an effect is missing, or in the corrected model though it is not certain."""
+    return item["verdict"] == "missing" or any(t.get("in_model") is not None for t in item.get("terms") or [])
 
 
 def not_judged(findings: Mapping[str, Any]) -> str:

@@ -86,6 +86,7 @@ class TrainRun:
         model = found.model
         return {
             "schema": TRAIN_SCHEMA,
+            "warnings": list(self.inputs.warnings),
             "network": model.network.name,
             "options": dict(model.network.options),
             "pure": model.pure,
@@ -163,7 +164,8 @@ def train(
     )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]
-        save_network(found.model, target, {"logs": logs, **found.to_dict()})
+        warned = {"warnings": list(inputs.warnings)} if inputs.warnings else {}
+        save_network(found.model, target, {"logs": logs, **warned, **found.to_dict()})
         for stale in (CHECKPOINT, DISTILLATION):
             (target / stale).unlink(missing_ok=True)
     both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)

@@ -106,6 +106,17 @@ def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a")
     return text.replace("-", minus)
 
 
+def share_removed(share: Any) -> str:
+    """The share of a squared error that an effect removes: more than all where other effects add to it beside it.
+
+    Examples
+    --------
+    >>> [share_removed(share).replace(NARROW, " ") for share in (0.3, 1.34)]
+    ['30 %', 'more than all']
+    """
+    return "more than all" if finite(share) > 1.0 else percent(share)
+
+
 def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:
     """A share as a whole percentage that never claims certainty.
 

@@ -1,5 +1,6 @@
 """Distillation names what a model adds, says how much of it that is, and calls a memory a memory."""
 
+import io
 import json
 from collections.abc import Callable
 
@@ -10,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 import undertow
 from undertow.discovery.distil import distil_model
-from undertow.discovery.distilled import Distilled
+from undertow.discovery.distilled import AxisShare, Distilled
 from undertow.measurements.derive import smooth
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import modelled_acceleration
@@ -179,3 +180,17 @@ def test_the_function_on_a_log_its_file_and_its_table(tmp_path, capsys: pytest.C
     assert "X_uu -9.00 N s²/m²" in shown
     assert "What remains" in shown
     assert max(map(len, shown.splitlines())) <= 80
+
+
+def test_a_share_that_an_effect_gives_away_for_another_axis_is_explained():
+    traded = AxisShare("sway", "N", 2.0, 10.0, named=-0.09, possible=0.88, explained=0.79, remainder=0.9)
+    assert "named effects explain nothing, with effects that are not sure 88 %" in traded.sentence
+    assert "79 % (all axes are fitted at once, and some effects explain less here for more" in traded.sentence
+    plain = AxisShare("yaw", "N m", 2.0, 10.0, named=0.5, possible=0.8, explained=0.9, remainder=0.6)
+    assert "fitted at once" not in plain.sentence
+    console = Console(file=io.StringIO(), width=100)
+    console.print(distilled_table(Distilled("net", "hull", (traded, plain), (), (), 60.0)))
+    shown = " ".join(console.file.getvalue().split())
+    assert "none 88" in shown
+    assert "-9" not in shown
+    assert "less of one for more of another" in shown

@@ -11,8 +11,10 @@ from rich.console import Console
 from sample_run import write_sample
 
 from undertow.reports.failing.drawings import error_map, heat_steps, local_error
+from undertow.reports.failing.linking import Contributions
+from undertow.reports.failing.scene import scene
 from undertow.reports.failing.screen import failures_table, structure_list
-from undertow.reports.failing.section import where_it_fails
+from undertow.reports.failing.section import _worst, where_it_fails
 from undertow.reports.run_folder import RunFolder, read_run
 from undertow.reports.style import DARK, LIGHT
 from undertow.reports.svg import HEAT
@@ -134,3 +136,33 @@ def test_local_error_is_blind_at_the_edges(run: RunFolder):
     error = local_error(run.series, "before", 0)
     assert np.isnan(error[:8]).all()
     assert np.isfinite(error[8:-8]).all()
+
+
+def test_why_no_effect_is_named_stands_where_its_name_would():
+    place = {**PLACE, "removed_by": [], "unlinked": "not seen on held-out rows (0.4 s of this are, 2 s are needed)"}
+    for width in (80, 120):
+        told = " ".join(printed(failures_table([place]), width).split())
+        assert "removed by: not seen" in told
+    assert "not seen on held-out rows" in str(_worst([place]))
+
+
+def test_a_share_above_the_whole_is_no_percentage():
+    place = {**PLACE, "removed_by": [{"effect": "sway_lift", "share_removed": 1.34, "sentence": "..."}]}
+    assert "sway lift more than all" in printed(failures_table([place]), 120)
+    assert "sway lift (more than all)" in str(_worst([place]))
+
+
+@pytest.mark.parametrize(("times", "words"), [(1.0, "removes 100"), (1.3, "removes more than all")])
+def test_an_effect_is_named_only_where_held_out_rows_saw_it(run: RunFolder, times: float, words: str):
+    stage = scene(run.series, "before")
+    square = np.square(stage.error)[None]
+    one = Contributions(("munk_moment",), ("N_uv from 0 to -25",), times * square, square)
+    everywhere = np.ones(len(run.series), bool)
+    (found,), why = one.to(stage, everywhere, 2)
+    assert words in found["sentence"]
+    assert why == ""
+    found, why = one.to(stage, ~stage.held_out, 2)
+    assert (found, why) == ([], "not seen on held-out rows (0.0 s of this are, 2 s are needed)")
+    found, why = Contributions(one.effects, one.changes, 0.01 * square, square).to(stage, everywhere, 2)
+    assert found == []
+    assert why.startswith("no effect removes a tenth")

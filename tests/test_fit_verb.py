@@ -56,7 +56,7 @@ def test_fit_prints_strict_json_and_the_same_again(place: Path, tmp_path: Path) 
     text = done(*words, "--json", "--out", tmp_path / "v")
     found = strict(text)
     assert set(found) == {
-        *("schema", "sentences", "method", "parameters", "left", "steps", "chosen_by", "passivity", "data")
+        *("schema", "warnings", "sentences", "method", "parameters", "left", "steps", "chosen_by", "passivity", "data")
     }
     assert found["schema"] == "undertow.fit/1"
     for row in found["parameters"]:

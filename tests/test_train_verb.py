@@ -86,6 +86,7 @@ def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, 
     found = strict(done(*words, "--epochs", "20", "--out", tmp_path / "N", "--json"))
     assert set(found) == {
         *(
+            "warnings",
             "schema",
             "network",
             "options",

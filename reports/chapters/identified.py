@@ -17,7 +17,12 @@ def identified(run: RunFolder) -> Html:
         return Html("")
     parts: list[Html] = [element("h2", "What this log can tell")]
     if told:
-        facts = element("div", *_facts(told), cls="card")
+        decided = [
+            str(item["effect"])
+            for item in run.findings["candidates"]
+            if item["verdict"] == "missing" and not item.get("indistinguishable_from")
+        ]
+        facts = element("div", *_facts(told, decided), cls="card")
         excited = told.get("excitation") or {}
         shown = {str(name): share for name, share in excited.items() if isinstance(share, Mapping)}
         drawing = [
@@ -34,11 +39,26 @@ def identified(run: RunFolder) -> Html:
     return render(*parts)
 
 
-def _facts(told: Mapping[str, Any]) -> list[Html]:
-    """Sentences on what cannot be told apart or seen; one that says all is well where none is needed."""
+def _facts(told: Mapping[str, Any], decided: Sequence[str] = ()) -> list[Html]:
+    """Sentences on what cannot be told apart or seen; one that says all is well where none is needed.
+
+    Parameters
+    ----------
+    decided : effects that are missing for sure, with none that does as well in their place
+    """
     lines = []
     for group in told.get("groups") or []:
-        lines.append(f"{_names(group).capitalize()} move alike in this log; a mixture of them may fit as well as one.")
+        chosen = [name for name in group if str(name).split("[")[0] in decided]
+        alike = f"{_names(group).capitalize()} move alike in this log"
+        if chosen and len(chosen) < len(group):
+            verb = "fits" if len(chosen) == 1 else "fit"
+            lines.append(
+                f"{alike}, but not so much that they could not be told apart: {_names(chosen)} {verb} held-out data "
+                "clearly better than any of the others alone. A mixture may fit as well, so a part of the value may "
+                "be theirs."
+            )
+        else:
+            lines.append(f"{alike}; a mixture of them may fit as well as one.")
     for group in told.get("noise_limited") or []:
         lines.append(f"Sensor noise hides the difference between {_names(group)}.")
     if told.get("dormant"):

@@ -13,7 +13,7 @@ from ...physics.effects import EFFECTS
 from ...physics.errors import VehicleError
 from ...physics.vehicle import Vehicle
 from ...residuals.models import Model, VehicleModel
-from ..wording import number, percent, unit_text, words
+from ..wording import number, share_removed, unit_text, words
 from .along import Along
 from .evidence import draws
 from .scene import Array, Scene
@@ -23,6 +23,8 @@ _EXACT = 6
 _LEAST = 0.1
 """Share of the error of a place that an effect must remove to be named there."""
 _HELD_OUT_LEAST = 0.05
+_UNSEEN = "not seen on held-out rows ({seconds:.1f} s of this are, {least:g} s are needed)"
+_NONE_ALONE = "no effect removes a tenth of it for sure, there and on held-out rows"
 _HELD_OUT_SECONDS = 2.0
 """Held-out time [s] in a place, without which no effect is named for it."""
 _SAME = 1e-6
@@ -47,8 +49,8 @@ class Contributions:
     removed: Array
     missed: Array
 
-    def to(self, stage: Scene, rows: NDArray[np.bool_], axis: int) -> list[dict[str, Any]]:
-        """The effects that remove the error of a place on one axis: `effect`, `share_removed`, `sentence`.
+    def to(self, stage: Scene, rows: NDArray[np.bool_], axis: int) -> tuple[list[dict[str, Any]], str]:
+        """The effects that remove the error of a place on one axis: `effect`, `share_removed`, `sentence`; or why none.
 
         An effect is named when it removes a tenth of the squared error there and the 95 % interval of that share, over
         blocks, lies above zero; and when, on the held-out rows of the place alone, at least 2 s of them, it removes
@@ -58,8 +60,11 @@ class Contributions:
         inside, unseen = rows & usable, rows & usable & stage.held_out
         square = np.where(usable, np.square(stage.error[:, axis]), 0.0)
         total, unseen_total = square[inside].sum(), square[unseen].sum()
-        if unseen.sum() * stage.step < _HELD_OUT_SECONDS or total <= 0.0 or unseen_total <= 0.0:
-            return []
+        seconds = float(unseen.sum() * stage.step)
+        if seconds < _HELD_OUT_SECONDS:
+            return [], _UNSEEN.format(seconds=seconds, least=_HELD_OUT_SECONDS)
+        if total <= 0.0 or unseen_total <= 0.0:
+            return [], ""
         found = []
         blocks = np.unique(stage.block[inside])
         for k, effect in enumerate(self.effects):
@@ -70,10 +75,12 @@ class Contributions:
             sure = blocks.size == 1 or np.quantile(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-300), 0.025) > 0.0
             held = removed[unseen].sum() / unseen_total >= _HELD_OUT_LEAST and missed[unseen].sum() > 0.0
             if share >= _LEAST and sure and held:
-                sentence = f"{words(effect)} ({self.changes[k]}) removes {percent(share)} of the squared error here"
+                sentence = (
+                    f"{words(effect)} ({self.changes[k]}) removes {share_removed(share)} of the squared error here"
+                )
                 told = {"effect": effect, "share_removed": round(float(share), 4), "sentence": sentence}
                 found.append(told)
-        return sorted(found, key=lambda one: -one["share_removed"])
+        return sorted(found, key=lambda one: -one["share_removed"]), "" if found else _NONE_ALONE
 
 
 def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Contributions | None:

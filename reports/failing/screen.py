@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..layout import Fitting, Prose, glossary, plain_table, section
-from ..wording import AXES, number, percent, unit_text, words
+from ..wording import AXES, number, percent, share_removed, unit_text, words
 
 _WORTH_TELLING = {
     "frequency": {"slow force", "answer to commands", "slow, of unknown origin"},
@@ -62,10 +62,13 @@ def _failures_in(places: Sequence[Mapping[str, Any]], beside: bool) -> Table:
         table.add_column("removed by", no_wrap=True)
     for place in places:
         removed = [
-            f"{words(str(one['effect']))} {percent(one['share_removed'])}" for one in place.get("removed_by") or []
+            f"{words(str(one['effect']))} {share_removed(one['share_removed'])}"
+            for one in place.get("removed_by") or []
         ]
         where = str(place.get("where", ""))
         below = [] if beside or not removed else [f"removed by {', '.join(removed)}"]
+        if place.get("unlinked"):
+            below.append(f"removed by: {place['unlinked']}")
         table.add_row(
             Text(str(place.get("model", "nominal"))),
             Group(*map(Prose, [where, *below])),

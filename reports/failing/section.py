@@ -12,7 +12,7 @@ from ..plotted import regime_rows
 from ..run_folder import RunFolder
 from ..sections import legend
 from ..svg import HEAT
-from ..wording import ACCELERATION_UNITS, AXES, NARROW, percent, typeset, unit_text, words
+from ..wording import ACCELERATION_UNITS, AXES, NARROW, percent, share_removed, typeset, unit_text, words
 from .drawings import by_heading, error_map, heat_steps, local_error, spectra
 from .regimes import regime_table
 
@@ -114,14 +114,15 @@ def _worst(places: Sequence[Mapping[str, Any]]) -> Html:
     )
     note = (
         "A regime is told when one half of the log proposes it and the other half agrees. An effect is named when "
-        "adding it removes error there on held-out rows too; the percentage is of the squared error."
+        "adding it removes error there on held-out rows too; the percentage is of the squared error, and "
+        "'more than all' where other effects, alone, would add to it."
     )
     return element("div", table(head, rows, "lllrrrl"), element("p", note, cls="facts"), cls="card")
 
 
 def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
     """The stretches of time with the largest error."""
-    linked = any(place.get("removed_by") for one in structure for place in one["segments"])
+    linked = any(place.get("removed_by") or place.get("unlinked") for one in structure for place in one["segments"])
     rows = [
         (
             words(str(one["model"])),
@@ -194,4 +195,6 @@ def _fall(place: Mapping[str, Any]) -> str:
 
 def _removed(place: Mapping[str, Any]) -> Html:
     found = place.get("removed_by") or []
-    return render(*lines(f"{words(str(one['effect']))} ({percent(one['share_removed'])})" for one in found))
+    if not found and place.get("unlinked"):
+        return element("span", str(place["unlinked"]), cls="facts")
+    return render(*lines(f"{words(str(one['effect']))} ({share_removed(one['share_removed'])})" for one in found))

@@ -21,6 +21,9 @@ from .places import worst_places
 from .scene import Array, Scene, scene
 from .segments import segments
 
+_FALLS = 0.9
+"""Share of an error below which it is told why no effect is named for its fall."""
+
 
 def where_they_fail(
     table: pd.DataFrame,
@@ -104,8 +107,10 @@ class _Fate:
     def of(self, inside: NDArray[np.bool_], axis: int) -> dict[str, Any]:
         rows = np.zeros(len(self._whole.table), bool)
         rows[self._judged[inside]] = True
-        removed = [] if self._effects is None else self._effects.to(self._whole, rows, axis)
+        removed, why = ([], "") if self._effects is None else self._effects.to(self._whole, rows, axis)
         if self._later is None:
             return {"removed_by": removed}
         after = float(np.sqrt(np.nanmean(self._later[rows, axis])))
-        return {"rmse_after": round(after, 6), "removed_by": removed}
+        before = float(np.sqrt(np.nanmean(np.square(self._whole.error[rows, axis]))))
+        told = {"rmse_after": round(after, 6), "removed_by": removed}
+        return told | ({"unlinked": why} if why and after < _FALLS * before else {})

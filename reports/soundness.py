@@ -1,0 +1,80 @@
+"""Logs that are known to be broken: refused with the cure, or taken as they are with a warning above every result."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..measurements.inspection import Inspection
+from ..measurements.quality.examination import pool
+from ..measurements.quality.finding import Finding
+from ..physics.errors import LogError
+from ..physics.thrusters import command_of
+from ..physics.vehicle import Vehicle
+
+_FATAL = ("direction", "sides", "units")
+"""Checks whose defects are certain, and make every finding one about the log and not about the boat."""
+
+
+def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
+    """Refuse logs whose defects make every finding meaningless, or give these defects as warnings.
+
+    A thruster whose sign or side the vehicle file has, too, is as the file says: no defect then.
+
+    Parameters
+    ----------
+    inspections : of all logs, for this vehicle
+    as_is : True to take the logs as they are, and to be warned
+
+    Raises
+    ------
+    LogError
+        which says what was found, how to put it right, and how to go on regardless.
+    """
+    fatal = _told(inspections, vehicle)
+    if fatal and not as_is:
+        raise LogError(
+            f"{'; '.join(fatal)}. Nothing found in such logs is about the boat. 'undertow inspect LOG --map-out "
+            "map.yaml' writes the channel map to change; give it back with --map map.yaml. To go on regardless, say "
+            "--as-is: every result then carries this as a warning"
+        )
+    return tuple(f"Taken as it is, so no result can be trusted: {text}." for text in fatal)
+
+
+def _told(inspections: Sequence[Inspection], vehicle: Vehicle) -> list[str]:
+    """Defects of all logs together, then those that single logs have beside them, as sentences without an end."""
+    together = pool([inspection.examination for inspection in inspections]) if len(inspections) > 1 else ()
+    known = [f for f in together if _matters(f, vehicle)]
+    name = "all logs together"
+    told = [_sentence(name, f) for f in known]
+    same = {(f.check, f.channels) for f in known}
+    for inspection in inspections:
+        own = [f for f in inspection.quality if _matters(f, vehicle) and (f.check, f.channels) not in same]
+        told += [_sentence(Path(inspection.path).name, f) for f in own]
+    return told
+
+
+def _sentence(name: str, finding: Finding) -> str:
+    follows = [text for text in (finding.sentence, finding.consequence, finding.remedy) if text]
+    return f"{name}: {'; '.join(follows)}"
+
+
+def _matters(finding: Finding, vehicle: Vehicle) -> bool:
+    """Whether a finding is a defect of what this vehicle is driven by or measured with."""
+    if finding.verdict != "defect" or finding.check not in _FATAL:
+        return False
+    if finding.check not in ("direction", "sides"):
+        return True
+    thrusters = {t.channel: t for t in vehicle.thrusters}
+    if finding.check == "direction":
+        return any(name in thrusters and _pushes_ahead(vehicle, name) for name in finding.channels)
+    sides = {name: "starboard" if t.y > 0.0 else "port" for name, t in thrusters.items() if t.y != 0.0}
+    return any(finding.parts.get(name, sides.get(name)) != sides.get(name) for name in finding.channels)
+
+
+def _pushes_ahead(vehicle: Vehicle, channel: str) -> bool:
+    """Whether more of a command pushes the vehicle ahead, as its file says."""
+    thruster = next(t for t in vehicle.thrusters if t.channel == channel)
+    ends = np.sort(command_of(thruster, np.array([-1.0, 1.0])))
+    low, high = thruster.curve.thrust(ends, thruster.command).tolist()
+    return bool((high - low) * np.cos(thruster.angle) > 0.0)

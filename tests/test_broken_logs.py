@@ -1,0 +1,113 @@
+"""Logs whose own checks say that nothing found in them is about the boat: refused with the cure, or warned of."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from verbs import call, refused, strict
+
+from undertow.physics.errors import LogError
+from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
+from undertow.physics.worlds import simulate_world
+from undertow.reports.folder import read_run_inputs
+from undertow.reports.inputs import read_inputs
+from undertow.reports.run import add
+
+HULL = load_vehicle("blueboat")
+ALONE = r"newton_stbd is reversed: .*'newton_stbd: \{from: command:newton_stbd, scale: -1\}'.*--as-is"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sound log of two minutes."""
+    log = simulate_world(HULL, {"surge_quadratic_damping": -6.0}, duration=120.0, seed=31)
+    return log.write(tmp_path_factory.mktemp("log") / "sound.csv")
+
+
+@pytest.fixture(scope="module")
+def reversed_(whole: Path) -> Path:
+    """The same with the starboard command turned round."""
+    table = pd.read_csv(whole)
+    table.loc[table["field"] == "newton_stbd", "value"] *= -1.0
+    target = whole.with_name("reversed.csv")
+    table.to_csv(target, index=False)
+    return target
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("discover", "-o", "run"), ("fit", "-o", "v.yaml"), ("compare",), ("train", "-o", "net", "--residual", "mlp")],
+    ids=lambda words: words[0],
+)
+def test_a_reversed_thruster_is_refused_with_the_line_that_mends_it(words, reversed_: Path, here: Path):
+    refused(words[0], reversed_, "-v", "blueboat", *words[1:], match=ALONE)
+
+
+def test_several_logs_tell_together_and_the_one_that_differs_is_named(whole: Path, reversed_: Path):
+    with pytest.raises(LogError, match="all logs together: newton_stbd is reversed"):
+        read_inputs([reversed_, reversed_], HULL)
+    with pytest.raises(LogError, match=r"reversed\.csv: newton_stbd is reversed"):
+        read_inputs([whole, reversed_], HULL)
+
+
+def test_swapped_sides_are_refused(whole: Path, tmp_path: Path):
+    other = {"newton_port": "newton_stbd", "newton_stbd": "newton_port"}
+    table = pd.read_csv(whole).replace({"field": other})
+    table.to_csv(tmp_path / "swapped.csv", index=False)
+    with pytest.raises(LogError, match="port and starboard look swapped.*swap them in a channel map: 'newton_"):
+        read_inputs(tmp_path / "swapped.csv", HULL)
+
+
+def test_a_vehicle_that_is_wired_that_way_takes_the_log(reversed_: Path):
+    assert read_inputs(reversed_, wired()).warnings == ()
+
+
+def wired() -> Vehicle:
+    """The hull with its starboard thruster wired the other way round."""
+    content = HULL.to_dict()
+    (stbd,) = [t for t in content["thrusters"] if t["name"] == "stbd"]
+    stbd["curve"]["force"] = [-f for f in stbd["curve"]["force"]]
+    return vehicle_from_dict(content, "reversed at starboard")
+
+
+def test_a_sound_log_is_taken_without_a_word(whole: Path):
+    assert read_inputs(whole, HULL).warnings == ()
+
+
+def test_as_is_goes_on_and_says_so_above_everything(reversed_: Path, here: Path, monkeypatch: pytest.MonkeyPatch):
+    quick = ["surge_quadratic_damping"]  # a search of the whole catalogue for what a reversed thruster is takes long
+    monkeypatch.setattr(
+        "undertow.reports.run.discover", lambda inputs, *_, **__: replace(add(quick, inputs), verb=("discover",))
+    )
+    result = call("discover", reversed_, "-v", "blueboat", "-o", "run", "--as-is")
+    assert result.exit_code == 0, result.stderr
+    told = " ".join(result.stdout.split())
+    warning = "Warning: Taken as it is, so no result can be trusted: reversed.csv: newton_stbd is reversed"
+    findings = strict((here / "run" / "findings.json").read_text())
+    assert told.startswith(warning)
+    assert told.index(warning) < told.index(findings["headline"])
+    assert "newton_stbd is reversed" in findings["warnings"][0]
+    page = (here / "run" / "report.html").read_text()
+    assert page.index("Taken as it is") < page.index("<h1")
+    record = json.loads((here / "run" / "run.json").read_text())
+    assert (record["as_is"], record["command"].endswith(" --as-is")) == (True, True)
+    assert read_run_inputs("run").as_is
+    assert strict((here / "run" / "comparison.json").read_text())["warnings"] == findings["warnings"]
+
+
+def test_records_that_contradict_each_other_are_taken_only_as_they_are(whole: Path, tmp_path: Path):
+    table = pd.read_csv(whole)
+    table.loc[table["field"] == "v", "value"] *= -1.0
+    table.to_csv(tmp_path / "turned.csv", index=False)
+    with pytest.raises(LogError, match="opposite sign.*--as-is"):
+        read_inputs(tmp_path / "turned.csv", HULL)
+    (warning,) = read_inputs(tmp_path / "turned.csv", HULL, as_is=True).warnings
+    assert "opposite sign" in warning

@@ -1,0 +1,94 @@
+"""What keeps an estimate of the corrected model from being called certain, and shares that are of the right axis."""
+
+import numpy as np
+import pytest
+
+from undertow.discovery import conclude as words
+from undertow.discovery.discover import find_missing
+from undertow.discovery.doubts import doubts
+from undertow.discovery.lawful import lawful_refit
+from undertow.discovery.options import Candidate, candidates
+from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.uncertainty import Interval
+from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds import simulate_world
+from undertow.reports.chapters.identified import _facts
+
+HULL = load_vehicle("blueboat")
+SCALES = ("thrust_scale", "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")
+POOL = candidates(load_vehicle("blueboat_paper"))
+PAPER = load_vehicle("blueboat_paper")
+
+
+def one(key: str) -> Candidate:
+    return next(c for c in POOL if c.key == key)
+
+
+def test_an_estimate_at_its_physical_limit_is_in_doubt():
+    none_left = PAPER.with_values({"X_u": -2.9e-6})
+    found = doubts(POOL, PAPER, none_left, ("surge_linear_damping",), {"X_u": Interval(-2.4, 0.0)})
+    assert "X_u stands at its physical limit, 0 in all" in found["surge_linear_damping"]
+    most = PAPER.with_values({"port_scale": 3.0})
+    assert "port_scale stands at its physical limit, 3" in str(doubts(POOL, PAPER, most, SCALES[1:2], {}))
+
+
+def test_an_estimate_outside_its_own_interval_is_in_doubt():
+    estimate = PAPER.with_values({"thrust_scale": 2.2})
+    assert "outside its own interval" in str(
+        doubts(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.6, 3.0)})
+    )
+    assert doubts(POOL, PAPER, estimate, SCALES[:1], {"thrust_scale": Interval(2.1, 2.4)}) == {}
+
+
+def test_a_common_scale_beside_all_thrusters_own_is_one_too_many():
+    estimate = PAPER.with_values({"thrust_scale": 1.2, "port_scale": 1.1, "stbd_scale": 0.9})
+    assert set(doubts(POOL, PAPER, estimate, SCALES, {})) == set(SCALES)
+    assert doubts(POOL, PAPER, estimate, SCALES[:2], {}) == {}
+    assert doubts(POOL, PAPER, estimate, SCALES[1:], {}) == {}
+
+
+def test_a_direction_that_no_data_show_does_not_move_the_refit():
+    """Three scales of two thrusters: an interior-point solver would carry them to the middle between their limits."""
+    true = {"port_scale": 1.5, "stbd_scale": 1.2}
+    motion = simulate_world(HULL, true, duration=90.0, noise="field", seed=4).motion(0.05)
+    pool = [c for c in candidates(HULL) if c.key in SCALES]
+    search = Search(WeakForm([motion], WeakSettings()), HULL, pool, SearchSettings())
+    about = HULL.with_values({"thrust_scale": 2.9, "port_scale": 1.5 / 2.9, "stbd_scale": 1.2 / 2.9})
+    linear, scores = search.linearise(about, SCALES)
+    found = lawful_refit(scores, [linear.options[key][0] for key in SCALES])
+    for name, scale in true.items():
+        assert found["thrust_scale"] * found[name] == pytest.approx(scale, rel=0.01)
+
+
+def test_a_share_is_of_the_axis_on_which_the_force_acts():
+    told = words._alone(one("yaw_speed_damping"), np.array([0.93, 0.0, 0.38]), "motion")
+    assert told == "It alone accounts for 38 % of the yaw motion in this log."
+    told = words._alone(one("thrust_scale"), np.array([0.13, 0.0, 0.08]), "motion")
+    assert told == "It alone accounts for 13 % of the surge motion in this log."
+
+
+def test_a_share_beyond_the_whole_is_told_in_words():
+    told = words._alone(one("surge_quadratic_damping"), np.array([230.7, 0.0, 1254.2]), "motion")
+    assert told == "Without it, the model errs by more than all of the surge motion in this log."
+
+
+def test_what_is_in_doubt_stays_in_the_model_and_is_not_called_missing(monkeypatch: pytest.MonkeyPatch):
+    motion = simulate_world(HULL, {"surge_quadratic_damping": -6.0}, duration=90.0, seed=31).motion(0.05)
+    monkeypatch.setattr(
+        "undertow.discovery.discover.doubts", lambda *_: {"surge_quadratic_damping": "X_uu stands at its limit"}
+    )
+    found = find_missing([motion], HULL)
+    (drag,) = [c for c in found.findings.candidates if c.effect == "surge_quadratic_damping"]
+    assert (drag.verdict, found.findings.missing, found.findings.verdict) == ("possible", (), "undecided")
+    assert drag.sentence.startswith("In the corrected model, but not certain: X_uu stands at its limit. (Drag")
+    assert drag.terms[0].in_model == pytest.approx(-6.0, rel=0.1)
+    assert found.corrected.value("X_uu") - HULL.value("X_uu") == pytest.approx(-6.0, rel=0.1)
+
+
+def test_what_moves_alike_and_was_told_apart_all_the_same_is_said_to_be():
+    told = {"groups": [["surge_linear_damping", "surge_quadratic_damping"], ["sway:ur|u|", "sway_lift"]]}
+    text = str(_facts(told, ["surge_quadratic_damping"]))
+    assert "surge quadratic damping fits held-out data clearly better than any of the others alone" in text
+    assert text.count("a mixture of them may fit as well as one") == 1
+    assert str(_facts(told)).count("a mixture of them may fit as well as one") == 2
