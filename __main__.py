@@ -165,7 +165,8 @@ def compare(
         from .reports.compare import compare as compare_models
 
         kept = [path for path in (out, series) if path is not None]
-        earlier = [path for path in kept if check_file(path, vehicle)]
+        kinds = ["comparison"] * (out is not None) + ["series"] * (series is not None)
+        earlier = [path for path, kind in zip(kept, kinds, strict=True) if check_file(path, vehicle, kind)]
         found = compare_models(_read(logs, vehicle, frame, channels, judge, namespace=namespace), model or [], series)
         if out is not None:
             write_json(out, found)
@@ -212,7 +213,7 @@ def check(
         from .reports.checked import check as judge
         from .reports.reading_progress import reading_progress
 
-        earlier = out is not None and check_file(out, model)
+        earlier = out is not None and check_file(out, model, "audit")
         with reading_progress(progress) as reading:
             found = judge(
                 model,
@@ -283,7 +284,7 @@ def fit(
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
-        earlier = out is not None and check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle, "vehicle")
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
@@ -324,7 +325,7 @@ def add(
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
-        earlier = out is not None and check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle, "vehicle")
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]

@@ -8,8 +8,7 @@ from typing import Any
 from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models import Model, VehicleModel
-from .assess import series
-from .comparison import BASELINE, comparison, ends, judge, reference_models
+from .comparison import BASELINE, comparison, judge, reference_models
 from .folder import read_run_inputs
 from .inputs import INPUTS_CURE, Inputs, PathLike, read_inputs
 from .models import CORRECTED, check_commands, fitted_numbers, load_model
@@ -86,11 +85,10 @@ def _compared(
     for path in given:
         found.append(_comparable(path, inputs, [model.name for model in found]))
     named = [model for model in found if model.kind != BASELINE]
-    table = series(*ends(found), inputs.parts, inputs.channels)
     judged = [judge(model, inputs.parts) for model in found]
     if series_file is not None:
         write_series(series_file, compared(named, inputs.parts, inputs.channels), inputs.channels, inputs.parts)
-    return comparison(judged, inputs, table, timed=True, notes=notes)
+    return comparison(judged, inputs, timed=True, notes=notes)
 
 
 def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:

@@ -1,5 +1,6 @@
 """The comparison: every model on the same rows, baselines that know nothing, and a recommendation that holds back."""
 
+import io
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 import pytest
+from rich.console import Console
 from verbs import done, refused, strict
 
 from undertow.measurements.dataset import WEAK, DataSet
@@ -19,7 +21,8 @@ from undertow.physics.worlds import simulate_world
 from undertow.reports.assess import Parts, series
 from undertow.reports.best import best
 from undertow.reports.compare import compare, compare_run
-from undertow.reports.comparison import calibrated_model, comparison, judge, reference_models
+from undertow.reports.comparison import calibrated_model, comparison, ends, judge, reference_models
+from undertow.reports.failing.screen import failures_table
 from undertow.reports.folder import write_run
 from undertow.reports.inputs import Inputs, read_inputs
 from undertow.reports.run import discover
@@ -177,6 +180,26 @@ def test_a_lawful_model_is_trusted_and_the_unlawful_one_named(found: dict[str, A
     assert found["best"]["model"] == "true"
     assert "keeps the laws" in found["best"]["sentence"]
     assert found["best"]["sentence"].count(". ") <= 1
+
+
+def test_the_recommended_model_is_told_of_and_the_others_are_named(found: dict[str, Any]):
+    """Also where it is not the last one given."""
+    assert found["best"]["model"] == "true"
+    assert [one["model"] for one in found["structure"]] == ["nominal", "true"]
+    assert {place["model"] for place in found["failures"]} <= {"nominal", "true"}
+    printed = io.StringIO()
+    Console(file=printed, width=200).print(failures_table(found))
+    assert "Told of nominal and true; not looked at: calibrated and unlawful." in printed.getvalue()
+
+
+def test_failures_are_told_of_the_recommended_model_or_else_of_the_last():
+    named = {name: VehicleModel(HULL, name, "physics") for name in ("nominal", "calibrated", "a", "b")}
+    models = [*named.values(), *baselines(HULL)]
+    assert ends(models, "a") == (named["nominal"], named["a"])
+    for other in ("nominal", "hold velocity", ""):
+        assert ends(models, other) == (named["nominal"], named["b"])
+    corrected = VehicleModel(HULL, "corrected", "symbolic")
+    assert ends([named["nominal"], corrected, named["a"]], "a") == (named["nominal"], corrected)
 
 
 def test_an_unlawful_model_is_only_trusted_where_all_are_and_that_is_said(inputs: Inputs):

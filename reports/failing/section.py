@@ -15,6 +15,7 @@ from ..svg import HEAT
 from ..wording import ACCELERATION_UNITS, AXES, NARROW, percent, typeset, unit_text, words
 from .drawings import by_heading, error_map, heat_steps, local_error, spectra
 from .regimes import regime_table
+from .whose import told_of
 
 _LOOKS = (
     ("frequency", "Fast or slow"),
@@ -42,7 +43,7 @@ def where_it_fails(run: RunFolder) -> Html:
     return render(
         element("h2", "Where it fails"),
         _maps(run.series, places),
-        _worst(places),
+        _worst(places, told_of(run.comparison)),
         legend(("before", "after")),
         bars,
         _times(structure),
@@ -87,10 +88,11 @@ def _worst_axis(series: pd.DataFrame) -> int:
     return int(np.argmax([e / max(float(np.nanstd(series[n])), 1e-12) for e, n in zip(error, names, strict=True)]))
 
 
-def _worst(places: Sequence[Mapping[str, Any]]) -> Html:
-    """The regimes in which the error gathers, and what removes it."""
+def _worst(places: Sequence[Mapping[str, Any]], whose: str) -> Html:
+    """The regimes in which the error gathers, and what removes it; `whose` says of which models that is told."""
     if not places:
-        return element("p", "No regime stands out: what error there is, is spread evenly.", cls="facts")
+        text = f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip()
+        return element("p", text, cls="facts")
     rows = [
         (
             words(str(place.get("model", "nominal"))),
@@ -116,7 +118,9 @@ def _worst(places: Sequence[Mapping[str, Any]]) -> Html:
         "A regime is told when one half of the log proposes it and the other half agrees. An effect is named when "
         "adding it removes error there on held-out rows too; the percentage is of the squared error."
     )
-    return element("div", table(head, rows, "lllrrrl"), element("p", note, cls="facts"), cls="card")
+    return element(
+        "div", table(head, rows, "lllrrrl"), element("p", f"{whose} {note}".lstrip(), cls="facts"), cls="card"
+    )
 
 
 def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
