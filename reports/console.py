@@ -25,7 +25,7 @@ def flush() -> None:
 def check_file(out: Path, source: Any = None, kind: str = "other") -> bool:
     """Refuse a file that cannot be written, is the one read, or is of another `kind`, before the work on it begins.
 
-    `check_replaced` says what kinds there are. True when a file is there, which `tell_replaced` speaks of once it is replaced.
+    `check_replaced` says what kinds there are. True when a file is there, of which `tell_replaced` speaks later.
     """
     from ..physics.errors import RequestError
 
