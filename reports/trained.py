@@ -15,6 +15,7 @@ from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from .comparison import judge, row
 from .inputs import INPUTS_CURE, Inputs
+from .made_from import log_digests
 from .run import Say
 from .wording import percent
 
@@ -163,7 +164,8 @@ def train(
     )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]
-        save_network(found.model, target, {"logs": logs, **found.to_dict()})
+        digests = [{**item, "path": name} for item, name in zip(log_digests(inputs.paths), logs, strict=True)]
+        save_network(found.model, target, {"logs": logs, "log_sha256": digests, **found.to_dict()})
         for stale in (CHECKPOINT, DISTILLATION):
             (target / stale).unlink(missing_ok=True)
     both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)
