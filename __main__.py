@@ -555,6 +555,7 @@ def _discover(
     from .reports import terminal
     from .reports.failing import screen
     from .reports.folder import write_run
+    from .reports.outcome import opening
     from .reports.run import discover as find
 
     run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
@@ -564,7 +565,8 @@ def _discover(
         print_json(findings)
         return
     say("")
-    prose(findings["headline"])
+    for text in opening(findings, run.comparison):
+        prose(text)
     show(screen.failures_table(findings), terminal.candidates_table(findings))
     show(terminal.missing_in_words(findings))
     if findings["unnamed"]:

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, final
@@ -231,6 +232,35 @@ def test_noise_is_never_recommended_over_a_simpler_model(inputs: Inputs):
     assert wins <= 4
 
 
+def test_ties_are_named_beside_a_lawless_temptation_and_a_twin_is_not(inputs: Inputs):
+    """The calibrated model is as good as the nominal one, the corrected one is the same, and the wild one errs less."""
+    nominal = judge(VehicleModel(HULL, "nominal"), inputs.parts)
+    wild = judge(VehicleModel(TRUE.with_values({"N_r": 0.5}), "wild"), inputs.parts)
+    small = with_noise(judge(VehicleModel(TRUE, "true"), inputs.parts).errors, 0, 0.0)
+    field = [(nominal.model, nominal.errors, nominal.audit)]
+    field.append((VehicleModel(HULL, "calibrated", parameters=5), with_noise(nominal.errors, 1, 0.3), nominal.audit))
+    field.append((VehicleModel(HULL, "corrected"), nominal.errors, nominal.audit))
+    assert best(field)["sentence"].endswith("These rows cannot tell calibrated from nominal.")
+    field.append((wild.model, small, wild.audit))
+    told = best(field)
+    assert told["model"] == "nominal"
+    assert re.search(
+        r"\. wild errs .* less but breaks .*; these rows cannot tell calibrated from nominal\.$", told["sentence"]
+    )
+    assert told["sentence"].count(". ") == 1
+
+
+def test_what_decides_is_named_with_its_horizon_and_the_reason_for_a_short_one(inputs: Inputs):
+    nominal, true = (
+        judge(VehicleModel(hull, name), inputs.parts) for hull, name in ((HULL, "nominal"), (TRUE, "true"))
+    )
+    field = [(j.model, j.errors, j.audit) for j in (nominal, true)]
+    assert "in the speeds predicted over 10 s it errs" in best(field)["sentence"]
+    data = DataSet((inputs.parts.judged.motions[0].slice(0, 250),), (), inputs.parts.judged.recipe)
+    field = [(j.model, evaluate(j.model, data), j.audit) for j in (nominal, true)]
+    assert "in the speeds predicted over 2 s (the rows are too few for 10 s) it errs" in best(field)["sentence"]
+
+
 def test_where_no_model_beats_a_baseline_none_is_trusted(inputs: Inputs):
     bad = VehicleModel(HULL.with_values({"X_u": -400.0, "Y_v": -900.0, "N_r": -200.0}), "nominal")
     field = [judge(model, inputs.parts) for model in (bad, *baselines(HULL))]
@@ -303,7 +333,7 @@ def test_compare_writes_what_it_prints_as_json(path: Path, files: Path, tmp_path
     words = ("compare", path, "-v", "blueboat", "--model", files / "true.yaml")
     screen = " ".join(done(*words, "--out", target).split())
     content = strict(target.read_text())
-    assert screen.startswith("Trust true: in predictions over 10 s it errs")
+    assert screen.startswith("Trust true: in the speeds predicted over 10 s it errs")
     assert "Marks beside numbers: < a smaller error than nominal's by more than chance" in screen
     assert f"Comparison:{target}" in screen.replace(" ", "")
     assert [m["name"] for m in content["models"]] == [m["name"] for m in strict(done(*words, "--json"))["models"]]
