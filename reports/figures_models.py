@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from .markup import Html
 from .rivals import Rival
 from .svg import ROLES, STYLE, canvas, drawn, panel
-from .wording import MINUS, number, words
+from .wording import MINUS, number
 
 ROW = 40
 WIDTH, LEFT, DOTS, GAP, CELL = 980, 196, 376, 66, 26
@@ -58,7 +58,7 @@ def _errors(axes: Axes, rivals: Sequence[Rival], reference: str) -> None:
     for row, rival in enumerate(rivals):
         strong = "bold" if rival.name == reference else "normal"
         at_left = {**beside, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-        name = words(rival.name)
+        name = rival.name
         name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}"
         axes.annotate(name, (0, row), (-12, 7), **at_left, weight=strong)
         axes.annotate(_about(rival), (0, row), (-12, -8), **at_left, color=ROLES["muted"], size=10)

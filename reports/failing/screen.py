@@ -42,9 +42,7 @@ def structure_list(comparison: Mapping[str, Any]) -> RenderableType | None:
             found = first[look][axis]
             if found["verdict"] in news:
                 pairs.append((axis, unit_text(str(found["sentence"]))))
-    return (
-        section(f"What the error of the {words(str(first['model']))} model is like", glossary(pairs)) if pairs else None
-    )
+    return section(f"What the error of the {first['model']} model is like", glossary(pairs)) if pairs else None
 
 
 def _failures_in(places: Sequence[Mapping[str, Any]], whose: str, beside: bool) -> Table:

@@ -95,7 +95,7 @@ def _worst(places: Sequence[Mapping[str, Any]], whose: str) -> Html:
         return element("p", text, cls="facts")
     rows = [
         (
-            words(str(place.get("model", "nominal"))),
+            str(place.get("model", "nominal")),
             render(*lines([str(place.get("where"))])),
             str(place.get("axis")),
             percent(place.get("share_of_error")),
@@ -128,7 +128,7 @@ def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
     linked = any(place.get("removed_by") for one in structure for place in one["segments"])
     rows = [
         (
-            words(str(one["model"])),
+            str(one["model"]),
             f"{place['from']:.0f} to {place['to']:.0f} s".replace(" ", NARROW)
             + f", log {place['log'] + 1}" * bool(place["log"]),
             render(*lines(str(place["doing"]).split(", ", 1))),
@@ -179,7 +179,7 @@ def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
     for key, title in _LOOKS:
         sentences = [f"{axis}: {first[key][axis]['sentence']}" for axis in AXES]
         told += [element("dt", title), *(element("dd", text) for text in sentences)]
-    name = words(str(first["model"]))
+    name = str(first["model"])
     in_words = element(
         "div", element("h3", f"The error of the {name} model in words"), element("dl", *told, cls="told"), cls="card"
     )
