@@ -7,7 +7,7 @@ from ..figures_models import trust
 from ..markup import Html, element, figure, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
 from ..run_folder import RunFolder
-from ..wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, finite, goodness, interval, typeset, unit_text
+from ..wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, finite, goodness, interval, typeset, unit_text, within
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
  paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} no difference that this log can
@@ -192,7 +192,7 @@ def _differences(comparison: Mapping[str, Any]) -> Html:
                 str(item.get("model")),
                 str(item.get("against")),
                 f"{item.get('quantity')}, {item.get('axis')}{seconds}",
-                f"{typeset(item.get('difference'))} {unit_text(str(item.get('unit') or ''))}",
+                f"{within(item.get('difference'), item.get('ci95'))} {unit_text(str(item.get('unit') or ''))}",
                 interval(item.get("ci95")),
                 str(item.get("verdict", "")),
                 typeset(item.get("blocks"), blank=""),
