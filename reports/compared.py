@@ -51,7 +51,7 @@ def _legend(told: set[str], first: str) -> RenderableType | None:
     meaning = {
         "better": f"a smaller error than {first}'s by more than chance",
         "worse": "a larger one",
-        "no difference": "no sure difference",
+        "no difference": "cannot be told apart on these rows, which is not to say equal",
         "too short to tell": "too few rows to tell",
     }
     marks = [f"{MARKS[verdict]} {text}" for verdict, text in meaning.items() if verdict in told]

@@ -10,8 +10,8 @@ from ..run_folder import RunFolder
 from ..wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, finite, goodness, interval, typeset, unit_text, within
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
- paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} no difference that this log can
- show, {MARKS["too short to tell"]} too short to tell.""".replace("\n", "")
+ paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} cannot be told apart on
+ these rows, which is not to say equal, {MARKS["too short to tell"]} too short to tell.""".replace("\n", "")
 MEANING = {
     "zero acceleration": "body velocities stay as they are",
     "hold velocity": "velocity over ground and turn rate stay as they are",
@@ -27,9 +27,10 @@ def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
     shown = rivals(comparison, audits)
     paired = any(rival.interval for rival in shown)
     caption = (
-        "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. An orange diamond breaks "
-        "one, a grey ring was not asked; a mark grows with the number of fitted values. At the right, one column a "
-        "law: a dot is kept, a cross is broken, a ring is broken but noted only, a dash does not apply."
+        "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. The model to trust is in "
+        "bold. An orange diamond breaks one, a grey ring was not asked; a mark grows with the number of fitted values. "
+        "At the right, one column a law: a dot is kept, a cross is broken, a ring is broken but noted only, a dash "
+        "does not apply."
     )
     if paired:
         caption += (
@@ -41,7 +42,7 @@ def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
     return render(
         element(title, "Which model to trust"),
         *told,
-        figure([trust(shown, horizon, reference, short_of)], caption, cls="wide"),
+        figure([trust(shown, horizon, str(best.get("model") or ""), short_of)], caption, cls="wide"),
         *([] if short_of else [element("div", *_tables(comparison), cls="card")]),
     )
 
@@ -66,7 +67,7 @@ def _tables(comparison: Mapping[str, Any]) -> list[Html]:
     if any((model.get("acceleration") or {}).get("mae") for model in models):
         parts.append(element("details", element("summary", "mean absolute errors"), _mean_errors(models)))
     if comparison.get("differences"):
-        parts.append(element("details", element("summary", "every paired difference"), _differences(comparison)))
+        parts.append(element("details", element("summary", "every paired difference"), *_differences(comparison)))
     return parts
 
 
@@ -183,7 +184,7 @@ def _mean_errors(models: Sequence[Model]) -> Html:
     return table(("model", *(f"{axis} [{unit_text(ACCELERATION_UNITS[axis])}]" for axis in AXES)), rows)
 
 
-def _differences(comparison: Mapping[str, Any]) -> Html:
+def _differences(comparison: Mapping[str, Any]) -> list[Html]:
     rows = []
     for item in comparison["differences"]:
         seconds = f", {item['horizon']} s" if item.get("horizon") else ""
@@ -199,7 +200,11 @@ def _differences(comparison: Mapping[str, Any]) -> Html:
             )
         )
     head = ("model", "against", "error", "difference", "95 % interval", "verdict", "blocks")
-    return table(head, rows, "lllrrlr")
+    note = (
+        "Blocks: how many stretches of the log, each drawn as a whole, the interval rests on; on two or three it is "
+        'rough. "No difference" is one that cannot be told on these rows, not equality.'
+    )
+    return [element("p", note, cls="facts"), table(head, rows, "lllrrlr")]
 
 
 def _marked(value: str, told: Mapping[str, Any] | None) -> str:
