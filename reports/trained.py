@@ -17,7 +17,7 @@ from .comparison import judge, row
 from .inputs import INPUTS_CURE, Inputs
 from .made_from import log_digests
 from .run import Say
-from .wording import percent
+from .wording import listing, percent
 
 if TYPE_CHECKING:
     from ..discovery.distilled import Distilled
@@ -79,7 +79,7 @@ class TrainRun:
                 "did every epoch: try a larger --lambda-phys, or --residual dissipative, whose correction "
                 "cannot."
             )
-        return told
+        return [*told, *_broken_laws(self.models[-1])]
 
     def to_dict(self) -> dict[str, Any]:
         """As `train --json` prints it (schema `undertow.train/1`)."""
@@ -102,6 +102,14 @@ class TrainRun:
                 "notes": list(self.inputs.notes),
             },
         }
+
+
+def _broken_laws(model: Mapping[str, Any]) -> list[str]:
+    """Which laws the audit found broken, and where the states are told; nothing where it kept them all."""
+    broken = [str(law["law"]) for law in model["laws"] if law["verdict"] == "fail" and law.get("counts", True)]
+    if not broken:
+        return []
+    return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
 
 
 def _price_of_the_law(found: "Trained") -> list[str]:

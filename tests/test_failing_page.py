@@ -53,9 +53,10 @@ def test_before_and_after_have_one_scale_of_colour(run: RunFolder, section: str)
     used = [set(re.findall(r"var\(--(heat\d)\)", svg)) for svg in re.findall(r"<svg.*?</svg>", section, re.DOTALL)[:2]]
     assert max(used[0]) > max(used[1])  # the corrected model never errs as much as the nominal one
     usual = float(run.series["r_dot"].std())
-    bounds = heat_steps(usual)
-    assert np.diff(bounds) == pytest.approx(bounds[0])
-    assert usual * 0.99 < bounds[-1] < 2.1 * usual
+    small, large = (heat_steps(usual, [np.full(9, size * usual)] * 2) for size in (0.01, 3.0))
+    for bounds, top in ((small, usual), (large, 3.0 * usual)):
+        assert np.diff(bounds) == pytest.approx(bounds[0])
+        assert top * 0.99 < bounds[-1] < 2.1 * top
 
 
 def test_noise_stays_pale_where_nothing_was_added_and_there_is_one_map(run: RunFolder):

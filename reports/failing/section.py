@@ -57,7 +57,7 @@ def _maps(series: pd.DataFrame, places: Sequence[Mapping[str, Any]]) -> Html:
     axis = AXES.index(str(places[0]["axis"])) if places and places[0].get("axis") in AXES else _worst_axis(series)
     longest = series[series["log"] == series["log"].value_counts(sort=False).idxmax()]
     errors = [local_error(longest, model, axis) for model in ("before", "after")]
-    bounds = heat_steps(float(scene(longest).spread[axis]))
+    bounds = heat_steps(float(scene(longest).spread[axis]), errors)
     titles = ["before: the nominal model", "after: the corrected model"]
     alone = np.array_equal(*errors, equal_nan=True)
     if alone:
@@ -84,7 +84,7 @@ def _maps(series: pd.DataFrame, places: Sequence[Mapping[str, Any]]) -> Html:
     return element(
         "figure",
         key,
-        element("div", *drawings, cls="plots one" if alone else "plots pair"),
+        element("div", *drawings, cls="plots pair"),
         element("figcaption", caption),
         cls="card",
     )
