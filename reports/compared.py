@@ -42,8 +42,11 @@ def comparison_table(comparison: Mapping[str, Any]) -> RenderableType:
 
 def notes_list(comparison: Mapping[str, Any]) -> RenderableType | None:
     """What a reader must know of the comparison; None where there is nothing."""
+    names = tuple(str(model["name"]) for model in comparison.get("models") or [])
     notes = [str(note) for note in comparison.get("notes") or []]
-    return section("Notes", bullets([f"{note[:1].upper()}{note[1:]}." for note in notes])) if notes else None
+    # A note may begin with the name of a model, which keeps its letters.
+    told = [f"{note if note.startswith(names) else note[:1].upper() + note[1:]}." for note in notes]
+    return section("Notes", bullets(told)) if notes else None
 
 
 def _legend(told: set[str], first: str) -> RenderableType | None:

@@ -1,14 +1,17 @@
 """Models that know the rows on which they are judged are named, and so are those of which nobody can know."""
 
+import io
 import shutil
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
 from undertow.reports.compare import compare
+from undertow.reports.compared import notes_list
 from undertow.reports.fitted_on import fitted_notes
 from undertow.reports.folder import write_run
 from undertow.reports.inputs import Inputs, read_inputs
@@ -81,6 +84,10 @@ def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place:
     assert any(note.startswith("mon was fitted to rows that are judged here") for note in found["notes"])
     assert any(note.startswith("whether hand was fitted") for note in found["notes"])
     assert any(note.startswith("calibrated was fitted to rows") for note in found["notes"])
+    printed = io.StringIO()
+    Console(file=printed, width=200).print(notes_list(found))
+    assert "- mon was fitted to rows" in printed.getvalue()
+    assert "- Whether hand was fitted" in printed.getvalue()
 
 
 def test_a_network_is_known_by_the_logs_it_was_trained_on(place: Path):
