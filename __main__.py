@@ -169,7 +169,8 @@ def compare(
         from .reports.compare import compare as compare_models
 
         kept = [path for path in (out, series) if path is not None]
-        earlier = [path for path in kept if check_file(path, vehicle)]
+        kinds = ["comparison"] * (out is not None) + ["series"] * (series is not None)
+        earlier = [path for path, kind in zip(kept, kinds, strict=True) if check_file(path, vehicle, kind)]
         inputs = _read(logs, vehicle, frame, channels, judge, namespace=namespace, as_is=as_is)
         found = compare_models(inputs, model or [], series)
         if out is not None:
@@ -221,7 +222,7 @@ def check(
         from .reports.checked import check as judge
         from .reports.reading_progress import reading_progress
 
-        earlier = out is not None and check_file(out, model)
+        earlier = out is not None and check_file(out, model, "audit")
         with reading_progress(progress) as reading:
             found = judge(
                 model,
@@ -294,7 +295,7 @@ def fit(
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
-        earlier = out is not None and check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle, "vehicle")
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
@@ -337,7 +338,7 @@ def add(
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
-        earlier = out is not None and check_file(out, vehicle)
+        earlier = out is not None and check_file(out, vehicle, "vehicle")
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
@@ -572,6 +573,7 @@ def _discover(
     from .reports import terminal
     from .reports.failing import screen
     from .reports.folder import write_run
+    from .reports.outcome import opening
     from .reports.run import discover as find
 
     run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
@@ -582,7 +584,8 @@ def _discover(
         return
     say("")
     _warn(findings["warnings"])
-    prose(findings["headline"])
+    for text in opening(findings, run.comparison):
+        prose(text)
     show(screen.failures_table(findings), terminal.candidates_table(findings))
     show(terminal.missing_in_words(findings))
     if findings["unnamed"]:

@@ -73,7 +73,7 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]
         sentence = f"Trust none of the models on these rows: in {what} none is better than {name} by more than chance."
         return {"model": name, "sentence": sentence}
     others = [c for c in named if c is not chosen]
-    told = [_why(chosen, named[0], what), _and_the_others(chosen, others, what)]
+    told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
     return {"model": chosen.name, "sentence": " ".join(filter(None, told))}
 
 
@@ -85,15 +85,16 @@ def _what_decides(models: Sequence[tuple[Model, Errors, Audit | None]]) -> tuple
             table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
             shortest = rows_of(every[0], horizon)
             if table[0].shape[0] >= _BLOCKS * shortest:
-                return f"predictions over {horizon} s", shortest, table
+                longer = f" (the rows are too few for {_HORIZONS[0]} s)" if horizon != _HORIZONS[0] else ""
+                return f"the speeds predicted over {horizon} s{longer}", shortest, table
     table = [squares(errors) for errors in every]
     return "acceleration" if paired_ratio(table[-1], table[0]).ci95 is not None else "", 1, table
 
 
 def _simplest(field: Sequence[_Contender]) -> _Contender:
-    """The model with the fewest fitted numbers that the one with the smallest error does not beat."""
-    front = min(field, key=lambda c: c.score)
-    return min((c for c in field if not front.beats(c)), key=lambda c: c.model.parameters)
+    """The model with the fewest fitted numbers that no other beats; the one with the smallest error where all are."""
+    unbeaten = [c for c in field if not any(other.beats(c) for other in field if other is not c)]
+    return min(unbeaten or [min(field, key=lambda c: c.score)], key=lambda c: c.model.parameters)
 
 
 def _why(chosen: _Contender, first: _Contender, what: str) -> str:
@@ -103,17 +104,25 @@ def _why(chosen: _Contender, first: _Contender, what: str) -> str:
     if chosen.beats(first):
         share = percent(-chosen.against(first).relative)
         return f"Trust {chosen.name}: in {what} it errs {share} less than {first.name} does, and it {laws}."
+    if not first.broken:
+        return f"Trust {chosen.name}: it {laws}, and in {what} none that does is better by more than chance."
     less = "errs less" if first.beats(chosen) else "is no better by more than chance"
     return f"Trust {chosen.name}: it {laws}, which {first.name} does not, though in {what} that {less}."
 
 
-def _and_the_others(chosen: _Contender, others: Sequence[_Contender], what: str) -> str:
+def _and_the_others(chosen: _Contender, others: Sequence[_Contender]) -> str:
     """What a reader would ask next: whether a model that breaks a law errs less, or which ones are as good."""
-    tempting = [c for c in others if c.broken and not chosen.broken and c.beats(chosen)]
-    if tempting:
-        told = [f"{c.name} errs {percent(-c.against(chosen).relative)} less but breaks {c.broken}" for c in tempting]
-        return f"{'; '.join(told)}."
-    level = [c.name for c in others if not chosen.beats(c) and not c.beats(chosen)]
-    if level:
-        return f"These rows cannot tell {listing(level)} from it."
-    return ""
+    doubtful = [c for c in others if c.broken and not chosen.broken]
+    told = [
+        f"{c.name} errs {percent(-c.against(chosen).relative)} less but breaks {c.broken}"
+        for c in doubtful
+        if c.beats(chosen)
+    ]
+    # One with the very same errors is the same model, such as a corrected one to which nothing was added.
+    level = [c for c in others if not chosen.beats(c) and not c.beats(chosen)]
+    level = [c for c in level if not np.array_equal(c.squares, chosen.squares)]
+    equals = [c.name for c in level if c not in doubtful]
+    told += [f"these rows cannot tell {listing(equals)} from {chosen.name}"] * bool(equals)
+    told += [f"{c.name} breaks {c.broken} and is no better by more than chance" for c in level if c in doubtful]
+    text = "; ".join(told)
+    return f"{text.replace('these', 'These', 1) if text.startswith('these') else text}." if told else ""

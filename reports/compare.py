@@ -8,8 +8,8 @@ from typing import Any
 from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models import Model, VehicleModel
-from .assess import series
-from .comparison import BASELINE, comparison, ends, judge, reference_models
+from .comparison import BASELINE, comparison, judge, reference_models
+from .fitted_on import fitted_notes
 from .folder import read_run_inputs
 from .inputs import INPUTS_CURE, Inputs, PathLike, read_inputs
 from .models import CORRECTED, check_commands, fitted_numbers, load_model
@@ -84,15 +84,16 @@ def _compared(
         if given.count(path) > 1:
             raise RequestError(f"model {path} is given twice; give it once")
     found, notes = reference_models(inputs, middle)
+    asked = [("", found[0])]
     for path in given:
-        found.append(_comparable(path, inputs, [model.name for model in found]))
+        asked.append((path, _comparable(path, inputs, [model.name for model in found])))
+        found.append(asked[-1][1])
     named = [model for model in found if model.kind != BASELINE]
-    table = series(*ends(found), inputs.parts, inputs.channels)
     judged = [judge(model, inputs.parts) for model in found]
     if series_file is not None:
         told = compared(named, inputs.parts, inputs.channels)
         write_series(series_file, told, inputs.channels, inputs.parts, inputs.starts)
-    return comparison(judged, inputs, table, timed=True, notes=notes)
+    return comparison(judged, inputs, timed=True, notes=[*notes, *fitted_notes(asked, inputs)])
 
 
 def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:

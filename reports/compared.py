@@ -42,8 +42,11 @@ def comparison_table(comparison: Mapping[str, Any]) -> RenderableType:
 
 def notes_list(comparison: Mapping[str, Any]) -> RenderableType | None:
     """What a reader must know of the comparison; None where there is nothing."""
+    names = tuple(str(model["name"]) for model in comparison.get("models") or [])
     notes = [str(note) for note in comparison.get("notes") or []]
-    return section("Notes", bullets([f"{note[:1].upper()}{note[1:]}." for note in notes])) if notes else None
+    # A note may begin with the name of a model, which keeps its letters.
+    told = [f"{note if note.startswith(names) else note[:1].upper() + note[1:]}." for note in notes]
+    return section("Notes", bullets(told)) if notes else None
 
 
 def _legend(told: set[str], first: str) -> RenderableType | None:
@@ -51,7 +54,7 @@ def _legend(told: set[str], first: str) -> RenderableType | None:
     meaning = {
         "better": f"a smaller error than {first}'s by more than chance",
         "worse": "a larger one",
-        "no difference": "no sure difference",
+        "no difference": "cannot be told apart on these rows, which is not to say equal",
         "too short to tell": "too few rows to tell",
     }
     marks = [f"{MARKS[verdict]} {text}" for verdict, text in meaning.items() if verdict in told]

@@ -16,7 +16,7 @@ from ..residuals.baselines import baselines
 from ..residuals.domain import known_to, spanned
 from ..residuals.models import Model, VehicleModel
 from ..residuals.scores import Errors, evaluate
-from .assess import Parts, audit_along
+from .assess import Parts, audit_along, series
 from .audit import Audit
 from .best import best
 from .differences import differences
@@ -82,19 +82,21 @@ def reference_models(inputs: Inputs, middle: Sequence[Model] = ()) -> tuple[list
     return [nominal, *known, *middle, *baselines(inputs.vehicle)], notes
 
 
-def ends(models: Sequence[Model]) -> tuple[Model, Model]:
+def ends(models: Sequence[Model], recommended: str = "") -> tuple[Model, Model]:
     """The two models whose series are drawn and whose failures are told: the nominal one, and what became of it.
 
-    That is the corrected model where there is one, else the last that is no baseline.
+    That is the corrected model where there is one, else the `recommended` one where that is neither the nominal one nor
+    a baseline, else the last that is no baseline.
     """
     named = [model for model in models if model.kind != BASELINE]
-    return named[0], next((model for model in named if model.name == CORRECTED), named[-1])
+    by_name = {model.name: model for model in named[1:]}
+    return named[0], by_name.get(CORRECTED) or by_name.get(recommended) or named[-1]
 
 
 def comparison(
     judged: Sequence[Judged],
     inputs: Inputs,
-    table: pd.DataFrame,
+    table: pd.DataFrame | None = None,
     *,
     timed: bool = False,
     notes: Sequence[str] = (),
@@ -104,13 +106,16 @@ def comparison(
     Parameters
     ----------
     judged : the nominal model first
-    table : the series of the two models of `ends`
+    table : the series of the two models of `ends`; made here where it is None
     timed : True to tell wall times; equal inputs do not give equal files then
     notes : sentences on how the models came to be
     """
     parts = inputs.parts
     inside = spanned(inputs.vehicle, parts.split.train.motions).inside(parts.judged.motions)
-    first, after = ends([found.model for found in judged])
+    recommended = best([(found.model, found.errors, found.audit) for found in judged])
+    first, after = ends([found.model for found in judged], recommended["model"])
+    if table is None:
+        table = series(first, after, parts, inputs.channels)
     data = [parts.data(part) for part in PARTS]
     # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
     last = after if after is not first else None
@@ -121,7 +126,7 @@ def comparison(
         "split": parts.judge,
         "logs": list(inputs.paths),
         "warnings": list(inputs.warnings),
-        "best": best([(found.model, found.errors, found.audit) for found in judged]),
+        "best": recommended,
         "models": [row(found, inside, timed=timed) for found in judged],
         "differences": apart,
         **failing,

@@ -22,10 +22,10 @@ def flush() -> None:
         raise SystemExit(1) from None
 
 
-def check_file(out: Path, source: Any = None) -> bool:
-    """Refuse a file that cannot be written, or that is the one read, before the work on it begins.
+def check_file(out: Path, source: Any = None, kind: str = "other") -> bool:
+    """Refuse a file that cannot be written, is the one read, or is of another `kind`, before the work on it begins.
 
-    True when a file is there, which `tell_replaced` speaks of once it is replaced.
+    `check_replaced` says what kinds there are. True when a file is there, of which `tell_replaced` speaks later.
     """
     from ..physics.errors import RequestError
 
@@ -35,7 +35,12 @@ def check_file(out: Path, source: Any = None) -> bool:
         raise RequestError(f"cannot write {out}: it is a folder; give the name of a file")
     if not out.parent.is_dir():
         raise RequestError(f"cannot write {out}: the folder {out.parent} does not exist; create it first")
-    return out.exists()
+    if not out.is_file():  # a device such as /dev/stdout loses nothing
+        return out.exists()
+    from .replacing import check_replaced
+
+    check_replaced(out, kind)
+    return True
 
 
 def tell_replaced(out: Path, earlier: bool) -> None:

@@ -174,7 +174,10 @@ def _tree(inspection: Mapping[str, Any]) -> list[Html]:
         if records:
             head = list(dict.fromkeys(str(key) for item in records for key in item))
             body = [[plain(item.get(key, "")) for key in head] for item in records]
-            tables.append(table([words(key) for key in head], body, caption=words(str(name))))
+            align = "".join(
+                "l" if any(isinstance(item.get(key), str | Mapping | list) for item in records) else "r" for key in head
+            )
+            tables.append(table([words(key) for key in head], body, align, caption=words(str(name))))
         elif name != "schema":
             facts.append((words(str(name)), plain(value)))
     return [*([table(("", ""), facts, "ll")] if facts else []), *tables]

@@ -10,7 +10,7 @@ from .fleet import Shared
 from .markup import Html
 from .plotted import CoefficientRow
 from .svg import ROLES, STYLE, canvas, drawn, panel
-from .wording import MINUS, interval, number, unit_text
+from .wording import interval, unit_text, within
 
 LINE, HEAD, LEFT, WIDTH, RIGHT = 22, 30, 150, 620, 200
 
@@ -52,7 +52,7 @@ def _draw(axes: Axes, rows: Sequence[tuple[str, CoefficientRow]]) -> None:
         axes.annotate(
             name if len(name) < 20 else f"{name[:18]}\N{HORIZONTAL ELLIPSIS}", (0, index), (-8, 0), ha="right", **beside
         )
-        text = f"{number(row.after, minus=MINUS)} ({interval(list(row.interval))})"
+        text = f"{within(row.after, row.interval)} ({interval(row.interval)})"
         axes.annotate(text, (1, index), (8, 0), ha="left", color=ROLES["muted"], size=10.5, **beside)
     axes.set(ylim=(len(rows) - 0.5, -0.5), xlim=(min(ends) - margin, max(ends) + margin), xticks=[], yticks=[])
     axes.grid(visible=False)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from .markup import Html
 from .rivals import Rival
 from .svg import ROLES, STYLE, canvas, drawn, panel
-from .wording import MINUS, number, words
+from .wording import MINUS, number
 
 ROW = 40
 WIDTH, LEFT, DOTS, GAP, CELL = 980, 196, 376, 66, 26
@@ -20,14 +20,14 @@ COLOURS = {"pass": ROLES["after"], "fail": ROLES["before"]}
 SHAPES = {"pass": "o", "fail": "D"}
 
 
-def trust(rivals: Sequence[Rival], horizon: str, reference: str, of: str = "") -> Html:
+def trust(rivals: Sequence[Rival], horizon: str, best: str, of: str = "") -> Html:
     """One row a model: the position error of its predictions with the paired interval, then the laws, one a column.
 
     Parameters
     ----------
     rivals : best first
     horizon : of the predictions [s]
-    reference : the model to which the intervals are paired
+    best : the model to trust, in bold
     of : the run, where a page has more than one such drawing
     """
     laws = list(dict.fromkeys(law for rival in rivals for law in rival.laws))
@@ -36,7 +36,7 @@ def trust(rivals: Sequence[Rival], horizon: str, reference: str, of: str = "") -
     with matplotlib.rc_context(STYLE):
         figure = canvas(WIDTH if laws else LEFT + DOTS + GAP, height)
         errors = panel(figure, LEFT, top, DOTS, ROW * len(rivals))
-        _errors(errors, rivals, reference)
+        _errors(errors, rivals, best)
         errors.set_xlabel(f"position error of {horizon} s predictions [m], logarithmic: left is better")
         if laws:
             _legend(panel(figure, LEFT, 0, DOTS, top - 24))
@@ -44,7 +44,7 @@ def trust(rivals: Sequence[Rival], horizon: str, reference: str, of: str = "") -
         return drawn(figure, f"prediction error and laws kept by each model{f' of {of}' if of else ''}")
 
 
-def _errors(axes: Axes, rivals: Sequence[Rival], reference: str) -> None:
+def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
     known = [rival.error for rival in rivals if rival.error > 0.0]
     low, high = min(known, default=0.1), max(known, default=1.0)
     ends = [end for rival in rivals if rival.interval for end in rival.interval if end > 0.3 * low]
@@ -56,9 +56,9 @@ def _errors(axes: Axes, rivals: Sequence[Rival], reference: str) -> None:
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     beside: dict[str, Any] = {"textcoords": "offset points", "va": "center"}
     for row, rival in enumerate(rivals):
-        strong = "bold" if rival.name == reference else "normal"
+        strong = "bold" if rival.name == best else "normal"
         at_left = {**beside, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-        name = words(rival.name)
+        name = rival.name
         name = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}"
         axes.annotate(name, (0, row), (-12, 7), **at_left, weight=strong)
         axes.annotate(_about(rival), (0, row), (-12, -8), **at_left, color=ROLES["muted"], size=10)

@@ -12,7 +12,7 @@ from .markup import Html, element, figure, lines, render, table
 from .page import document
 from .run_folder import RunFolder
 from .sections import headline, hero_errors
-from .wording import interval, listing, typeset, unit_text, words
+from .wording import interval, listing, typeset, unit_text, within, words
 
 
 def fleet_page(runs: Sequence[RunFolder], home: Path) -> str:
@@ -105,7 +105,9 @@ def _effects(effects: Sequence[Shared], names: Sequence[str]) -> list[Html]:
             if not values:
                 cells.append(element("span", verdict, cls="facts"))
                 continue
-            amounts = [f"{row.symbol} = {typeset(row.after)} {unit_text(row.unit)}".rstrip() for row in values]
+            amounts = [
+                f"{row.symbol} = {within(row.after, row.interval)} {unit_text(row.unit)}".rstrip() for row in values
+            ]
             spans = [interval(list(row.interval)) for row in values]
             pairs = (text for pair in zip(amounts, spans, strict=True) for text in pair)
             cells.append(render(*lines(pairs)))

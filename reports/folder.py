@@ -14,7 +14,7 @@ from ..physics.files import write_json, write_text
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.neural import is_network_folder
 from .effect_forces import found_forces
-from .made_from import command, log_digests, versions
+from .made_from import command, log_digests, seen_from, versions
 from .page import write_page
 from .run import Run, Say
 from .viewer import Prediction, require_mcap, write_series
@@ -80,7 +80,7 @@ def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True, pro
         with tempfile.TemporaryDirectory(dir=beside, prefix=".undertow.", ignore_cleanup_errors=True) as scratch:
             work, aside = Path(scratch, "run"), Path(scratch, "earlier")
             work.mkdir()
-            _write_files(run, work)
+            _write_files(run, work, target)
             _write_viewer_series(run, work / "series.mcap", progress or _warn)
             if report:
                 write_page(work)
@@ -111,7 +111,7 @@ def _replace_files(work: Path, target: Path, aside: Path) -> None:
         raise
 
 
-def _write_files(run: Run, folder: Path) -> None:
+def _write_files(run: Run, folder: Path, target: Path) -> None:
     write_json(folder / "findings.json", run.findings.to_dict())
     write_json(folder / "comparison.json", run.comparison)
     write_json(folder / "audit.json", run.audit.to_dict())
@@ -122,7 +122,9 @@ def _write_files(run: Run, folder: Path) -> None:
     inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
     write_json(folder / "inspection.json", {"schema": INSPECTIONS_SCHEMA, "logs": inspections})
     paths, read = list(run.inputs.paths), run.inputs
+    mapped = None if read.channel_map is None else seen_from(target, str(read.channel_map))
     how = {"frame": read.frame, "channel_map": read.channel_map, "namespace": read.namespace, "as_is": read.as_is}
+    there, seen = {**how, "channel_map": mapped}, [seen_from(target, path) for path in paths]
     write_json(
         folder / "run.json",
         {
@@ -132,7 +134,7 @@ def _write_files(run: Run, folder: Path) -> None:
             "seed": run.settings.seed,
             "refit": run.settings.refit,
             "judged_on": run.inputs.parts.judge,
-            "command": command(run.verb, paths, seed=run.settings.seed, refit=run.settings.refit, **how),
+            "command": command(run.verb, seen, seed=run.settings.seed, refit=run.settings.refit, **there),
             "versions": versions(),
             "log_sha256": log_digests(paths),
         },

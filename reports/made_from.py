@@ -1,6 +1,7 @@
 """What a run was made with: versions of the packages, the command that makes it again, and digests of the logs."""
 
 import hashlib
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -42,12 +43,16 @@ def command(
     namespace: str | None = None,
     as_is: bool = False,
 ) -> str:
-    """The command line that makes the run again from its logs and its `nominal.yaml`.
+    """The command line that makes the run again, as it must be given in the run folder, into `again` there.
+
+    Parameters
+    ----------
+    logs, channel_map : as seen from the run folder
 
     Examples
     --------
     >>> command(["discover"], ["one log.csv"], seed=3, refit=False, frame="enu")
-    "undertow discover 'one log.csv' --vehicle nominal.yaml --seed 3 --frame enu"
+    "undertow discover 'one log.csv' --vehicle nominal.yaml --seed 3 --frame enu --out again"
     """
     words = ["undertow", *verb, *logs, "--vehicle", "nominal.yaml"]
     words += ["--seed", str(seed)] * (verb[0] == "discover") + ["--refit"] * refit
@@ -55,7 +60,19 @@ def command(
     words += ["--map", channel_map] if channel_map else []
     words += ["--namespace", namespace] if namespace else []
     words += ["--as-is"] * as_is
+    words += ["--out", "again" if verb[0] == "discover" else "again.yaml"]
     return shlex.join(words)
+
+
+def seen_from(folder: Path, path: str) -> str:
+    """A relative path of the working folder as it reads from another folder; an absolute one as it is.
+
+    Examples
+    --------
+    >>> seen_from(Path("runs/mon"), "logs/mon.csv")
+    '../../logs/mon.csv'
+    """
+    return path if Path(path).is_absolute() else Path(os.path.relpath(path, folder)).as_posix()
 
 
 def _digest(path: Path) -> str | None:

@@ -7,7 +7,7 @@ from .figures import coefficients, ranked_effects
 from .markup import Html, element, figure, lines, render, table
 from .plotted import coefficient_rows
 from .run_folder import RunFolder
-from .wording import MINUS, added_to, cannot_tell, effect_words, interval, listing, percent, twins, typeset, unit_text
+from .wording import MINUS, added_to, cannot_tell, effect_words, interval, listing, percent, twins, unit_text, within
 
 
 def missing_effects(run: RunFolder) -> Html:
@@ -100,7 +100,7 @@ def _unnamed(terms: Sequence[Mapping[str, Any]]) -> list[Html]:
         (
             str(term.get("axis")),
             str(term.get("form")),
-            typeset(term.get("value")),
+            within(term.get("value"), term.get("ci95")),
             interval(term.get("ci95")),
             percent(term.get("inclusion"), blank=""),
         )
@@ -116,4 +116,5 @@ def _unnamed(terms: Sequence[Mapping[str, Any]]) -> list[Html]:
 
 
 def _value(term: Mapping[str, Any]) -> str:
-    return f"{term.get('symbol')} = {typeset(term.get('value'))} {unit_text(str(term.get('unit') or ''))}".rstrip()
+    amount, unit = within(term.get("value"), term.get("ci95")), unit_text(str(term.get("unit") or ""))
+    return f"{term.get('symbol')} = {amount} {unit}".rstrip()

@@ -58,6 +58,8 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
         return load_network(source)
     if source.is_file() and source.name in (SETTINGS, WEIGHTS) and is_network_folder(source.parent):
         raise RequestError(f"{source} is a part of a network; give its folder, {source.parent}")
+    if source.name == "model.yaml" and (source.parent / "findings.json").is_file():
+        source = source.absolute().parent  # the model of a run bears the name of the run
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")

@@ -89,10 +89,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     models = _models(found)
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
     errors = [evaluate(model, inputs.parts.judged) for model in models]
-    steps = tuple(
-        {"added": None if label is None else label.split("[")[0], **score_step(error)}
-        for (label, _), error in zip(found.steps, errors, strict=True)
-    )
+    steps = tuple({**_added(label), **score_step(error)} for (label, _), error in zip(found.steps, errors, strict=True))
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     corrected = models[-1] if len(models) > 1 else _renamed(models[0])
@@ -117,6 +114,12 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         warnings=inputs.warnings,
     )
     return Run(inputs, found, findings, compared, table, settings, audit)
+
+
+def _added(label: str | None) -> dict[str, str | None]:
+    """What a step added, and to which thruster where it concerns one: "thruster_asymmetry[port]" is two facts."""
+    effect, _, thruster = ("", "", "") if label is None else label.rstrip("]").partition("[")
+    return {"added": effect or None, **({"thruster": thruster} if thruster else {})}
 
 
 def _unexplained(found: Discovery) -> dict[str, dict[str, Any]]:

@@ -14,6 +14,7 @@ import yaml
 
 from ..physics.errors import RequestError, VehicleError
 from ..physics.vehicle import Vehicle, vehicle_from_dict
+from ..residuals.neural import is_network_folder
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (
@@ -70,6 +71,11 @@ def read_run(folder: Path) -> RunFolder:
     folder = Path(folder)
     if not folder.is_dir():
         raise RequestError(f"expected a run folder at {folder}, but there is none; {REMEDY}")
+    if is_network_folder(folder):
+        raise RequestError(
+            f"{folder} is the folder of a trained network, not of a run, and a page tells of a run; give a folder that "
+            f"'undertow discover' wrote, with --model {folder} to put the network beside the run's own models"
+        )
     digests: dict[str, str] = {}
 
     def text(name: str) -> str:

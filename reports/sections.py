@@ -1,10 +1,11 @@
 """The first sections of the report page: the verdict, and the error falling step by step."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from .figures import step_bars
 from .markup import Html, element, lines, render
+from .outcome import hero, outcome
 from .run_folder import RunFolder
 from .wording import (
     ACCELERATION_UNITS,
@@ -13,7 +14,6 @@ from .wording import (
     finite,
     listing,
     percent,
-    pick_horizon,
     step_words,
     typeset,
     unit_text,
@@ -32,13 +32,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     missing = [words(str(name)) for name in findings["missing"]]
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
     sentences = []
-    if len(steps) > 1 and after < before:
-        added = [f"adding {'it' if len(missing) == 1 else 'them'}"] * bool(missing)
-        done = listing([*["calibrating its parameters"] * bool(findings.get("calibrated")), *added]) or "that"
-        sentences.append(
-            f"{done.capitalize()} removes {percent(1.0 - after / before)} of the {metric} "
-            f"error of {horizon} s predictions on motion that the fit never saw."
-        )
+    sentences += [did] if (did := outcome(findings, run.comparison)) else []
     best = (run.comparison.get("best") or {}).get("sentence")
     if best:
         sentences.append(unit_text(str(best)))
@@ -72,7 +66,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
 def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
     """The error that the page leads with: before, after, the horizon [s], what it is of, and its unit."""
     steps = run.findings["steps"]
-    horizon, metric = _hero(steps)
+    horizon, metric = hero(steps)
     before, after = (finite(step["rollout_rmse"].get(horizon, {}).get(metric)) for step in (steps[0], steps[-1]))
     return before, after, horizon, metric, ROLLOUT_UNITS[metric]
 
@@ -80,7 +74,7 @@ def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
 def falling_error(run: RunFolder) -> Html:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings["steps"]
-    horizon, _ = _hero(steps)
+    horizon, _ = hero(steps)
     names = ["nominal model", *(step_words(step) for step in steps[1:])]
     names = [
         name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names
@@ -123,13 +117,6 @@ def legend(roles: Sequence[str] = ("measured", "before", "after")) -> Html:
     return element(
         "div", *(element("span", element("i"), text, cls=role) for role, text in LEGEND if role in roles), cls="key"
     )
-
-
-def _hero(steps: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
-    """The rollout horizon [s] and the quantity that the page leads with."""
-    rollout = steps[0]["rollout_rmse"]
-    horizon = pick_horizon(list(rollout))
-    return horizon, next((name for name in ROLLOUT_UNITS if name in rollout.get(horizon, {})), "position")
 
 
 def _big(value: float, unit: str, cls: str, label: str) -> Html:

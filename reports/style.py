@@ -3,13 +3,13 @@
 LIGHT = """
   --paper: #f6f7f8; --card: #ffffff; --ink: #1b2329; --muted: #5d6a75; --grid: #dfe4e8; --surface: #ffffff;
   --measured: #b3bec7; --before: #d55e00; --after: #0072b2; --between: #a9bccb;
-  --tint: #eaf3f9; --line: #dfe4e8;
+  --tint: #eaf3f9; --line: #dfe4e8; --shade: #1b232926;
   --heat1: #d3dbe2; --heat2: #f3c987; --heat3: #f0a04b; --heat4: #d96c1e; --heat5: #a53f0f; --heat6: #5f1f09;
 """
 DARK = """
   --paper: #12171c; --card: #1a2127; --ink: #e6ebef; --muted: #9aa8b4; --grid: #313c46; --surface: #1a2127;
   --measured: #6b7986; --before: #ee7f2d; --after: #56b4e9; --between: #4f6779;
-  --tint: #1d2f3c; --line: #2d3842;
+  --tint: #1d2f3c; --line: #2d3842; --shade: #e6ebef26;
   --heat1: #3d4954; --heat2: #75502f; --heat3: #ad6524; --heat4: #e08a35; --heat5: #f8bd77; --heat6: #fff1d6;
 """
 HEAT_KEY = "\n".join(
@@ -109,6 +109,14 @@ b.noted {{ color: var(--muted); }}
 .facts {{ color: var(--muted); font-size: .92rem; }}
 .warn {{ border-left: 3px solid var(--before); padding-left: 10px; font-size: .92rem; }}
 .scroll {{ overflow-x: auto; }}
+.scroll, .plots.wide {{
+  background:
+    linear-gradient(to right, var(--card) 40%, transparent) left, linear-gradient(to left, var(--card) 40%, transparent)
+    right, linear-gradient(to right, var(--shade), transparent) left, linear-gradient(to left, var(--shade),
+    transparent) right;
+  background-size: 48px 100%, 48px 100%, 14px 100%, 14px 100%; background-repeat: no-repeat;
+  background-attachment: local, local, scroll, scroll;
+}}
 table {{ border-collapse: collapse; min-width: min(100%, 36rem); font-size: .9rem; }}
 td.text small {{ display: block; color: var(--muted); }}
 table {{ font-variant-numeric: tabular-nums; }}
@@ -134,6 +142,10 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   .card {{ padding: 14px; }}
   h2 {{ margin-top: 2em; }}
   .plots.steps {{ grid-template-columns: 1fr 1fr 1fr; gap: 6px; }}
+  .plots.wide::before, .scroll:has(th:nth-child(5))::before, .wordy .scroll::before {{
+    content: "scroll sideways \\2192"; display: block; position: sticky; left: 0; width: max-content;
+    color: var(--muted); font-size: .8rem; padding-bottom: 4px;
+  }}
   .plots.steps > :first-child {{ grid-column: 1 / -1; text-align: left; padding: 0; }}
 }}
 @page {{ size: A4; margin: 14mm 12mm; }}
@@ -151,7 +163,8 @@ footer {{ color: var(--muted); font-size: .9rem; }}
   .plots.pair, .columns {{ grid-template-columns: repeat(2, minmax(0, 1fr)); }}
   .plots.wide svg {{ min-width: 0; }}
   h2 {{ margin-top: 1.6em; }}
-  .scroll, .plots.wide {{ overflow: visible; }}
+  .scroll, .plots.wide {{ overflow: visible; background: none; }}
+  .scroll::before, .plots.wide::before {{ display: none !important; }}
   th, td {{ padding: 3px 6px; }}
 }}
 """.strip()

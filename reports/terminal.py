@@ -19,12 +19,15 @@ from .wording import (
     energy_lines,
     energy_verdict,
     finite,
+    interval,
     listing,
     number,
     percent,
     pick_horizon,
+    step_words,
     twins,
     unit_text,
+    within,
     words,
 )
 
@@ -59,8 +62,8 @@ def steps_table(findings: Mapping[str, Any]) -> Table:
         style = "red" if index == 0 else "bold cyan" if index == len(steps) - 1 else ""
         cells = [number(step["acceleration_rmse"].get(axis), 2) for axis in AXES]
         cells += [number(rollout.get(axis), 2) for axis in (*AXES, "position")]
-        label = f"+ {names.get(str(added), words(str(added)))}" if added else "nominal model"
-        label = "calibrated" if added == CALIBRATED else label
+        named = step_words(step) if step.get("thruster") else f"+ {names.get(str(added), words(str(added)))}"
+        label = CALIBRATED if added == CALIBRATED else named if added else "nominal model"
         table.add_row(Text(label, overflow="fold"), *cells, style=style)
     return table
 
@@ -102,7 +105,8 @@ def unnamed_table(findings: Mapping[str, Any]) -> Table:
     table.add_column("95 % interval", no_wrap=True)
     table.add_column("selected in", no_wrap=True, justify="right")
     for term in findings.get("unnamed") or []:
-        value = f"{number(term.get('value'))} {unit_text(str(term.get('unit') or ''))}".rstrip()
+        amount = within(term.get("value"), term.get("ci95"), minus="-")
+        value = f"{amount} {unit_text(str(term.get('unit') or ''))}".rstrip()
         cells = (
             str(term.get("axis")),
             str(term.get("form")),
@@ -207,9 +211,15 @@ def _calibrated_in(rows: Sequence[Mapping[str, Any]], units: bool) -> Table:
         table.add_column("unit", no_wrap=True)
     for row in rows:
         mark, limit = "*" if row.get("held_by_law") else "", "at its limit" if row.get("at_limit") else ""
-        cells = [str(row["symbol"]), number(row["before"], 4), number(row["after"], 4) + mark, limit or _interval(row)]
+        cells = [str(row["symbol"]), number(row["before"], 4), _after(row) + mark, limit or _interval(row)]
         table.add_row(*map(Text, [*cells, *[unit_text(str(row.get("unit") or ""))] * units]))
     return table
+
+
+def _after(row: Mapping[str, Any]) -> str:
+    """A calibrated value, to the decimals of its interval unless a limit or a law holds it."""
+    known = None if row.get("at_limit") or row.get("held_by_law") else row.get("ci95")
+    return within(row["after"], known, minus="-") if known else number(row["after"], 4)
 
 
 def _names(findings: Mapping[str, Any]) -> dict[str, str]:
@@ -225,12 +235,11 @@ def _horizon(steps: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _interval(term: Mapping[str, Any]) -> str:
-    ends = term.get("ci95")
-    return f"{number(ends[0])} to {number(ends[1])}" if isinstance(ends, list | tuple) and len(ends) == 2 else ""
+    return interval(term.get("ci95"), minus="-", blank="")
 
 
 def _value(term: Mapping[str, Any], gap: str) -> str:
     unit = unit_text(str(term.get("unit") or ""))
-    value = f"{term.get('symbol')} = {number(term.get('value'))} {unit}".rstrip()
-    interval = _interval(term)
-    return f"{value}{gap}({interval})" if interval else value
+    value = f"{term.get('symbol')} = {within(term.get('value'), term.get('ci95'), minus='-')} {unit}".rstrip()
+    ends = _interval(term)
+    return f"{value}{gap}({ends})" if ends else value

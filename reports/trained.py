@@ -15,8 +15,9 @@ from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from .comparison import judge, row
 from .inputs import INPUTS_CURE, Inputs
+from .made_from import log_digests
 from .run import Say
-from .wording import percent
+from .wording import listing, percent
 
 if TYPE_CHECKING:
     from ..discovery.distilled import Distilled
@@ -78,7 +79,7 @@ class TrainRun:
                 "did every epoch: try a larger --lambda-phys, or --residual dissipative, whose correction "
                 "cannot."
             )
-        return told
+        return [*told, *_broken_laws(self.models[-1])]
 
     def to_dict(self) -> dict[str, Any]:
         """As `train --json` prints it (schema `undertow.train/1`)."""
@@ -102,6 +103,14 @@ class TrainRun:
                 "notes": list(self.inputs.notes),
             },
         }
+
+
+def _broken_laws(model: Mapping[str, Any]) -> list[str]:
+    """Which laws the audit found broken, and where the states are told; nothing where it kept them all."""
+    broken = [str(law["law"]) for law in model["laws"] if law["verdict"] == "fail" and law.get("counts", True)]
+    if not broken:
+        return []
+    return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
 
 
 def _price_of_the_law(found: "Trained") -> list[str]:
@@ -165,7 +174,8 @@ def train(
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]
         warned = {"warnings": list(inputs.warnings)} if inputs.warnings else {}
-        save_network(found.model, target, {"logs": logs, **warned, **found.to_dict()})
+        digests = [{**item, "path": name} for item, name in zip(log_digests(inputs.paths), logs, strict=True)]
+        save_network(found.model, target, {"logs": logs, "log_sha256": digests, **warned, **found.to_dict()})
         for stale in (CHECKPOINT, DISTILLATION):
             (target / stale).unlink(missing_ok=True)
     both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)

@@ -166,15 +166,44 @@ def trimmed(value: Any) -> str:
     return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
-def interval(ends: Any) -> str:
-    """An interval for the page.
+def interval(ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> str:
+    """An interval to two significant digits of its half width.
 
     Examples
     --------
-    >>> interval([0.78, 0.83])
-    '0.780 to 0.830'
+    >>> interval([0.78, 0.83]), interval([-12.0213, -11.9871], minus="-"), interval([-3.0, 40.0]), interval(None)
+    ('0.780 to 0.830', '-12.021 to -11.987', '−3 to 40', 'n/a')
     """
-    return f"{typeset(ends[0])} to {typeset(ends[1])}" if isinstance(ends, list | tuple) and len(ends) == 2 else "n/a"
+    if _half_width(ends) is None:
+        return blank
+    return " to ".join(within(end, ends, minus=minus) for end in ends)
+
+
+def within(value: Any, ends: Any, *, minus: str = MINUS, blank: str = "n/a") -> str:
+    """A value to as many decimals as its interval; to three significant digits without one.
+
+    Examples
+    --------
+    >>> within(-12.00423, [-12.0213, -11.9871], minus="-"), within(-9.1374, None, minus="-"), within(0.00042, [-3, 4])
+    ('-12.004', '-9.14', '0.0')
+    """
+    known, half = finite(value), _half_width(ends)
+    if math.isnan(known) or not half:
+        return number(value, minus=minus, blank=blank)
+    decimals = 1 - math.floor(math.log10(half))
+    rounded = round(known, decimals)
+    if rounded == 0.0:
+        return f"{0.0:.{min(max(decimals, 0), 9)}f}"
+    digits = math.floor(math.log10(abs(rounded))) + 1 + decimals
+    return number(rounded, max(digits, 1), minus=minus)
+
+
+def _half_width(ends: Any) -> float | None:
+    """Half the width of an interval; None where it is none."""
+    if not isinstance(ends, list | tuple) or len(ends) != 2:
+        return None
+    half = 0.5 * abs(finite(ends[1]) - finite(ends[0]))
+    return None if math.isnan(half) else half
 
 
 def unit_text(unit: str) -> str:
@@ -230,15 +259,18 @@ CALIBRATED = "calibrated"
 
 
 def step_words(step: Mapping[str, Any]) -> str:
-    """What a step of the falling error did.
+    """What a step of the falling error did, with the thruster that is meant where it concerns one.
 
     Examples
     --------
     >>> step_words({"added": "munk_moment"}), step_words({"added": "calibrated"})
     ('+ munk moment', 'calibrated')
+    >>> step_words({"added": "thruster_asymmetry", "thruster": "port"})
+    '+ thruster asymmetry (port)'
     """
     added = str(step.get("added"))
-    return added if added == CALIBRATED else f"+ {words(added)}"
+    which = f" ({step['thruster']})" if step.get("thruster") else ""
+    return added if added == CALIBRATED else f"+ {words(added)}{which}"
 
 
 def energy_lines(passivity: Mapping[str, Any]) -> list[str]:

@@ -156,12 +156,12 @@ def test_compare_takes_run_folders_and_vehicle_files(place: Path) -> None:
     models = ["--model", place / "run", "--model", place / "run" / "model.yaml", "--model", "blueboat"]
     words = ["compare", place / "log.csv", "-v", "blueboat", *models]
     table = done(*words)
-    assert all(word in table for word in ("nominal", "run", "model", "Predictions on", "10 s", "Where it fails"))
+    assert all(word in table for word in ("nominal", "run", "model.yaml", "Predictions on", "10 s", "Where it fails"))
     content = strict(done(*words, "--json"))
     check_comparison(content)
     nominal, _, _, _, run, file, same = content["models"]
-    assert [m["name"] for m in content["models"]] == [*REFERENCES, "run", "model", "blueboat"]
-    kinds = ["physics", "physics", "baseline", "baseline", "symbolic", "physics", "physics"]
+    assert [m["name"] for m in content["models"]] == [*REFERENCES, "run", str(place / "run" / "model.yaml"), "blueboat"]
+    kinds = ["physics", "physics", "baseline", "baseline", "symbolic", "symbolic", "physics"]
     assert [m["kind"] for m in content["models"]] == kinds
     own = ("name", "kind", "parameters", "seconds_to_fit", "seconds_to_evaluate")
     assert {k: v for k, v in run.items() if k not in own} == {k: v for k, v in file.items() if k not in own}

@@ -1,12 +1,15 @@
 """The comparison: every model on the same rows, baselines that know nothing, and a recommendation that holds back."""
 
+import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 import pytest
+from rich.console import Console
 from verbs import done, refused, strict
 
 from undertow.measurements.dataset import WEAK, DataSet
@@ -19,7 +22,8 @@ from undertow.physics.worlds import simulate_world
 from undertow.reports.assess import Parts, series
 from undertow.reports.best import best
 from undertow.reports.compare import compare, compare_run
-from undertow.reports.comparison import calibrated_model, comparison, judge, reference_models
+from undertow.reports.comparison import calibrated_model, comparison, ends, judge, reference_models
+from undertow.reports.failing.screen import failures_table
 from undertow.reports.folder import write_run
 from undertow.reports.inputs import Inputs, read_inputs
 from undertow.reports.run import discover
@@ -179,6 +183,26 @@ def test_a_lawful_model_is_trusted_and_the_unlawful_one_named(found: dict[str, A
     assert found["best"]["sentence"].count(". ") <= 1
 
 
+def test_the_recommended_model_is_told_of_and_the_others_are_named(found: dict[str, Any]):
+    """Also where it is not the last one given."""
+    assert found["best"]["model"] == "true"
+    assert [one["model"] for one in found["structure"]] == ["nominal", "true"]
+    assert {place["model"] for place in found["failures"]} <= {"nominal", "true"}
+    printed = io.StringIO()
+    Console(file=printed, width=200).print(failures_table(found))
+    assert "Told of nominal and true; not looked at: calibrated and unlawful." in printed.getvalue()
+
+
+def test_failures_are_told_of_the_recommended_model_or_else_of_the_last():
+    named = {name: VehicleModel(HULL, name, "physics") for name in ("nominal", "calibrated", "a", "b")}
+    models = [*named.values(), *baselines(HULL)]
+    assert ends(models, "a") == (named["nominal"], named["a"])
+    for other in ("nominal", "hold velocity", ""):
+        assert ends(models, other) == (named["nominal"], named["b"])
+    corrected = VehicleModel(HULL, "corrected", "symbolic")
+    assert ends([named["nominal"], corrected, named["a"]], "a") == (named["nominal"], corrected)
+
+
 def test_an_unlawful_model_is_only_trusted_where_all_are_and_that_is_said(inputs: Inputs):
     wild = VehicleModel(HULL.with_values({"N_r": 0.5}), "wild", "physics")
     told = best([(j.model, j.errors, j.audit) for j in (judge(wild, inputs.parts),)])
@@ -206,6 +230,35 @@ def test_noise_is_never_recommended_over_a_simpler_model(inputs: Inputs):
         field.append((dear, with_noise(nominal.errors, seed, 0.3), nominal.audit))
         wins += best(field)["model"] == "dear"
     assert wins <= 4
+
+
+def test_ties_are_named_beside_a_lawless_temptation_and_a_twin_is_not(inputs: Inputs):
+    """The calibrated model is as good as the nominal one, the corrected one is the same, and the wild one errs less."""
+    nominal = judge(VehicleModel(HULL, "nominal"), inputs.parts)
+    wild = judge(VehicleModel(TRUE.with_values({"N_r": 0.5}), "wild"), inputs.parts)
+    small = with_noise(judge(VehicleModel(TRUE, "true"), inputs.parts).errors, 0, 0.0)
+    field = [(nominal.model, nominal.errors, nominal.audit)]
+    field.append((VehicleModel(HULL, "calibrated", parameters=5), with_noise(nominal.errors, 1, 0.3), nominal.audit))
+    field.append((VehicleModel(HULL, "corrected"), nominal.errors, nominal.audit))
+    assert best(field)["sentence"].endswith("These rows cannot tell calibrated from nominal.")
+    field.append((wild.model, small, wild.audit))
+    told = best(field)
+    assert told["model"] == "nominal"
+    assert re.search(
+        r"\. wild errs .* less but breaks .*; these rows cannot tell calibrated from nominal\.$", told["sentence"]
+    )
+    assert told["sentence"].count(". ") == 1
+
+
+def test_what_decides_is_named_with_its_horizon_and_the_reason_for_a_short_one(inputs: Inputs):
+    nominal, true = (
+        judge(VehicleModel(hull, name), inputs.parts) for hull, name in ((HULL, "nominal"), (TRUE, "true"))
+    )
+    field = [(j.model, j.errors, j.audit) for j in (nominal, true)]
+    assert "in the speeds predicted over 10 s it errs" in best(field)["sentence"]
+    data = DataSet((inputs.parts.judged.motions[0].slice(0, 250),), (), inputs.parts.judged.recipe)
+    field = [(j.model, evaluate(j.model, data), j.audit) for j in (nominal, true)]
+    assert "in the speeds predicted over 2 s (the rows are too few for 10 s) it errs" in best(field)["sentence"]
 
 
 def test_where_no_model_beats_a_baseline_none_is_trusted(inputs: Inputs):
@@ -280,7 +333,7 @@ def test_compare_writes_what_it_prints_as_json(path: Path, files: Path, tmp_path
     words = ("compare", path, "-v", "blueboat", "--model", files / "true.yaml")
     screen = " ".join(done(*words, "--out", target).split())
     content = strict(target.read_text())
-    assert screen.startswith("Trust true: in predictions over 10 s it errs")
+    assert screen.startswith("Trust true: in the speeds predicted over 10 s it errs")
     assert "Marks beside numbers: < a smaller error than nominal's by more than chance" in screen
     assert f"Comparison:{target}" in screen.replace(" ", "")
     assert [m["name"] for m in content["models"]] == [m["name"] for m in strict(done(*words, "--json"))["models"]]

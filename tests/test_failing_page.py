@@ -54,8 +54,33 @@ def test_before_and_after_have_one_scale_of_colour(run: RunFolder, section: str)
     assert section.count("acceleration error [") == 1
     used = [set(re.findall(r"var\(--(heat\d)\)", svg)) for svg in re.findall(r"<svg.*?</svg>", section, re.DOTALL)[:2]]
     assert max(used[0]) > max(used[1])  # the corrected model never errs as much as the nominal one
-    bounds = heat_steps([local_error(run.series, model, 2) for model in ("before", "after")])
-    assert np.diff(bounds) == pytest.approx(bounds[0])
+    usual = float(run.series["r_dot"].std())
+    small, large = (heat_steps(usual, [np.full(9, size * usual)] * 2) for size in (0.01, 3.0))
+    for bounds, top in ((small, usual), (large, 3.0 * usual)):
+        assert np.diff(bounds) == pytest.approx(bounds[0])
+        assert top * 0.99 < bounds[-1] < 2.1 * top
+
+
+def test_noise_stays_pale_where_nothing_was_added_and_there_is_one_map(run: RunFolder):
+    """The error of a right model is noise; it must not be stretched over all colours."""
+    series, rng = run.series.copy(), np.random.default_rng(0)
+    for name in ("u_dot", "v_dot", "r_dot"):
+        noisy = series[name] + 0.05 * series[name].std() * rng.normal(size=len(series))
+        series[f"{name}_before"] = series[f"{name}_after"] = noisy
+    quiet = {"models": run.comparison["models"], "failures": [], "structure": []}
+    told = where_it_fails(replace(run, series=series, comparison=quiet, findings={**run.findings, "failures": []}))
+    figure = told.split("<figcaption>")[0]
+    assert figure.count("<svg") == 1
+    assert set(re.findall(r"stroke: var\(--(heat\d)\)", figure)) == {"heat1"}
+    assert "nothing was added, so there is one map" in told
+
+
+def test_no_number_of_a_place_can_be_cut(run: RunFolder):
+    """Before and after stand below each other, each with its unit, and words may wrap."""
+    places = [{**PLACE, "rmse": 1.51, "rmse_after": 0.0123, "unit": "m/s^2"}]
+    told = where_it_fails(replace(run, comparison={**run.comparison, "failures": places}))
+    assert "<div>1.5 m/s\u00b2</div><div>\N{RIGHTWARDS ARROW} 0.012 m/s\u00b2</div></td>" in told
+    assert f'<td class="text">{PLACE["where"]}</td>' in told
 
 
 def test_a_map_widens_where_the_error_is_large(run: RunFolder):

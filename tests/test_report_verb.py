@@ -173,7 +173,7 @@ def test_discover_records_how_the_run_was_made(real):
     record = json.loads((real / "run" / "run.json").read_text())
     log = str(real / "log.csv")
     assert shlex.split(record["command"]) == [
-        "undertow", "discover", log, "--vehicle", "nominal.yaml", "--seed", "0"
+        "undertow", "discover", log, "--vehicle", "nominal.yaml", "--seed", "0", "--out", "again"
     ]  # fmt: skip
     digest = hashlib.sha256((real / "log.csv").read_bytes()).hexdigest()
     assert record["log_sha256"] == [{"path": log, "sha256": digest}]
@@ -267,3 +267,24 @@ def test_the_command_of_a_run_is_one_that_the_command_line_takes(verb, tmp_path,
 def test_the_record_of_a_made_up_run_reads_back(fleet):
     Path("one/run.json").write_text(json.dumps({"schema": "undertow.run/1", "versions": 3}))
     refused("report", "one", match="expected an object under 'versions', got 3")
+
+
+def test_the_recorded_command_makes_the_run_again(tmp_path, monkeypatch):
+    """Also with paths that were relative to another folder than that of the run."""
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "runs").mkdir()
+    monkeypatch.chdir(tmp_path)
+    log = Path("logs/my log.csv")
+    done("simulate", "--vehicle", "otter", "--duration", "60", "--out", log)
+    done("discover", log, "--vehicle", "otter", "--out", "runs/one", "--no-report")
+    record = json.loads(Path("runs/one/run.json").read_text())
+    monkeypatch.chdir("runs/one")
+    done(*shlex.split(record["command"])[1:], "--no-report")
+    assert Path("again/findings.json").read_bytes() == Path("findings.json").read_bytes()
+
+
+def test_a_network_is_no_run_and_what_to_do_is_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("lstm").mkdir()
+    Path("lstm/model.yaml").write_text("schema: undertow.network/1\n")
+    refused("report", "lstm", match="lstm is the folder of a trained network, not of a run.*with --model lstm")

@@ -195,3 +195,20 @@ def test_a_run_of_an_earlier_version_still_has_a_page(run, text):
     assert "Which model to trust" in earlier
     assert "Laws of a hull" not in earlier
     assert len(earlier) < len(text)
+
+
+def test_models_keep_their_names_and_unknown_times_have_no_column(run):
+    def rename(comparison):
+        for item in (*comparison["models"], *comparison["differences"]):
+            for key in ("name", "model", "against"):
+                item |= {key: "mon_lstm"} if item.get(key) == "lstm" else {}
+        for model in comparison["models"]:
+            model |= {"seconds_to_fit": None, "seconds_to_evaluate": 1.5}
+
+    edit(run / "comparison.json", rename)
+    page = write_page(run).read_text()
+    told = chapter(page, "Which model to trust")
+    assert "mon_lstm" in told
+    assert "mon lstm" not in page
+    assert "time to evaluate [s]" in told
+    assert "time to fit" not in told

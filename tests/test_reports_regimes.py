@@ -39,12 +39,14 @@ def test_shares_sum_to_one(series):
     assert set(table["by"]) == {"surge speed", "yaw rate", "command", "heading"}
     sums = table.groupby(["by", "axis"])[["share_of_error", "share_of_rows"]].sum().to_numpy()
     np.testing.assert_allclose(sums, 1.0)
-    assert (table.groupby(["by", "axis"])["rows"].sum() == len(series)).all()
+    # The filter has nothing to go on at both ends of a stretch, and errs there.
+    assert (table.groupby(["by", "axis"])["rows"].sum() == len(series) - 2 * 8).all()
 
 
 def test_error_by_regime_adds_up_to_the_whole(series):
     table = regime_table(series).query("by == 'heading' and axis == 'yaw'")
-    whole = np.mean((series["r_dot_before"] - series["r_dot"]) ** 2)
+    inner = series.iloc[8:-8]
+    whole = np.mean((inner["r_dot_before"] - inner["r_dot"]) ** 2)
     assert (table["rmse"] ** 2 * table["share_of_rows"]).sum() == pytest.approx(whole)
 
 
@@ -99,7 +101,7 @@ def test_few_places_are_named_and_none_twice(series):
 def test_rows_without_a_prediction_do_not_count(series):
     series.loc[:999, "u_dot_before"] = np.nan
     table = regime_table(series).query("by == 'command'")
-    assert table.query("axis == 'surge'")["rows"].sum() == len(series) - 1000
+    assert table.query("axis == 'surge'")["rows"].sum() == len(series) - 1000 - 8  # nor does the edge at the end
     assert table.query("axis == 'yaw'")["rows"].sum() == len(series)
 
 

@@ -179,7 +179,7 @@ def test_terms_without_a_name_have_values():
         "(s/rad)",
         "-1.50",
         "to",
-        "-0.900",
+        "-0.90",
     ]
 
 
@@ -282,3 +282,18 @@ def test_words_wrap_but_a_number_keeps_its_percent_sign():
     path = "/a/very/long/path/that/has/no/end"
     assert "".join(line[2:].strip() for line in printed(bullets([path]), 20).splitlines()) == path
     assert printed(Prose("")) == "\n"
+
+
+def test_an_interval_never_collapses_to_one_number():
+    terms = [{"symbol": "X_uu", "value": -12.0042, "ci95": [-12.0213, -11.9871], "unit": "N s^2/m^2"}]
+    candidate = {"effect": "surge_quadratic_damping", "verdict": "missing", "terms": terms}
+    text = printed(candidates_table({"candidates": [candidate]}), 120)
+    assert "X_uu = -12.004 N s²/m² (-12.021 to -11.987)" in text
+
+
+def test_two_weak_thrusters_are_told_apart_in_the_steps():
+    step = {"acceleration_rmse": ERRORS, "rollout_rmse": {"10": ERRORS}}
+    added = [{**step, "added": "thruster_asymmetry", "thruster": side} for side in ("port", "stbd")]
+    text = " ".join(printed(steps_table({**FINDINGS, "steps": [{**step, "added": None}, *added]}), 120).split())
+    assert "+ thruster asymmetry (port)" in text
+    assert "(stbd)" in text

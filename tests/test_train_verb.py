@@ -1,5 +1,6 @@
 """The verb `train` as a user meets it, and what it writes."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -10,7 +11,8 @@ from verbs import call, done, strict
 
 import undertow
 from undertow.physics.errors import RequestError
-from undertow.reports.trained import parsed_options, settings_with
+from undertow.reports.inputs import read_inputs
+from undertow.reports.trained import parsed_options, settings_with, train
 from undertow.reports.training_progress import epoch_words, training_progress
 from undertow.residuals.model_files import load_network
 from undertow.residuals.training import Epoch
@@ -37,6 +39,7 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         "of 1 log in",
         "Kept epoch",
         "It creates no energy without thrust",
+        "The audit fails: it breaks",
         "Acceleration on the test part",
         "2 s nominal",
         "hybrid mlp fail 291",
@@ -253,3 +256,18 @@ def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     with training_progress(9, silent) as told:
         told(epoch)
     assert "validation error 0.125" in " ".join(capsys.readouterr().err.split())
+
+
+def test_laws_that_the_audit_finds_broken_are_named(place: Path) -> None:
+    pytest.importorskip("torch")
+    inputs = read_inputs(place / "log.csv", "blueboat")
+    run = train(inputs, "mlp", {"units": 4}, settings=settings_with(epochs=1))
+    laws = [
+        {"law": "bounded speed", "verdict": "fail", "counts": True},
+        {"law": "mirror symmetry", "verdict": "fail", "counts": False},
+        {"law": "dissipation", "verdict": "pass", "counts": True},
+    ]
+    said = replace(run, models=(run.models[0], {**run.models[1], "audit": "fail", "laws": laws})).sentences
+    assert said[-1].startswith("The audit fails: it breaks bounded speed; 'undertow check' on its folder")
+    kept = replace(run, models=(run.models[0], {**run.models[1], "audit": "pass", "laws": laws[2:]})).sentences
+    assert not any("audit fails" in text for text in kept)

@@ -6,7 +6,7 @@ from typing import Any
 from ..markup import Html, element, render, table
 from ..rivals import laws_of, verdict_of
 from ..run_folder import RunFolder
-from ..wording import listing, number, typeset, unit_text, words
+from ..wording import listing, number, typeset, unit_text
 
 SIGNS = {"pass": "\N{BULLET} pass", "fail": "\N{MULTIPLICATION SIGN} fail", "noted": "\N{WHITE CIRCLE} noted"}
 STATE_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
@@ -24,7 +24,7 @@ def laws(run: RunFolder) -> Html:
         return Html("")
     units: Mapping[str, Any] = {**STATE_UNITS, **(run.audit.get("units") or {})}
     broken = [
-        (words(name), str(law["law"]), _worst(law), _words(law, units))
+        (name, str(law["law"]), _worst(law), _words(law, units))
         for name, told in judged.items()
         for law in _ordered(told)
         if verdict_of(law) == "fail"
@@ -37,7 +37,7 @@ def laws(run: RunFolder) -> Html:
         parts.append(element("p", f"{_listed(judged)}: no law that counts is broken."))
     for name, told in judged.items():
         opened = {"open": "open"} if name == "corrected" else {}
-        summary = element("summary", f"all laws, {words(name)} model")
+        summary = element("summary", f"all laws, {name} model")
         parts.append(element("details", summary, _table(told, units), attributes=opened))
     notes = [_asked(run.audit)] if run.audit else []
     notes.append("Margins are distances from breaking a law. What is searched is not proved.")
@@ -117,4 +117,4 @@ def _asked(audit: Mapping[str, Any]) -> str:
 
 
 def _listed(judged: Mapping[str, Any]) -> str:
-    return listing([words(name) for name in judged]).capitalize()
+    return listing(list(judged))

@@ -22,7 +22,7 @@ def made(run: RunFolder) -> Html:
     record: Mapping[str, Any] = run.record
     facts: list[tuple[str, Html]] = []
     if record.get("command"):
-        facts.append(("made again by", element("code", str(record["command"]))))
+        facts.append(("made again, in the run folder, by", element("code", str(record["command"]))))
     if "seed" in record:
         facts.append(("seed", render(plain(record["seed"]))))
     versions = record.get("versions") or {}

@@ -7,11 +7,11 @@ from ..figures_models import trust
 from ..markup import Html, element, figure, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
 from ..run_folder import RunFolder
-from ..wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, finite, goodness, interval, typeset, unit_text, words
+from ..wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, finite, goodness, interval, typeset, unit_text, within
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
- paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} no difference that this log can
- show, {MARKS["too short to tell"]} too short to tell.""".replace("\n", "")
+ paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} cannot be told apart on
+ these rows, which is not to say equal, {MARKS["too short to tell"]} too short to tell.""".replace("\n", "")
 MEANING = {
     "zero acceleration": "body velocities stay as they are",
     "hold velocity": "velocity over ground and turn rate stay as they are",
@@ -27,13 +27,14 @@ def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
     shown = rivals(comparison, audits)
     paired = any(rival.interval for rival in shown)
     caption = (
-        "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. An orange diamond breaks "
-        "one, a grey ring was not asked; a mark grows with the number of fitted values. At the right, one column a "
-        "law: a dot is kept, a cross is broken, a ring is broken but noted only, a dash does not apply."
+        "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. The model to trust is in "
+        "bold. An orange diamond breaks one, a grey ring was not asked; a mark grows with the number of fitted values. "
+        "At the right, one column a law: a dot is kept, a cross is broken, a ring is broken but noted only, a dash "
+        "does not apply."
     )
     if paired:
         caption += (
-            f" Bands are 95 % intervals of the difference to the {words(reference)} model, on the same stretches of "
+            f" Bands are 95 % intervals of the difference to the {reference} model, on the same stretches of "
             "the log: where a band reaches that model's mark, the log cannot tell the two apart."
         )
     best = comparison.get("best") or {}
@@ -41,7 +42,7 @@ def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
     return render(
         element(title, "Which model to trust"),
         *told,
-        figure([trust(shown, horizon, reference, short_of)], caption, cls="wide"),
+        figure([trust(shown, horizon, str(best.get("model") or ""), short_of)], caption, cls="wide"),
         *([] if short_of else [element("div", *_tables(comparison), cls="card")]),
     )
 
@@ -51,8 +52,8 @@ def _tables(comparison: Mapping[str, Any]) -> list[Html]:
     base = _table_reference(comparison)
     notes = [f"Errors on the {comparison.get('split', 'held-out')} part, root mean square unless said otherwise."]
     if comparison.get("differences"):
-        notes.append(f"{KEY} The reference is the {words(base)} model.")
-    notes += [f"{words(name)}: {text}." for name, text in MEANING.items() if any(m["name"] == name for m in models)]
+        notes.append(f"{KEY} The reference is the {base} model.")
+    notes += [f"{name}: {text}." for name, text in MEANING.items() if any(m["name"] == name for m in models)]
     notes += [str(note) for note in comparison.get("notes") or []]
     parts = [
         element("h3", "Models compared: predictions"),
@@ -66,7 +67,7 @@ def _tables(comparison: Mapping[str, Any]) -> list[Html]:
     if any((model.get("acceleration") or {}).get("mae") for model in models):
         parts.append(element("details", element("summary", "mean absolute errors"), _mean_errors(models)))
     if comparison.get("differences"):
-        parts.append(element("details", element("summary", "every paired difference"), _differences(comparison)))
+        parts.append(element("details", element("summary", "every paired difference"), *_differences(comparison)))
     return parts
 
 
@@ -96,7 +97,7 @@ def _rollouts(comparison: Mapping[str, Any], base: str) -> Html:
         ran = [f"{a} of {n}, {s} s" for a, n, s in zip(away, starts, horizons, strict=True) if a]
         rows.append(
             [
-                words(name),
+                name,
                 *(cell(seconds, "position") for seconds in horizons),
                 *(cell(hero, axis) for axis in AXES),
                 render(*lines(ran)) if ran else ("none" if any(n for n in starts) else ""),
@@ -118,7 +119,7 @@ def _accelerations(comparison: Mapping[str, Any], base: str) -> Html:
         rmse = [
             _marked(typeset((score.get("rmse") or {}).get(axis)), item) for axis, item in zip(AXES, told, strict=True)
         ]
-        row = [words(str(model["name"])), *rmse, *(goodness((score.get("r2") or {}).get(axis)) for axis in AXES)]
+        row = [str(model["name"]), *rmse, *(goodness((score.get("r2") or {}).get(axis)) for axis in AXES)]
         rows.append(row + [_domain(model, axis) for axis in AXES] * domain)
     note = _domain_note(models)
     return render(table(head, rows), *[element("p", note, cls="facts")] * bool(note))
@@ -156,24 +157,26 @@ def _domain_note(models: Sequence[Model]) -> str:
 
 
 def _costs(models: Sequence[Model]) -> Html:
+    """Size, times and laws; a time that no model knows has no column."""
+    times = {f"seconds_to_{what}": f"time to {what} [s]" for what in ("fit", "evaluate")}
+    times = {key: title for key, title in times.items() if any(model.get(key) is not None for model in models)}
     rows = [
         (
-            words(str(model["name"])),
+            str(model["name"]),
             str(model.get("kind", "")),
             typeset(model.get("parameters")),
-            typeset(model.get("seconds_to_fit"), blank="not recorded"),
-            typeset(model.get("seconds_to_evaluate"), blank="not recorded"),
+            *(typeset(model.get(key), blank="not recorded") for key in times),
             str(model.get("audit", "not run")),
         )
         for model in models
     ]
-    return table(("model", "kind", "fitted values", "time to fit [s]", "time to evaluate [s]", "laws"), rows, "ll")
+    return table(("model", "kind", "fitted values", *times.values(), "laws"), rows, "ll")
 
 
 def _mean_errors(models: Sequence[Model]) -> Html:
     rows = [
         (
-            words(str(model["name"])),
+            str(model["name"]),
             *(typeset(((model.get("acceleration") or {}).get("mae") or {}).get(axis)) for axis in AXES),
         )
         for model in models
@@ -181,23 +184,27 @@ def _mean_errors(models: Sequence[Model]) -> Html:
     return table(("model", *(f"{axis} [{unit_text(ACCELERATION_UNITS[axis])}]" for axis in AXES)), rows)
 
 
-def _differences(comparison: Mapping[str, Any]) -> Html:
+def _differences(comparison: Mapping[str, Any]) -> list[Html]:
     rows = []
     for item in comparison["differences"]:
         seconds = f", {item['horizon']} s" if item.get("horizon") else ""
         rows.append(
             (
-                words(str(item.get("model"))),
-                words(str(item.get("against"))),
+                str(item.get("model")),
+                str(item.get("against")),
                 f"{item.get('quantity')}, {item.get('axis')}{seconds}",
-                f"{typeset(item.get('difference'))} {unit_text(str(item.get('unit') or ''))}",
+                f"{within(item.get('difference'), item.get('ci95'))} {unit_text(str(item.get('unit') or ''))}",
                 interval(item.get("ci95")),
                 str(item.get("verdict", "")),
                 typeset(item.get("blocks"), blank=""),
             )
         )
     head = ("model", "against", "error", "difference", "95 % interval", "verdict", "blocks")
-    return table(head, rows, "lllrrlr")
+    note = (
+        "Blocks: how many stretches of the log, each drawn as a whole, the interval rests on; on two or three it is "
+        'rough. "No difference" is one that cannot be told on these rows, not equality.'
+    )
+    return [element("p", note, cls="facts"), table(head, rows, "lllrrlr")]
 
 
 def _marked(value: str, told: Mapping[str, Any] | None) -> str:

@@ -25,12 +25,16 @@ _WIDTHS = (2.2, 2.6, 3.2, 4.0, 5.0, 6.2)
 _RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 
 
-def heat_steps(errors: Sequence[Array]) -> Array:
-    """The five bounds between six steps of error that a reader can remember, for several maps together."""
+def heat_steps(usual: float, errors: Sequence[Array]) -> Array:
+    """The five bounds between six steps of error that a reader can remember, for several maps together.
+
+    The last is the `usual` acceleration of the axis or a little more, so that noise, which is far below, stays pale
+    however small all errors are; where errors are larger, it is what only one in fifty exceeds.
+    """
     known = np.concatenate(errors)
     known = known[np.isfinite(known)]
-    top = float(np.quantile(known, 0.98)) if known.size else 1.0
-    raw = max(top, 1e-9) / 5.0
+    top = float(np.quantile(known, 0.98)) if known.size else 0.0
+    raw = max(usual, top, 1e-9) / 5.0
     power = float(10.0 ** np.floor(np.log10(raw)))
     nice = next(nice for nice in (1.0, 2.0, 2.5, 5.0, 10.0) if nice * power >= raw * 0.999)
     return np.asarray(nice * power * np.arange(1, 6), dtype=float)

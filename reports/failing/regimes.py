@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ..wording import ACCELERATION_UNITS, AXES
-from .scene import acceleration_error
+from .scene import acceleration_error, scene
 from .splits import splits
 
 
@@ -19,7 +19,7 @@ def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:
     series : DataFrame
         Rows of `series.csv`, all of them or the held-out ones.
     model : {'before', 'after'}
-        The nominal or the corrected model.
+        The nominal or the corrected model. Its error at the ends of a stretch, where the filter errs, does not count.
 
     Returns
     -------
@@ -28,7 +28,9 @@ def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:
         `share_of_rows`, `rmse` [`unit`] and `share_of_error` (of the squared error of that axis; sums to one over
         the regimes of a quantity). Regimes without rows are left out.
     """
-    error = acceleration_error(series, model)
+    error = scene(series, model).error
+    if not np.isfinite(error).any():
+        error = acceleration_error(series, model)  # stretches so short that they are all edge
     records: list[dict[str, Any]] = []
     for split in splits(series):
         squares, counts = _sums(error, split.codes, len(split.labels))

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from ..layout import Fitting, Prose, glossary, plain_table, section
 from ..wording import AXES, number, percent, share_removed, unit_text, words
+from .whose import told_of
 
 _WORTH_TELLING = {
     "frequency": {"slow force", "answer to commands", "slow, of unknown origin"},
@@ -25,7 +26,8 @@ def failures_table(failures: Mapping[str, Any] | Sequence[Mapping[str, Any]]) ->
     What removes the error stands in a column of its own where there is room, else below the place.
     """
     places = (failures.get("failures") or []) if isinstance(failures, Mapping) else failures
-    return Fitting([_failures_in(places, beside) for beside in (True, False)])
+    whose = told_of(failures) if isinstance(failures, Mapping) else ""
+    return Fitting([_failures_in(places, whose, beside) for beside in (True, False)])
 
 
 def structure_list(comparison: Mapping[str, Any]) -> RenderableType | None:
@@ -40,17 +42,16 @@ def structure_list(comparison: Mapping[str, Any]) -> RenderableType | None:
             found = first[look][axis]
             if found["verdict"] in news:
                 pairs.append((axis, unit_text(str(found["sentence"]))))
-    return (
-        section(f"What the error of the {words(str(first['model']))} model is like", glossary(pairs)) if pairs else None
-    )
+    return section(f"What the error of the {first['model']} model is like", glossary(pairs)) if pairs else None
 
 
-def _failures_in(places: Sequence[Mapping[str, Any]], beside: bool) -> Table:
+def _failures_in(places: Sequence[Mapping[str, Any]], whose: str, beside: bool) -> Table:
     rows_of = {str(place["rows_of"]) for place in places if "rows_of" in place}
     title = f"Where it fails ({', '.join(map(_rows_in_words, sorted(rows_of)))})" if rows_of else "Where it fails"
     known = any(place.get("removed_by") for place in places)
-    caption = "removed by: adding it lowers the error there on held-out rows too" if known else ""
-    table = plain_table(title, caption if places else "the error is spread evenly: no regime stands out")
+    caption = "Removed by: adding it lowers the error there on held-out rows too." if known else ""
+    caption = caption if places else "The error is spread evenly: no regime stands out."
+    table = plain_table(title, " ".join(filter(None, (whose, caption))))
     table.show_header = bool(places)
     table.add_column("model", no_wrap=True)
     table.add_column("where")

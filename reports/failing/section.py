@@ -15,6 +15,8 @@ from ..svg import HEAT
 from ..wording import ACCELERATION_UNITS, AXES, NARROW, percent, share_removed, typeset, unit_text, words
 from .drawings import by_heading, error_map, heat_steps, local_error, spectra
 from .regimes import regime_table
+from .scene import scene
+from .whose import told_of
 
 _LOOKS = (
     ("frequency", "Fast or slow"),
@@ -42,7 +44,7 @@ def where_it_fails(run: RunFolder) -> Html:
     return render(
         element("h2", "Where it fails"),
         _maps(run.series, places),
-        _worst(places),
+        _worst(places, told_of(run.comparison)),
         legend(("before", "after")),
         bars,
         _times(structure),
@@ -55,8 +57,11 @@ def _maps(series: pd.DataFrame, places: Sequence[Mapping[str, Any]]) -> Html:
     axis = AXES.index(str(places[0]["axis"])) if places and places[0].get("axis") in AXES else _worst_axis(series)
     longest = series[series["log"] == series["log"].value_counts(sort=False).idxmax()]
     errors = [local_error(longest, model, axis) for model in ("before", "after")]
-    bounds = heat_steps(errors)
-    titles = ("before: the nominal model", "after: the corrected model")
+    bounds = heat_steps(float(scene(longest).spread[axis]), errors)
+    titles = ["before: the nominal model", "after: the corrected model"]
+    alone = np.array_equal(*errors, equal_nan=True)
+    if alone:
+        errors, titles = errors[:1], ["the nominal model"]
     drawings = [error_map(longest, error, bounds, title, axis) for error, title in zip(errors, titles, strict=True)]
     texts = [
         f"under {bounds[0]:g}",
@@ -73,10 +78,15 @@ def _maps(series: pd.DataFrame, places: Sequence[Mapping[str, Any]]) -> Html:
     several = " of the longest log" if series["log"].nunique() > 1 else ""
     caption = (
         f"The whole track{several} from above; the circle is its start. Thick, strong strokes are where the modelled "
-        f"{AXES[axis]} acceleration errs; strokes that are gone after are what the correction explains."
+        f"{AXES[axis]} acceleration errs, beside how large it usually is; "
+        + ("nothing was added, so there is one map." if alone else "strokes that are gone after are what was missing.")
     )
     return element(
-        "figure", key, element("div", *drawings, cls="plots pair"), element("figcaption", caption), cls="card"
+        "figure",
+        key,
+        element("div", *drawings, cls="plots pair"),
+        element("figcaption", caption),
+        cls="card",
     )
 
 
@@ -87,14 +97,15 @@ def _worst_axis(series: pd.DataFrame) -> int:
     return int(np.argmax([e / max(float(np.nanstd(series[n])), 1e-12) for e, n in zip(error, names, strict=True)]))
 
 
-def _worst(places: Sequence[Mapping[str, Any]]) -> Html:
-    """The regimes in which the error gathers, and what removes it."""
+def _worst(places: Sequence[Mapping[str, Any]], whose: str) -> Html:
+    """The regimes in which the error gathers, and what removes it; `whose` says of which models that is told."""
     if not places:
-        return element("p", "No regime stands out: what error there is, is spread evenly.", cls="facts")
+        text = f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip()
+        return element("p", text, cls="facts")
     rows = [
         (
-            words(str(place.get("model", "nominal"))),
-            render(*lines([str(place.get("where"))])),
+            str(place.get("model", "nominal")),
+            str(place.get("where")),
             str(place.get("axis")),
             percent(place.get("share_of_error")),
             percent(place["share_of_rows"]) if "share_of_rows" in place else f"{place.get('rows', '')} rows",
@@ -117,7 +128,9 @@ def _worst(places: Sequence[Mapping[str, Any]]) -> Html:
         "adding it removes error there on held-out rows too; the percentage is of the squared error, and "
         "'more than all' where other effects, alone, would add to it."
     )
-    return element("div", table(head, rows, "lllrrrl"), element("p", note, cls="facts"), cls="card")
+    return element(
+        "div", table(head, rows, "lllrrrl"), element("p", f"{whose} {note}".lstrip(), cls="facts"), cls="card"
+    )
 
 
 def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
@@ -125,10 +138,10 @@ def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
     linked = any(place.get("removed_by") or place.get("unlinked") for one in structure for place in one["segments"])
     rows = [
         (
-            words(str(one["model"])),
+            str(one["model"]),
             f"{place['from']:.0f} to {place['to']:.0f} s".replace(" ", NARROW)
             + f", log {place['log'] + 1}" * bool(place["log"]),
-            render(*lines(str(place["doing"]).split(", ", 1))),
+            str(place["doing"]),
             str(place["axis"]),
             percent(place["share_of_error"]),
             _fall(place),
@@ -176,7 +189,7 @@ def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
     for key, title in _LOOKS:
         sentences = [f"{axis}: {first[key][axis]['sentence']}" for axis in AXES]
         told += [element("dt", title), *(element("dd", text) for text in sentences)]
-    name = words(str(first["model"]))
+    name = str(first["model"])
     in_words = element(
         "div", element("h3", f"The error of the {name} model in words"), element("dl", *told, cls="told"), cls="card"
     )
@@ -184,13 +197,13 @@ def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
     return render(element("h3", "What the error is like"), key, fast, turned, in_words)
 
 
-def _fall(place: Mapping[str, Any]) -> str:
-    """Error in a place, before and after where both are known."""
+def _fall(place: Mapping[str, Any]) -> Html:
+    """Error in a place, before and below it after where both are known: a cell so narrow that none cuts it."""
     if "rmse" not in place:
-        return ""
+        return Html("")
     ends = [place["rmse"], *([place["rmse_after"]] if "rmse_after" in place else [])]
-    told = " \N{RIGHTWARDS ARROW} ".join(typeset(value, 2) for value in ends)
-    return f"{told} {unit_text(str(place.get('unit', '')))}"
+    unit, signs = unit_text(str(place.get("unit", ""))), ("", "\N{RIGHTWARDS ARROW} ")
+    return render(*lines(f"{sign}{typeset(end, 2)} {unit}" for sign, end in zip(signs, ends, strict=False)))
 
 
 def _removed(place: Mapping[str, Any]) -> Html:
