@@ -15,7 +15,7 @@ from .conversion import Source, channels_of
 from .formats.base import Name, Stream
 from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
 from .namespaces import is_under
-from .recognition import Guess, is_vertical_acceleration, recognise
+from .recognition import Guess, is_vertical_acceleration, recognise, says_command
 
 _PLACE = ("lat", "lon")
 _QUATERNION = ("qx", "qy", "qz", "qw")
@@ -225,14 +225,27 @@ def _finite(values: Array) -> Array:
 
 
 def _best_group(roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, Stream]]]) -> str:
-    """Choose the message that has most of the roles, then the best rank, then odometry, then the first by name."""
+    """Choose the message that has most of the roles, then the best rank, then one that is not sparse, then odometry.
+
+    Sparse is one with less than half of the fullest's numbers. What is still equal goes by name, so that the logs of
+    one boat give the same choice; commands that say so go before those that do not.
+    """
     has: dict[str, set[str]] = defaultdict(set)
     rank: dict[str, int] = {}
+    count: Counter[str] = Counter()
     for role in roles:
-        for guess, _ in found.get(role, []):
+        for guess, stream in found.get(role, []):
             has[guess.group].add(role)
             rank[guess.group] = guess.rank
-    return min(rank, key=lambda group: (-len(has[group]), rank[group], "odom" not in group, group), default="")
+            count[guess.group] = max(count[guess.group], int(np.count_nonzero(np.isfinite(stream.value))))
+    fullest = max(count.values(), default=0)
+    command = any(command_kind(role) for role in roles)
+
+    def order(group: str) -> tuple[int, int, bool, bool, bool, str]:
+        unsaid = command and not says_command(group)
+        return -len(has[group]), rank[group], 2 * count[group] < fullest, unsaid, "odom" not in group, group
+
+    return min(rank, key=order, default="")
 
 
 def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:
