@@ -336,7 +336,9 @@ def test_a_twist_whose_covariance_is_minus_one_is_unknown(tmp_path):
 
 
 def test_one_message_of_a_wanted_or_rare_pose_does_not_displace_the_measured_ones(tmp_path):
-    pose = message("/robot_pose", "geometry_msgs/msg/PoseStamped", pose__position__x=TIME, **quaternion(0.1, "pose__orientation"))
+    pose = message(
+        "/robot_pose", "geometry_msgs/msg/PoseStamped", pose__position__x=TIME, **quaternion(0.1, "pose__orientation")
+    )
     kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
     fields = {"pose__pose__position__x": 99.0, **quaternion(1.0, "pose__pose__orientation")}
     for topic in ("/initialpose", "/a_pose"):

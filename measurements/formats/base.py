@@ -180,17 +180,20 @@ def read_head(path: Path) -> Head:
     Raises
     ------
     LogError
-        when it is missing, cannot be opened, or is a broken gzip file.
+        when it is missing, cannot be opened, is neither file nor folder, or is a broken gzip file.
     """
-    if not path.exists():
-        raise LogError(f"{path}: no such file; expected a log (CSV, CSV.gz, Parquet, a bag, ...). Check the path.")
-    if path.is_dir():
-        return Head(path, b"", entries=tuple(sorted(entry.name for entry in path.iterdir())))
     try:
+        if not path.exists():
+            raise LogError(f"{path}: no such file; expected a log (CSV, CSV.gz, Parquet, a bag, ...). Check the path.")
+        if path.is_dir():
+            return Head(path, b"", entries=tuple(sorted(entry.name for entry in path.iterdir())))
+        if not path.is_file():
+            # Opening a pipe that nobody writes to waits for ever.
+            raise LogError(f"{path}: expected a file or a folder, got a pipe or a device. Save the log to a file.")
         with path.open("rb") as file:
             start = file.read(_HEAD_BYTES)
     except OSError as error:
-        raise LogError(f"{path}: the file cannot be opened ({error.strerror}). Check its permissions.") from error
+        raise LogError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions.") from error
     gzipped = start[:2] == b"\x1f\x8b"
     if gzipped:
         try:
