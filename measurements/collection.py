@@ -21,8 +21,8 @@ def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...],
 
     Parameters
     ----------
-    names : of files, folders or patterns (`*`, `?`, `[...]`, and `**` for folders in folders, which follows no links); a file that has such a
-        name is that file
+    names : of files, folders or patterns (`*`, `?`, `[...]`, and `**` for folders in folders, which follows no links);
+        a file that has such a name is that file
 
     Returns
     -------

@@ -58,9 +58,8 @@ _KINDS = (
     ("normalized", {"throttle", "normalized", "normalised"}),
     ("rad_s", {"omega", "rads"}),
 )
-_NOT_COMMANDS = frozenset(
-    "enable min max trim feedback measured state temperature current angle azimuth pos position rpm".split()
-)
+_NOT_COMMANDS = {"enable", "min", "max", "trim", "feedback", "measured", "state", "temperature", "current"}
+_NOT_COMMANDS |= {"angle", "azimuth", "pos", "position", "rpm"}
 """Words of what a thruster has beside its command: VRX turns its azimuth thrusters by `left_thrust_angle`."""
 _COMMANDS = frozenset({"cmd", "command"})
 _PROPELLERS = {"propeller", "prop", "motor", "thruster", "screw"}

@@ -2,7 +2,8 @@
 
 import gzip
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,6 +33,8 @@ EXPECTED = (
 )
 
 _HEAD_BYTES = 65536
+_MOST_PACKED = 1000
+_ALWAYS_UNPACKED = 64 * 2**20
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +205,36 @@ def read_head(path: Path) -> Head:
         except (OSError, EOFError, zlib.error) as error:
             raise LogError(f"{path}: a broken gzip file ({error}). Copy the log again.") from error
     return Head(path, start, gzipped, *_header(start))
+
+
+def check_unpacked(size: int, packed: int) -> None:
+    """Refuse what unpacks to far more than any log does: a constant topic packs 100 to 1, a bomb 10 000 to 1.
+
+    Parameters
+    ----------
+    size : bytes unpacked so far
+    packed : bytes of the file
+
+    Raises
+    ------
+    LogError
+        without the path, which the reader adds.
+    """
+    if size > _ALWAYS_UNPACKED + _MOST_PACKED * packed:
+        raise LogError(
+            f"expected a log that unpacks to at most {_MOST_PACKED} times its {packed / 1e6:.3f} MB, got more than "
+            f"{size / 1e6:.0f} MB. It is broken, or made to fill the memory; if it is neither, unpack it yourself."
+        )
+
+
+@contextmanager
+def in_file(path: Path) -> Iterator[None]:
+    """Say the file in an error about its content."""
+    try:
+        yield
+    except LogError as error:
+        told = str(error)
+        raise LogError(told if told.startswith(str(path)) else f"{path}: {told}") from error
 
 
 def torn(done: int, total: int, why: str) -> str:

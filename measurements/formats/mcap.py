@@ -9,8 +9,7 @@ from collections.abc import Callable
 from typing import BinaryIO
 from zlib import crc32
 
-from ...physics.errors import LogError
-from .base import Format, Head, Recording, Request, torn
+from .base import Format, Head, Recording, Request, in_file, torn
 from .ros_messages import Collector
 from .ros_zstd import unpack, unpacked_message
 
@@ -43,6 +42,7 @@ class McapWalk:
         self._schemas: dict[int, tuple[str, str, str]] = {}
         self._wanted: set[int] = set()
         self._damaged = 0
+        self._total = 0
 
     def read(self, file: BinaryIO, total: int, told: Callable[[float], None]) -> list[str]:
         """Hand all messages to the collector, tell the share done, and give notes on what is damaged.
@@ -54,6 +54,7 @@ class McapWalk:
         told : called for every chunk
         """
         self._collector.new_file()
+        self._total = total
         at = len(file.read(len(MAGIC)))
         why = "" if at == len(MAGIC) else "in the middle of a record"
         ended = False
@@ -89,6 +90,7 @@ class McapWalk:
             # Three unpackers with errors of their own, and struct.error for a start that is cut off.
             self._damaged += whole
             return
+        self._collector.unpacked(len(content), self._total)
         at, end = 0, len(content)
         unpack_from = _RECORD.unpack_from
         while at + 9 <= end:
@@ -128,6 +130,7 @@ class McapWalk:
                 raw = data[_MESSAGE_START.size :]
                 if self._packed and channel in self._wanted:
                     raw = unpacked_message(raw)
+                    self._collector.unpacked(len(raw), self._total)
                 self._collector.message(channel, min(received, 2**63 - 1), raw)
             elif op == _SCHEMA:
                 (number,) = struct.unpack_from("<H", data)
@@ -174,13 +177,11 @@ def _matches(head: Head) -> bool:
 def _read(head: Head, request: Request) -> Recording:
     collector = Collector(request)
     total = head.path.stat().st_size
-    with head.path.open("rb") as file:
-        notes = McapWalk(collector).read(file, total, lambda share: request.progress(int(share * total), total))
-    request.progress(total, total)
-    try:
+    with in_file(head.path):
+        with head.path.open("rb") as file:
+            notes = McapWalk(collector).read(file, total, lambda share: request.progress(int(share * total), total))
+        request.progress(total, total)
         return collector.recording(notes)
-    except LogError as error:
-        raise LogError(f"{head.path}: {error}") from error
 
 
 MCAP = Format("MCAP", _matches, _read, (".mcap",), library="rosbags")

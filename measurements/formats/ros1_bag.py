@@ -9,7 +9,7 @@ import struct
 from typing import BinaryIO
 
 from ...physics.errors import LogError
-from .base import Format, Head, Recording, Request, torn
+from .base import Format, Head, Recording, Request, in_file, torn
 from .ros_messages import Collector
 
 _MAGIC = b"#ROSBAG V"
@@ -37,12 +37,10 @@ def _read(head: Head, request: Request) -> Recording:
         raise LogError(f"{head.path}: expected a ROS 1 bag of version 2.0, got '{came}'; convert it with rosbag fix.")
     collector = Collector(request)
     total = head.path.stat().st_size
-    with head.path.open("rb") as file:
-        notes = _walk(file, total, collector, request)
-    try:
+    with in_file(head.path):
+        with head.path.open("rb") as file:
+            notes = _walk(file, total, collector, request)
         return collector.recording(notes)
-    except LogError as error:
-        raise LogError(f"{head.path}: {error}") from error
 
 
 def _walk(file: BinaryIO, total: int, collector: Collector, request: Request) -> list[str]:
@@ -66,7 +64,9 @@ def _walk(file: BinaryIO, total: int, collector: Collector, request: Request) ->
             if op == _CHUNK:
                 here = min(length, total - start)
                 try:
-                    _messages(_unpacked(file.read(min(here, _LARGEST)), fields, here == length), collector)
+                    chunk = _unpacked(file.read(min(here, _LARGEST)), fields, here == length)
+                    collector.unpacked(len(chunk), total)
+                    _messages(chunk, collector)
                 except _BrokenError:
                     damaged += here == length
                 if here < length:

@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from ...physics.errors import LogError
-from .base import Format, Head, Recording, Request
+from .base import Format, Head, Recording, Request, check_unpacked, in_file
 from .mcap import MAGIC as MCAP_MAGIC
 from .mcap import McapWalk
 from .ros2_sqlite import MAGIC as SQLITE_MAGIC
@@ -82,13 +82,12 @@ def _read(head: Head, request: Request) -> Recording:
         def told(share: float, before: int = sum(sizes[:k]), size: int = sizes[k]) -> None:
             request.progress(before + int(share * size), total)
 
-        found = _walk(path, collector, contents.packed, told)
+        with in_file(head.path):
+            found = _walk(path, collector, contents.packed, told)
         notes += [f"{path.name}: {note}" for note in found] if len(contents.files) > 1 else found
     request.progress(total, total)
-    try:
+    with in_file(head.path):
         return collector.recording(notes)
-    except LogError as error:
-        raise LogError(f"{head.path}: {error}") from error
 
 
 def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float], None]) -> list[str]:
@@ -116,6 +115,7 @@ def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float]
 def _unpacked(path: Path, target: Path) -> list[str]:
     """Unpack a storage file as far as it goes."""
     unpacker = zstd().ZstdDecompressor()
+    packed = path.stat().st_size
     written, why = 0, ""
     with path.open("rb") as source, target.open("wb") as file:
         try:
@@ -125,6 +125,7 @@ def _unpacked(path: Path, target: Path) -> list[str]:
                     why = "it ends too early"
                 content = unpacker.decompress(block, _BLOCK)
                 written += len(content)
+                check_unpacked(written, packed)
                 if written > min(_MOST_UNPACKED, shutil.disk_usage(target.parent).free):
                     raise LogError(f"{path}: it unpacks to more than the disk holds. Unpack it elsewhere with zstd -d.")
                 file.write(content)
