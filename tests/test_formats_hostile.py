@@ -12,6 +12,8 @@ import pytest
 from bags import Message, nanoseconds, write_ros2
 
 from undertow.measurements.formats import base, mcap, ros_messages, ros_types
+from undertow.measurements.formats.base import Name, Request
+from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.formats.ros_zstd import zstd
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
@@ -125,7 +127,10 @@ def test_only_wanted_columns_of_a_wide_parquet_are_read(tmp_path):
     pd.DataFrame({"t": TIME, " u ": TIME, "note": ["calm"] * TIME.size}).to_parquet(path)
     log = read_log(path)
     np.testing.assert_array_equal(log.channels["u"].value, TIME)
-    assert log.unused == ("note",)
+    request = Request(lambda names: frozenset(name for name in names if name.field == "u"))
+    recording = read_recording(path, request)
+    assert [stream.field for stream in recording.streams] == ["u"]
+    assert recording.unread == (Name("", "note"),)
 
 
 @pytest.mark.parametrize("unit", ["ms", "us", "ns"])
