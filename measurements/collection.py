@@ -8,6 +8,7 @@ from pathlib import Path
 from ..physics.errors import LogError
 from .formats.base import read_head
 from .formats.registry import expected, format_of
+from .mapping import some
 
 _PATTERN = frozenset("*?[")
 _LISTED = 8
@@ -41,7 +42,7 @@ def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...],
             found, others = _in_folder(Path(name))
             paths += found
             if others:
-                notes.append(f"{name}: {len(found)} logs; not logs, and not read: {_some(others)}")
+                notes.append(f"{name}: {len(found)} logs; not logs, and not read: {some(others, _LISTED)}")
         elif not os.path.exists(name) and _PATTERN & set(name):
             found = sorted(match for match in _matches(name) if os.path.isfile(match) or _is_log(Path(match)))
             if not found:
@@ -70,7 +71,7 @@ def _in_folder(folder: Path) -> tuple[list[str], list[str]]:
         elif not entry.is_dir() or not os.access(entry, os.R_OK | os.X_OK):
             others.append(entry.name)
     if not found:
-        held = f"{len(others)} files, none of them a log: {_some(others)}" if others else "no file"
+        held = f"{len(others)} files, none of them a log: {some(others, _LISTED)}" if others else "no file"
         raise LogError(f"{folder}: expected a folder of logs, got {held}; {expected()}.")
     return found, others
 
@@ -97,8 +98,3 @@ def _matches(pattern: str) -> set[str]:
             inner[:] = [name for name in inner if not name.startswith(".")]
             found |= _matches(os.path.join(glob.escape(folder), *rest))
     return found if at else {os.path.normpath(name) for name in found}
-
-
-def _some(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return ", ".join(names[:_LISTED]) + more

@@ -207,6 +207,10 @@ def read_head(path: Path) -> Head:
     return Head(path, start, gzipped, *_header(start))
 
 
+class BrokenError(Exception):
+    """The records of a file make no sense from here on: its reader stops there, and says so in a note."""
+
+
 def check_unpacked(size: int, packed: int) -> None:
     """Refuse what unpacks to far more than any log does: a constant topic packs 100 to 1, a bomb 10 000 to 1.
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import BinaryIO
 from zlib import crc32
 
-from .base import Format, Head, Recording, Request, in_file, torn
+from .base import BrokenError, Format, Head, Recording, Request, in_file, torn
 from .ros_messages import Collector
 from .ros_zstd import unpack, unpacked_message
 
@@ -21,10 +21,6 @@ _CHUNK_START = struct.Struct("<QQQII")
 _LARGEST = 256 * 2**20
 """Bytes of one record, packed or not, that are still read."""
 _LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "jsonschema": "jsonschema", "": ""}
-
-
-class _BrokenError(Exception):
-    """The records make no sense from here on."""
 
 
 class McapWalk:
@@ -75,7 +71,7 @@ class McapWalk:
                 if not whole_record and length > _LARGEST and op not in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
                     whole_record = _skipped(file, length - len(data))
                 why = "" if whole_record else "in the middle of a record"
-            except _BrokenError as error:
+            except BrokenError as error:
                 why = str(error)
             at += _RECORD.size + length * (not why)
             ended = op == _DATA_END
@@ -149,7 +145,7 @@ class McapWalk:
                 )
                 (self._wanted.add if wanted else self._wanted.discard)(number)
         except struct.error as error:
-            raise _BrokenError("a record is shorter than it must be") from error
+            raise BrokenError("a record is shorter than it must be") from error
 
 
 def _text(data: memoryview, at: int) -> tuple[str, int]:
