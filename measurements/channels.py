@@ -32,6 +32,10 @@ UNITS = {
 the air relative to the boat, in body axes, as an anemometer on board measures it. When a log is read a quaternion
 becomes `psi`, latitude and longitude become `x` and `y`, and the velocity along `x` and `y` becomes `u` and `v`."""
 
+QUATERNION = ("qx", "qy", "qz", "qw")
+PLACE = ("lat", "lon")
+RATES = ("x_dot", "y_dot")
+
 COMMAND_UNITS = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
 """Kinds of thruster command and their units; a command channel is named `<kind>_<thruster>`."""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from ..physics.errors import LogError
 from .formats.base import read_head
 from .formats.registry import expected, format_of
+from .mapping import some
 
 _PATTERN = frozenset("*?[")
 _LISTED = 8
@@ -17,12 +18,12 @@ def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...],
     """Replace folders and patterns by the logs in them, sorted by name.
 
     A folder that is itself a log (a ROS 2 bag) stays one. Of any other folder, each file or bag directly in it that a
-    format recognises is a log; what is none is told in a note, and hidden files are passed over.
+    format recognises is a log; what is none, or cannot be opened, is told in a note, and hidden files are passed over.
 
     Parameters
     ----------
-    names : of files, folders or patterns (`*`, `?`, `[...]`, and `**` for folders in folders); a file that has such a
-        name is that file
+    names : of files, folders or patterns (`*`, `?`, `[...]`, and `**` for folders in folders, which follows no links);
+        a file that has such a name is that file
 
     Returns
     -------
@@ -37,13 +38,13 @@ def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...],
     notes: list[str] = []
     for given in names:
         name = os.fspath(given)
-        if Path(name).is_dir():
+        if os.path.isdir(name):
             found, others = _in_folder(Path(name))
             paths += found
             if others:
-                notes.append(f"{name}: {len(found)} logs; not logs, and not read: {_some(others)}")
-        elif not Path(name).exists() and _PATTERN & set(name):
-            found = sorted(match for match in glob.glob(name, recursive=True) if _is_log_or_file(Path(match)))
+                notes.append(f"{name}: {len(found)} logs; not logs, and not read: {some(others, _LISTED)}")
+        elif not os.path.exists(name) and _PATTERN & set(name):
+            found = sorted(match for match in _matches(name) if os.path.isfile(match) or _is_log(Path(match)))
             if not found:
                 raise LogError(f"{name}: no file or bag meets this pattern; check the folder and the ending.")
             paths += found
@@ -67,26 +68,33 @@ def _in_folder(folder: Path) -> tuple[list[str], list[str]]:
             continue
         if _is_log(entry):
             found.append(str(entry))
-        elif entry.is_file():
+        elif not entry.is_dir() or not os.access(entry, os.R_OK | os.X_OK):
             others.append(entry.name)
     if not found:
-        held = f"{len(others)} files, none of them a log: {_some(others)}" if others else "no file"
+        held = f"{len(others)} files, none of them a log: {some(others, _LISTED)}" if others else "no file"
         raise LogError(f"{folder}: expected a folder of logs, got {held}; {expected()}.")
     return found, others
 
 
 def _is_log(path: Path) -> bool:
+    """Whether a format recognises it; not for a pipe, a broken link, or a folder that cannot be looked into."""
     try:
-        return format_of(read_head(path)) is not None
+        return (path.is_file() or path.is_dir()) and format_of(read_head(path)) is not None
     except LogError:
-        # Broken gzip, or no permission: its reader says so, better than leaving it out unheard.
-        return True
+        # Of a broken gzip file, or one without permission, its reader says so, better than leaving it out unheard.
+        return path.is_file()
 
 
-def _is_log_or_file(path: Path) -> bool:
-    return path.is_file() or _is_log(path)
-
-
-def _some(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return ", ".join(names[:_LISTED]) + more
+def _matches(pattern: str) -> set[str]:
+    """What meets a pattern; glob's own `**` follows links, and two that lead back keep it busy for ever."""
+    parts = Path(pattern).parts
+    if "**" not in parts:
+        return set(glob.glob(pattern))
+    at = parts.index("**")
+    rest = parts[at + 1 :] or ("*",)
+    found: set[str] = set()
+    for base in glob.glob(os.path.join(*parts[:at])) if at else [os.curdir]:
+        for folder, inner, _ in os.walk(base):
+            inner[:] = [name for name in inner if not name.startswith(".")]
+            found |= _matches(os.path.join(glob.escape(folder), *rest))
+    return found if at else {os.path.normpath(name) for name in found}

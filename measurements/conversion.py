@@ -8,7 +8,7 @@ import numpy as np
 from ..physics.errors import LogError
 from ..physics.frames import Array, earth_to_body, heading_from_enu, heading_from_quaternion
 from .channel_map import Entry
-from .channels import UNITS, Channel, check_limits, command_kind
+from .channels import PLACE, QUATERNION, RATES, UNITS, Channel, check_limits, command_kind
 from .cleaning import Cleaner
 from .formats.base import Stream
 from .geodesy import local_metres
@@ -23,8 +23,6 @@ _FROM_ENU = {
     "ay": ("ay", -1.0),
 } | {"wind_v": ("wind_v", -1.0)}
 """ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
-_QUATERNION = ("qx", "qy", "qz", "qw")
-_PLACE = ("lat", "lon")
 _RATES = ("x_dot", "y_dot")
 _AXES = {"x": "north", "y": "east"}
 _WHOLE = 1e4
@@ -61,7 +59,7 @@ class Source:
     @property
     def entry(self) -> Entry:
         """The line of a channel map that says the same; commands and places have no frame."""
-        framed = command_kind(self.role) is None and self.role not in _PLACE
+        framed = command_kind(self.role) is None and self.role not in PLACE
         return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None)
 
 
@@ -74,7 +72,7 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
         see `read_log`.
     """
     notes = _frame_notes(sources)
-    sources = {name: _in_degrees(source, notes) if name in _PLACE else source for name, source in sources.items()}
+    sources = {name: _in_degrees(source, notes) if name in PLACE else source for name, source in sources.items()}
     cleaner = Cleaner(where, mend)
     channels = {name: _channel(name, source, cleaner) for name, source in sources.items()}
     for channel in channels.values():
@@ -92,7 +90,7 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
 
 def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
     """Say which channels were converted and how, each by what was done to it."""
-    turned = {"psi" if name in _QUATERNION else name: None for name, source in sources.items() if source.frame == "enu"}
+    turned = {"psi" if name in QUATERNION else name: None for name, source in sources.items() if source.frame == "enu"}
     if not turned:
         return []
     names = sorted(turned, key=list(UNITS).index)
@@ -127,7 +125,7 @@ def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
     with np.errstate(over="ignore", invalid="ignore"):
         if (source.scale, source.offset) != (1.0, 0.0):
             value = source.scale * value + source.offset
-        if source.frame == "enu" and name not in _QUATERNION:
+        if source.frame == "enu" and name not in QUATERNION:
             sign = _FROM_ENU.get(source.role, (name, 1.0))[1]
             value = heading_from_enu(value) if name == "psi" else value if sign == 1.0 else sign * value
     return cleaner.channel(name, source.stream, value)
@@ -135,7 +133,7 @@ def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
 
 def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where: str, notes: list[str]) -> None:
     """Replace a quaternion by the heading; an unset (all zero) quaternion is no heading."""
-    parts = [channels.pop(name) for name in _QUATERNION if name in channels]
+    parts = [channels.pop(name) for name in QUATERNION if name in channels]
     if not parts:
         return
     if len(parts) < 4:
@@ -157,7 +155,7 @@ def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where:
 
 def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> None:
     """Replace latitude and longitude by metres north and east; 0 degrees both is what a receiver without a fix says."""
-    parts = [channels.pop(name) for name in _PLACE if name in channels]
+    parts = [channels.pop(name) for name in PLACE if name in channels]
     if not parts:
         return
     if len(parts) < 2:
@@ -183,7 +181,7 @@ def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> Non
 
 def _velocity(channels: dict[str, Channel], notes: list[str]) -> None:
     """Turn a velocity in earth axes by the heading into surge and sway, where the log does not tell these itself."""
-    parts = [channels.pop(name) for name in _RATES if name in channels]
+    parts = [channels.pop(name) for name in RATES if name in channels]
     if not parts:
         return
     if len(parts) < 2 or "psi" not in channels:

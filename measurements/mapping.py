@@ -10,17 +10,14 @@ import numpy as np
 from ..physics.errors import LogError
 from ..physics.frames import Array
 from .channel_map import Entry
-from .channels import Channel, command_kind, unit_of
+from .channels import PLACE, QUATERNION, RATES, Channel, command_kind, unit_of
 from .conversion import Source, channels_of
 from .formats.base import Name, Stream
 from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
 from .namespaces import is_under
-from .recognition import Guess, is_vertical_acceleration, recognise
+from .recognition import Guess, is_vertical_acceleration, recognise, says_command
 
-_PLACE = ("lat", "lon")
-_QUATERNION = ("qx", "qy", "qz", "qw")
-_RATES = ("x_dot", "y_dot")
-_GROUPS = (("x", "y"), ("psi",), _QUATERNION, ("u", "v"), _RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), _PLACE)
+_GROUPS = (("x", "y"), ("psi",), QUATERNION, ("u", "v"), RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), PLACE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,13 +79,11 @@ def map_channels(
             f"{where}: no channel is recognised among {some(names)}; expected names "
             "like x y psi u v r pwm_port newton_stbd, ROS odometry fields, or a channel map (--map channels.yaml)."
         )
-    _drop(sources, "psi" in sources, _QUATERNION, "psi is a channel of its own; the quaternion is not used", notes)
+    _drop(sources, "psi" in sources, QUATERNION, "psi is a channel of its own; the quaternion is not used", notes)
     has_position = "x" in sources and "y" in sources
-    _drop(
-        sources, has_position, _PLACE, "x and y are channels of their own; latitude and longitude are not used", notes
-    )
+    _drop(sources, has_position, PLACE, "x and y are channels of their own; latitude and longitude are not used", notes)
     has_speed = "u" in sources and "v" in sources
-    _drop(sources, has_speed, _RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
+    _drop(sources, has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
     notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
     channels, told = channels_of(sources, where, mend)
     used = {id(source.stream) for source in sources.values()}
@@ -103,7 +98,7 @@ def _drop(sources: dict[str, Source], better: bool, names: Sequence[str], why: s
 
 
 def _says_heading(*names: str) -> bool:
-    return any(name == "psi" or name in _QUATERNION for name in names)
+    return any(name == "psi" or name in QUATERNION for name in names)
 
 
 def _mapped(
@@ -120,7 +115,7 @@ def _mapped(
         stream = _find(streams, entry.source, name, where, unread)
         guess = recognise(stream.label, stream.frame)
         own = guess if guess is not None and guess.role == name else None
-        if command_kind(name) or name in _PLACE:
+        if command_kind(name) or name in PLACE:
             axes = "ned"
         elif own is not None and own.axes != "log" and (own.axes == "ned" or frame is None):
             axes = entry.frame or ("enu" if own.axes == "ros" else "ned")
@@ -210,7 +205,7 @@ def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[t
         value = stream.value
         if guess.within is not None:
             value = value[(value >= guess.within[0]) & (value <= guess.within[1])]
-        unset = stream.kind and guess.role in _QUATERNION[3:] and not np.any(_finite(value))
+        unset = stream.kind and guess.role in QUATERNION[3:] and not np.any(_finite(value))
         if stream.kind and (unset or not np.isfinite(value).any()):
             silent[stream.topic].append(stream.field)
             continue
@@ -225,14 +220,27 @@ def _finite(values: Array) -> Array:
 
 
 def _best_group(roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, Stream]]]) -> str:
-    """Choose the message that has most of the roles, then the best rank, then odometry, then the first by name."""
+    """Choose the message that has most of the roles, then the best rank, then one that is not sparse, then odometry.
+
+    Sparse is one with less than half of the fullest's numbers. What is still equal goes by name, so that the logs of
+    one boat give the same choice; commands that say so go before those that do not.
+    """
     has: dict[str, set[str]] = defaultdict(set)
     rank: dict[str, int] = {}
+    count: Counter[str] = Counter()
     for role in roles:
-        for guess, _ in found.get(role, []):
+        for guess, stream in found.get(role, []):
             has[guess.group].add(role)
             rank[guess.group] = guess.rank
-    return min(rank, key=lambda group: (-len(has[group]), rank[group], "odom" not in group, group), default="")
+            count[guess.group] = max(count[guess.group], int(np.count_nonzero(np.isfinite(stream.value))))
+    fullest = max(count.values(), default=0)
+    command = any(command_kind(role) for role in roles)
+
+    def order(group: str) -> tuple[int, int, bool, bool, bool, str]:
+        unsaid = command and not says_command(group)
+        return -len(has[group]), rank[group], 2 * count[group] < fullest, unsaid, "odom" not in group, group
+
+    return min(rank, key=order, default="")
 
 
 def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:

@@ -98,12 +98,14 @@ _STANDARD = re.compile(
 _EARTH = re.compile(r"(map|odom|world|earth|enu|ned|utm|local_origin|gps)(_ned|_enu)?")
 _DOWN = re.compile(r"(^|.*_)(ned|frd)")
 PREDICTED = re.compile("predict")
-NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|predict")
+NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|predict|initial_?pose")
 """In the name of what is wanted or predicted of a vehicle; commands of thrusters may bear such names."""
 _LEVEL = re.compile(r"(map|odom|world|enu|ned|utm|local_origin)(_ned|_enu)?")
 """Frames of the earth whose z axis is vertical; `earth` itself is not one, but its centre (REP-105)."""
-_LEVEL_TOPIC = re.compile(r"velocity_local$")
-"""MAVROS gives this one in ENU axes, and names the frame of the body (local_position.cpp)."""
+_LEVEL_TOPIC = re.compile(r"velocity_local$|global_position/local$")
+"""MAVROS gives these in ENU axes, and names the frame of the body (local_position.cpp, global_position.cpp)."""
+_GLOBAL_TOPIC = re.compile(r"global_position/local$")
+"""The fixes of the receiver as odometry of MAVROS: it fills in no rate of turn, and its own estimate is another."""
 _ALONG = {"u": "x_dot", "v": "y_dot"}
 
 
@@ -135,9 +137,12 @@ def meaning_of(name: Name, frame: str = "") -> Meaning | None:
     if found is None or (command_kind(found.role) is None and NOT_MEASURED.search(name.topic.lower())):
         return None
     last = frame.strip("/").rpartition("/")[2].lower()
-    local = along_earth(found.role, name.topic)
-    if local != found.role:
-        return replace(found, role=local)
+    told = on_topic(found.role, found.rank, name.topic)
+    if told is None:
+        return None
+    if told[0] != found.role:
+        return replace(found, role=told[0], rank=told[1])
+    found = replace(found, rank=told[1])
     if found.role in _ALONG and _EARTH.fullmatch(last):
         if not _LEVEL.fullmatch(last):
             return None
@@ -145,13 +150,20 @@ def meaning_of(name: Name, frame: str = "") -> Meaning | None:
     return replace(found, axes="ned") if found.axes == "ros" and _DOWN.fullmatch(last) else found
 
 
-def along_earth(role: str, topic: str) -> str:
-    """What a velocity is in a topic whose name says that it is along the axes of the earth.
+def on_topic(role: str, rank: int, topic: str) -> tuple[str, int] | None:
+    """What a role and its rank become in a topic whose name says more than its type; None for no measurement.
 
-    >>> along_earth("u", "/mavros/local_position/velocity_local"), along_earth("u", "/odom")
-    ('x_dot', 'u')
+    >>> on_topic("u", 1, "/mavros/local_position/velocity_local"), on_topic("u", 1, "/odom")
+    (('x_dot', 1), ('u', 1))
+    >>> on_topic("x", 1, "/mavros/global_position/local"), on_topic("r", 1, "/mavros/global_position/local")
+    (('x', 3), None)
     """
-    return _ALONG.get(role, role) if _LEVEL_TOPIC.search(topic.lower()) else role
+    topic = topic.lower()
+    if _GLOBAL_TOPIC.search(topic):
+        if role == "r":
+            return None
+        rank = 3
+    return (_ALONG.get(role, role) if _LEVEL_TOPIC.search(topic) else role), rank
 
 
 def is_earth_velocity(name: Name, frame: str) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from .channels import is_canonical
 from .formats.autopilot import AUTOPILOTS
 from .formats.base import Name
-from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, along_earth, is_known, meaning_of, short_kind
+from .message_types import COMMANDS, JOINTS, NOT_MEASURED, Axes, is_known, meaning_of, on_topic, short_kind
 
 _QUATERNION = {"x": "qx", "y": "qy", "z": "qz", "w": "qw"}
 _ROS = (
@@ -59,6 +59,9 @@ _KINDS = (
     ("rad_s", {"omega", "rads"}),
 )
 _NOT_COMMANDS = {"enable", "min", "max", "trim", "feedback", "measured", "state", "temperature", "current"}
+_NOT_COMMANDS |= {"angle", "azimuth", "pos", "position", "rpm"}
+"""Words of what a thruster has beside its command: VRX turns its azimuth thrusters by `left_thrust_angle`."""
+_COMMANDS = frozenset({"cmd", "command"})
 _PROPELLERS = {"propeller", "prop", "motor", "thruster", "screw"}
 
 
@@ -112,8 +115,8 @@ def recognise(name: Name, frame: str = "") -> Guess | None:
         for pattern, roles, rank in _ROS:
             found = pattern.search(field)
             if found:
-                role = along_earth(roles[found["axis"]], name.topic)
-                return Guess(role, "ros", rank, f"{name.topic}:{field[: found.start()]}")
+                by_topic = on_topic(roles[found["axis"]], rank, name.topic)
+                return by_topic and Guess(by_topic[0], "ros", by_topic[1], f"{name.topic}:{field[: found.start()]}")
         place = _PLACE.search(field)
         if place:
             return Guess(place["axis"][:3], "ned", 2, f"{name.topic}:{field[: place.start()]}")
@@ -152,6 +155,15 @@ def _command(name: Name) -> str | None:
     kind = next((kind for kind, marks in _KINDS if marks & set(words)), None)
     side = _side(words)
     return f"{kind}_{side}" if kind and side else None
+
+
+def says_command(name: str) -> bool:
+    """Whether a name says outright that it is a command.
+
+    >>> says_command("/wamv/left_thrust_cmd:data"), says_command("/wamv/left_thrust_measure:data")
+    (True, False)
+    """
+    return not _COMMANDS.isdisjoint(_words(name))
 
 
 def _words(text: str) -> list[str]:

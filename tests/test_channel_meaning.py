@@ -56,6 +56,7 @@ def fix(north, east, **more):
 
 
 def read(tmp_path, *topics, **options):
+    tmp_path.mkdir(exist_ok=True)
     return read_log(write_ros2(tmp_path / "bag", in_order(*topics)), **options)
 
 
@@ -287,3 +288,76 @@ def test_thrust_that_never_exceeds_one_is_asked_whether_it_is_normalized(tmp_pat
 
 def test_the_epoch_of_the_bag_is_in_the_notes(tmp_path):
     assert told(read(tmp_path, imu()), f"time counts from the first message, {EPOCH} ns")
+
+
+def test_the_angle_of_an_azimuth_thruster_is_no_command(tmp_path):
+    angle = message("/wamv/left_thrust_angle", "std_msgs/msg/Float32", data=0.3)
+    command = message("/wamv/left_thrust_cmd", "std_msgs/msg/Float32", data=0.9 * TIME)
+    log = read(tmp_path, angle, command)
+    assert log.channels["newton_port"].origin == "/wamv/left_thrust_cmd:data"
+    assert "/wamv/left_thrust_angle:data" in log.unused
+
+
+def test_a_thrust_that_says_it_is_the_command_goes_before_another(tmp_path):
+    log = read(
+        tmp_path,
+        message("/a/left_thrust", "std_msgs/msg/Float32", data=3.0),
+        message("/b/left_thrust_cmd", "std_msgs/msg/Float32", data=TIME),
+    )
+    assert log.channels["newton_port"].origin == "/b/left_thrust_cmd:data"
+
+
+def mavros(covariance):
+    """The receiver's odometry of MAVROS, going east at 1.5 m/s: velocity along the earth, frame of the body."""
+    yaw = quaternion(0.0, "pose__pose__orientation")
+    values = {"pose__pose__position__x": 500_000.0 + 1.5 * TIME, "twist__twist__linear__x": 1.5, **yaw}
+    values |= {"child_frame_id": "base_link", "twist__covariance": [np.array([covariance] + [0.0] * 35)] * TIME.size}
+    return message("/mavros/global_position/local", "nav_msgs/msg/Odometry", "map", **values)
+
+
+def test_the_receivers_odometry_of_mavros_is_along_the_earth_and_comes_last(tmp_path):
+    pose = message(
+        "/mavros/local_position/pose",
+        "geometry_msgs/msg/PoseStamped",
+        "map",
+        pose__position__x=1.5 * TIME,
+        **quaternion(0.0, "pose__orientation"),
+    )
+    body = message("/mavros/local_position/velocity_body", "geometry_msgs/msg/TwistStamped", twist__linear__x=1.4)
+    log = read(tmp_path, pose, body, mavros(0.0))
+    origins = {name: channel.origin.rpartition(":")[0] for name, channel in log.channels.items()}
+    assert (origins["x"], origins["u"]) == (pose[0].topic, body[0].topic)
+    assert origins["r"] == body[0].topic
+    alone = read(tmp_path / "alone", mavros(0.0))
+    np.testing.assert_allclose(alone.channels["u"].value, 1.5)
+    assert "r" not in alone.channels
+
+
+def test_a_twist_whose_covariance_is_minus_one_is_unknown(tmp_path):
+    log = read(tmp_path, mavros(-1.0))
+    assert "u" not in log.channels
+    told(log, "/mavros/global_position/local: no value in", "twist.twist.linear.x")
+
+
+def test_one_message_of_a_wanted_or_rare_pose_does_not_displace_the_measured_ones(tmp_path):
+    pose = message(
+        "/robot_pose", "geometry_msgs/msg/PoseStamped", pose__position__x=TIME, **quaternion(0.1, "pose__orientation")
+    )
+    kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
+    fields = {"pose__pose__position__x": 99.0, **quaternion(1.0, "pose__pose__orientation")}
+    for topic in ("/initialpose", "/a_pose"):
+        log = read(tmp_path / topic[1:], pose, message(topic, kind, **fields)[7:8])
+        assert log.channels["y"].origin.startswith("/robot_pose:"), topic
+    with pytest.raises(ValueError, match="no channel is recognised"):
+        read(tmp_path / "alone", message("/initialpose", kind, **fields))
+
+
+def test_an_imu_that_ceases_to_know_its_orientation_gives_it_up_to_there(tmp_path):
+    covariance = [np.array([0.0 if k < 50 else -1.0] + [0.0] * 8) for k in range(TIME.size)]
+    known = np.where(np.arange(TIME.size) < 50, 0.25, 0.0)
+    log = read(
+        tmp_path,
+        message("/imu", "sensor_msgs/msg/Imu", orientation_covariance=covariance, **quaternion(2.0 * known)),
+    )
+    assert log.channels["psi"].time.size == 50
+    assert log.channels["r"].time.size == TIME.size

@@ -188,3 +188,18 @@ def test_a_receive_clock_that_was_set_back_is_refused(tmp_path):
         )
     with pytest.raises(ValueError, match="time runs backwards in newton_port"):
         read_log(write_mcap(tmp_path / "log.mcap", [*odometry(header=lambda time: 0), *messages]))
+
+
+def test_headers_later_than_the_receipt_are_of_another_clock(tmp_path):
+    # A computer whose clock is three seconds ahead: its odometry answers the thrust of the same moment.
+    ahead = odometry(late=-3.0)
+    log = read_log(write_ros2(tmp_path / "bag", in_order(thrust(-3.0), ahead)))
+    np.testing.assert_allclose(log.channels["newton_port"].time, log.channels["u"].time, atol=1e-6)
+    note(log, "header stamps are of another clock", "-3.000 s apart")
+    beside = odometry(topic="/other")
+    mixed = read_log(write_ros2(tmp_path / "mixed", in_order([*beside], odometry(late=-3.0, topic="/ahead"))))
+    note(mixed, "/ahead: its header stamps are of another clock, moved by -3.000 s to the receive times")
+
+
+def in_order(*topics):
+    return sorted((message for topic in topics for message in topic), key=lambda message: message.received)

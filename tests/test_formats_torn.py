@@ -126,12 +126,14 @@ def test_a_database_that_the_recorder_left_open_is_read_with_its_journal(tmp_pat
 
 def test_splits_of_a_bag_are_read_in_order(tmp_path, world, truth):
     messages = recorded(world)
-    half = len(messages) // 2
-    first = write_ros2(tmp_path / "bag", messages[:half], "mcap")
-    second = write_ros2(tmp_path / "bag_9", messages[half:], "mcap")
-    (first / "bag.mcap").rename(first / "bag_9.mcap")
-    (second / "bag_9.mcap").rename(first / "bag_10.mcap")
-    text = (first / "metadata.yaml").read_text().replace("bag.mcap", "bag_9.mcap\n  - bag_10.mcap", 1)
+    third = len(messages) // 3
+    first = write_ros2(tmp_path / "bag", messages[:third], "mcap")
+    second = write_ros2(tmp_path / "bag_9", messages[third : 2 * third], "mcap")
+    last = write_ros2(tmp_path / "bag_10", messages[2 * third :], "mcap")
+    (first / "bag.mcap").rename(first / "bag_0.mcap")
+    (second / "bag_9.mcap").rename(first / "bag_9.mcap")
+    (last / "bag_10.mcap").rename(first / "bag_10.mcap")
+    text = (first / "metadata.yaml").read_text().replace("bag.mcap", "bag_0.mcap\n  - bag_9.mcap\n  - bag_10.mcap", 1)
     (first / "metadata.yaml").write_text(text)
     assert_same_motion(read_log(first), truth, world)
     (first / "metadata.yaml").unlink()
@@ -163,3 +165,15 @@ def test_files_that_are_no_logs_are_refused_in_words(tmp_path, case):
         path.write_bytes(content)
     with pytest.raises(ValueError, match=message):
         read_log(path)
+
+
+def test_metadata_of_aliases_in_aliases_is_broken_and_not_written_out(tmp_path, world):
+    path = write_ros2(tmp_path / "bag", recorded(world)[:200], "mcap")
+    lists = ["a0: &a0 [" + ",".join("x" * 10) + "]"]
+    lists += [f"a{k}: &a{k} [" + ",".join([f"*a{k - 1}"] * 10) + "]" for k in range(1, 6)]
+    told = "rosbag2_bagfile_information:\n  relative_file_paths: [*a5]\n"
+    (path / "metadata.yaml").write_text("\n".join(lists) + "\n" + told)
+    note(read_log(path), "metadata.yaml is broken")
+    named = "rosbag2_bagfile_information:\n  relative_file_paths: [bag.mcap]\n  ros_distro: [a, b]\n"
+    (path / "metadata.yaml").write_text(named)
+    note(read_log(path), "metadata.yaml is broken")

@@ -2,7 +2,8 @@
 
 import gzip
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,6 +33,8 @@ EXPECTED = (
 )
 
 _HEAD_BYTES = 65536
+_MOST_PACKED = 1000
+_ALWAYS_UNPACKED = 64 * 2**20
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,17 +185,20 @@ def read_head(path: Path) -> Head:
     Raises
     ------
     LogError
-        when it is missing, cannot be opened, or is a broken gzip file.
+        when it is missing, cannot be opened, is neither file nor folder, or is a broken gzip file.
     """
-    if not path.exists():
-        raise LogError(f"{path}: no such file; expected a log (CSV, CSV.gz, Parquet, a bag, ...). Check the path.")
-    if path.is_dir():
-        return Head(path, b"", entries=tuple(sorted(entry.name for entry in path.iterdir())))
     try:
+        if not path.exists():
+            raise LogError(f"{path}: no such file; expected a log (CSV, CSV.gz, Parquet, a bag, ...). Check the path.")
+        if path.is_dir():
+            return Head(path, b"", entries=tuple(sorted(entry.name for entry in path.iterdir())))
+        if not path.is_file():
+            # Opening a pipe that nobody writes to waits for ever.
+            raise LogError(f"{path}: expected a file or a folder, got a pipe or a device. Save the log to a file.")
         with path.open("rb") as file:
             start = file.read(_HEAD_BYTES)
     except OSError as error:
-        raise LogError(f"{path}: the file cannot be opened ({error.strerror}). Check its permissions.") from error
+        raise LogError(f"{path}: it cannot be opened ({error.strerror}). Check its permissions.") from error
     gzipped = start[:2] == b"\x1f\x8b"
     if gzipped:
         try:
@@ -201,6 +207,40 @@ def read_head(path: Path) -> Head:
         except (OSError, EOFError, zlib.error) as error:
             raise LogError(f"{path}: a broken gzip file ({error}). Copy the log again.") from error
     return Head(path, start, gzipped, *_header(start))
+
+
+class BrokenError(Exception):
+    """The records of a file make no sense from here on: its reader stops there, and says so in a note."""
+
+
+def check_unpacked(size: int, packed: int) -> None:
+    """Refuse what unpacks to far more than any log does: a constant topic packs 100 to 1, a bomb 10 000 to 1.
+
+    Parameters
+    ----------
+    size : bytes unpacked so far
+    packed : bytes of the file
+
+    Raises
+    ------
+    LogError
+        without the path, which the reader adds.
+    """
+    if size > _ALWAYS_UNPACKED + _MOST_PACKED * packed:
+        raise LogError(
+            f"expected a log that unpacks to at most {_MOST_PACKED} times its {packed / 1e6:.3f} MB, got more than "
+            f"{size / 1e6:.0f} MB. It is broken, or made to fill the memory; if it is neither, unpack it yourself."
+        )
+
+
+@contextmanager
+def in_file(path: Path) -> Iterator[None]:
+    """Say the file in an error about its content."""
+    try:
+        yield
+    except LogError as error:
+        told = str(error)
+        raise LogError(told if told.startswith(str(path)) else f"{path}: {told}") from error
 
 
 def torn(done: int, total: int, why: str) -> str:

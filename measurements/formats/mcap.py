@@ -9,8 +9,7 @@ from collections.abc import Callable
 from typing import BinaryIO
 from zlib import crc32
 
-from ...physics.errors import LogError
-from .base import Format, Head, Recording, Request, torn
+from .base import BrokenError, Format, Head, Recording, Request, in_file, torn
 from .ros_messages import Collector
 from .ros_zstd import unpack, unpacked_message
 
@@ -22,10 +21,6 @@ _CHUNK_START = struct.Struct("<QQQII")
 _LARGEST = 256 * 2**20
 """Bytes of one record, packed or not, that are still read."""
 _LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "jsonschema": "jsonschema", "": ""}
-
-
-class _BrokenError(Exception):
-    """The records make no sense from here on."""
 
 
 class McapWalk:
@@ -43,6 +38,7 @@ class McapWalk:
         self._schemas: dict[int, tuple[str, str, str]] = {}
         self._wanted: set[int] = set()
         self._damaged = 0
+        self._total = 0
 
     def read(self, file: BinaryIO, total: int, told: Callable[[float], None]) -> list[str]:
         """Hand all messages to the collector, tell the share done, and give notes on what is damaged.
@@ -54,6 +50,7 @@ class McapWalk:
         told : called for every chunk
         """
         self._collector.new_file()
+        self._total = total
         at = len(file.read(len(MAGIC)))
         why = "" if at == len(MAGIC) else "in the middle of a record"
         ended = False
@@ -74,7 +71,7 @@ class McapWalk:
                 if not whole_record and length > _LARGEST and op not in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
                     whole_record = _skipped(file, length - len(data))
                 why = "" if whole_record else "in the middle of a record"
-            except _BrokenError as error:
+            except BrokenError as error:
                 why = str(error)
             at += _RECORD.size + length * (not why)
             ended = op == _DATA_END
@@ -89,6 +86,7 @@ class McapWalk:
             # Three unpackers with errors of their own, and struct.error for a start that is cut off.
             self._damaged += whole
             return
+        self._collector.unpacked(len(content), self._total)
         at, end = 0, len(content)
         unpack_from = _RECORD.unpack_from
         while at + 9 <= end:
@@ -128,6 +126,7 @@ class McapWalk:
                 raw = data[_MESSAGE_START.size :]
                 if self._packed and channel in self._wanted:
                     raw = unpacked_message(raw)
+                    self._collector.unpacked(len(raw), self._total)
                 self._collector.message(channel, min(received, 2**63 - 1), raw)
             elif op == _SCHEMA:
                 (number,) = struct.unpack_from("<H", data)
@@ -146,7 +145,7 @@ class McapWalk:
                 )
                 (self._wanted.add if wanted else self._wanted.discard)(number)
         except struct.error as error:
-            raise _BrokenError("a record is shorter than it must be") from error
+            raise BrokenError("a record is shorter than it must be") from error
 
 
 def _text(data: memoryview, at: int) -> tuple[str, int]:
@@ -174,13 +173,11 @@ def _matches(head: Head) -> bool:
 def _read(head: Head, request: Request) -> Recording:
     collector = Collector(request)
     total = head.path.stat().st_size
-    with head.path.open("rb") as file:
-        notes = McapWalk(collector).read(file, total, lambda share: request.progress(int(share * total), total))
-    request.progress(total, total)
-    try:
+    with in_file(head.path):
+        with head.path.open("rb") as file:
+            notes = McapWalk(collector).read(file, total, lambda share: request.progress(int(share * total), total))
+        request.progress(total, total)
         return collector.recording(notes)
-    except LogError as error:
-        raise LogError(f"{head.path}: {error}") from error
 
 
 MCAP = Format("MCAP", _matches, _read, (".mcap",), library="rosbags")

@@ -1,8 +1,11 @@
 """Parquet: a long or a wide table in columns."""
 
 from ...physics.errors import LogError
-from .base import EXPECTED, Format, Head, Recording, Request
-from .tables import is_long, is_wide, long_recording, wide_recording
+from .base import EXPECTED, Format, Head, Name, Recording, Request, check_unpacked, in_file
+from .tables import LONG, is_long, is_wide, long_recording, time_column, wide_recording
+
+_NUMBER = 8
+"""Bytes of a number in memory."""
 
 
 def _matches(head: Head) -> bool:
@@ -12,12 +15,25 @@ def _matches(head: Head) -> bool:
 def _read(head: Head, request: Request) -> Recording:
     import pyarrow.parquet
 
-    frame = pyarrow.parquet.read_table(head.path).to_pandas()
+    # The library opens no file whose name is not UTF-8.
+    with head.path.open("rb") as file, in_file(head.path):
+        table = pyarrow.parquet.ParquetFile(file)
+        given = [str(name) for name in table.schema_arrow.names]
+        columns, rows = tuple(name.strip() for name in given), table.metadata.num_rows
+        if rows <= 0 or not (is_long(columns) or is_wide(columns)):
+            raise LogError(f"{EXPECTED}; got {rows} rows of {', '.join(columns) or 'no columns'}.")
+        time = time_column(columns)
+        names = [] if is_long(columns) else [Name("", column) for column in columns if column != time]
+        chosen = request.choose(names) if names else frozenset()
+        wanted = {time, *LONG} if is_long(columns) else {time, *(name.field for name in chosen)}
+        check_unpacked(rows * len(wanted) * _NUMBER, head.path.stat().st_size)
+        read = [name for name, column in zip(given, columns, strict=True) if column in wanted]
+        frame = table.read(columns=read).to_pandas(ignore_metadata=True)
     frame.columns = [str(name).strip() for name in frame.columns]
-    columns = tuple(frame.columns)
-    if frame.empty or not (is_long(columns) or is_wide(columns)):
-        raise LogError(f"{head.path}: {EXPECTED}; got {len(frame)} rows of {', '.join(columns) or 'no columns'}.")
-    return long_recording(frame, head.path) if is_long(columns) else wide_recording(frame, head.path)
+    if is_long(columns):
+        return long_recording(frame, head.path)
+    unread = tuple(name for name in names if name not in chosen)
+    return wide_recording(frame, head.path, unread)
 
 
 PARQUET = Format("Parquet", _matches, _read, (".parquet",), library="pyarrow")

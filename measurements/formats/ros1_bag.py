@@ -9,7 +9,7 @@ import struct
 from typing import BinaryIO
 
 from ...physics.errors import LogError
-from .base import Format, Head, Recording, Request, torn
+from .base import BrokenError, Format, Head, Recording, Request, in_file, torn
 from .ros_messages import Collector
 
 _MAGIC = b"#ROSBAG V"
@@ -23,10 +23,6 @@ one large message."""
 _LARGEST_HEADER = 16 * 2**20
 
 
-class _BrokenError(Exception):
-    """The records make no sense from here on."""
-
-
 def _matches(head: Head) -> bool:
     return head.start.startswith(_MAGIC) and not head.gzipped
 
@@ -37,12 +33,10 @@ def _read(head: Head, request: Request) -> Recording:
         raise LogError(f"{head.path}: expected a ROS 1 bag of version 2.0, got '{came}'; convert it with rosbag fix.")
     collector = Collector(request)
     total = head.path.stat().st_size
-    with head.path.open("rb") as file:
-        notes = _walk(file, total, collector, request)
-    try:
+    with in_file(head.path):
+        with head.path.open("rb") as file:
+            notes = _walk(file, total, collector, request)
         return collector.recording(notes)
-    except LogError as error:
-        raise LogError(f"{head.path}: {error}") from error
 
 
 def _walk(file: BinaryIO, total: int, collector: Collector, request: Request) -> list[str]:
@@ -66,8 +60,10 @@ def _walk(file: BinaryIO, total: int, collector: Collector, request: Request) ->
             if op == _CHUNK:
                 here = min(length, total - start)
                 try:
-                    _messages(_unpacked(file.read(min(here, _LARGEST)), fields, here == length), collector)
-                except _BrokenError:
+                    chunk = _unpacked(file.read(min(here, _LARGEST)), fields, here == length)
+                    collector.unpacked(len(chunk), total)
+                    _messages(chunk, collector)
+                except BrokenError:
                     damaged += here == length
                 if here < length:
                     why = "in the middle of a chunk"
@@ -75,13 +71,13 @@ def _walk(file: BinaryIO, total: int, collector: Collector, request: Request) ->
                 # A chunk that was never closed says that it is empty; its messages follow as records of the file.
                 data = memoryview(file.read(min(length, _LARGEST_HEADER if op == _CONNECTION else _LARGEST)))
                 if len(data) < length:
-                    raise _BrokenError("in the middle of a message")
+                    raise BrokenError("in the middle of a message")
                 _record(op, fields, data, collector)
             at = start + length
             if at > total:
                 why = why or "in the middle of a record"
             file.seek(min(at, total))
-        except _BrokenError as error:
+        except BrokenError as error:
             why = str(error)
     request.progress(total, total)
     if damaged:
@@ -99,16 +95,16 @@ def _header(file: BinaryIO) -> tuple[dict[bytes, bytes], int]:
     """The header of the next record of a file, and the length of its data."""
     length = _number(file.read(4))
     if length > _LARGEST_HEADER:
-        raise _BrokenError("a record's header is damaged")
+        raise BrokenError("a record's header is damaged")
     raw = file.read(length)
     if len(raw) < length:
-        raise _BrokenError("in the middle of a record's header")
+        raise BrokenError("in the middle of a record's header")
     return _fields(raw), _number(file.read(4))
 
 
 def _number(raw: bytes) -> int:
     if len(raw) < 4:
-        raise _BrokenError("in the middle of a record")
+        raise BrokenError("in the middle of a record")
     return _LENGTH.unpack(raw)[0]
 
 
@@ -117,15 +113,15 @@ def _fields(raw: bytes | memoryview) -> dict[bytes, bytes]:
     raw, found, at = bytes(raw), {}, 0
     while at < len(raw):
         if at + 4 > len(raw):
-            raise _BrokenError("a record's header is damaged")
+            raise BrokenError("a record's header is damaged")
         (length,) = _LENGTH.unpack_from(raw, at)
         name, equals, value = raw[at + 4 : at + 4 + length].partition(b"=")
         if not equals or at + 4 + length > len(raw):
-            raise _BrokenError("a record's header is damaged")
+            raise BrokenError("a record's header is damaged")
         found[name] = value
         at += 4 + length
     if not found.get(b"op", b"?"):
-        raise _BrokenError("a record's header is damaged")
+        raise BrokenError("a record's header is damaged")
     return found
 
 
@@ -134,7 +130,7 @@ def _unpacked(raw: bytes, fields: dict[bytes, bytes], whole: bool) -> memoryview
     how = fields.get(b"compression", b"")
     size = _number(fields.get(b"size", b""))
     if size > _LARGEST:
-        raise _BrokenError("a chunk's size is damaged")
+        raise BrokenError("a chunk's size is damaged")
     try:
         if how == b"none":
             content = raw
@@ -145,11 +141,11 @@ def _unpacked(raw: bytes, fields: dict[bytes, bytes], whole: bool) -> memoryview
 
             content = LZ4FrameDecompressor().decompress(raw, size)
         else:
-            raise _BrokenError(f"a chunk is packed by {how[:20]!r}")
+            raise BrokenError(f"a chunk is packed by {how[:20]!r}")
     except (OSError, EOFError, ValueError, RuntimeError) as error:
-        raise _BrokenError("a chunk cannot be unpacked") from error
+        raise BrokenError("a chunk cannot be unpacked") from error
     if whole and len(content) != size:
-        raise _BrokenError("a chunk has another size than it says")
+        raise BrokenError("a chunk has another size than it says")
     return memoryview(content)
 
 
@@ -184,7 +180,7 @@ def _record(op: int, fields: dict[bytes, bytes], data: memoryview, collector: Co
             number = _LENGTH.unpack(fields[b"conn"])[0]
             collector.connect(number, topic, f"{package}/msg/{name}", definition, "msg", "ros1")
     except (KeyError, struct.error) as error:
-        raise _BrokenError("a record lacks its fields") from error
+        raise BrokenError("a record lacks its fields") from error
 
 
 ROS1_BAG = Format("ROS 1 bag", _matches, _read, (".bag",), library="rosbags")

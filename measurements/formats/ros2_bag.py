@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from ...physics.errors import LogError
-from .base import Format, Head, Recording, Request
+from .base import Format, Head, Recording, Request, check_unpacked, in_file
 from .mcap import MAGIC as MCAP_MAGIC
 from .mcap import McapWalk
 from .ros2_sqlite import MAGIC as SQLITE_MAGIC
@@ -21,7 +21,10 @@ from .ros_zstd import zstd
 
 METADATA = "metadata.yaml"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
-_STORAGE = re.compile(r"(?P<stem>.+?)(?:_\d+)?\.(?:db3|mcap)(?:\.zstd)?")
+_KEY = "rosbag2_bagfile_information"
+_LONGEST_METADATA = 16 * 2**20
+_STORAGE = re.compile(r"(?P<stem>.+?)(?:_(?P<split>\d+))?\.(?:db3|mcap)(?:\.zstd)?")
+_JOURNAL = re.compile(r".+\.db3-(?:wal|shm|journal)")
 _BLOCK = 2**20
 _MOST_UNPACKED = 64 * 2**30
 """Bytes that a packed storage file may have unpacked; more is a broken file that fills the disk."""
@@ -40,36 +43,57 @@ class _Contents:
 def _matches(head: Head) -> bool:
     if head.entries is None:
         return head.start.startswith(SQLITE_MAGIC) and not head.gzipped
-    # A recorder that died has written no metadata; its files then tell by their names that they are of one bag.
-    return METADATA in head.entries or len(set(_stems(head.entries))) == 1
+    if METADATA in head.entries and _KEY.encode() in _metadata(head.path):
+        return True
+    return _is_series([name for name in head.entries if not name.startswith(".") and name != METADATA])
 
 
-def _stems(entries: Sequence[str]) -> list[str]:
-    return [found["stem"] for found in map(_STORAGE.fullmatch, entries) if found]
+def _is_series(names: Sequence[str]) -> bool:
+    """Whether the files of a folder are one bag by their names: one file, or the splits NAME_0, NAME_1, ... of one.
+
+    A recorder that died has written no metadata. Anything else beside them makes the folder one of several logs.
+    """
+    found = [_STORAGE.fullmatch(name) for name in names if not _JOURNAL.fullmatch(name)]
+    if not all(found) or len({match["stem"] for match in found if match}) != 1:
+        return False
+    splits = {int(match["split"] or -1) for match in found if match}
+    return len(found) == 1 or (min(splits) == 0 and len(splits) == len(found))
+
+
+def _metadata(folder: Path) -> bytes:
+    """The text of the metadata; nothing for what is no file, or for one that no recorder writes so long."""
+    path = folder / METADATA
+    try:
+        if not path.is_file() or path.stat().st_size > _LONGEST_METADATA:
+            return b""
+        return path.read_bytes()
+    except OSError:
+        return b""
 
 
 def _read(head: Head, request: Request) -> Recording:
     contents = _Contents((head.path,)) if head.entries is None else _contents(head.path, head.entries)
     collector = Collector(request, contents.distribution)
     notes = list(contents.notes)
-    sizes = [path.stat().st_size for path in contents.files]
+    sizes = [path.stat().st_size if path.is_file() else 0 for path in contents.files]
     total = sum(sizes)
     for k, path in enumerate(contents.files):
 
         def told(share: float, before: int = sum(sizes[:k]), size: int = sizes[k]) -> None:
             request.progress(before + int(share * size), total)
 
-        found = _walk(path, collector, contents.packed, told)
+        with in_file(head.path):
+            found = _walk(path, collector, contents.packed, told)
         notes += [f"{path.name}: {note}" for note in found] if len(contents.files) > 1 else found
     request.progress(total, total)
-    try:
+    with in_file(head.path):
         return collector.recording(notes)
-    except LogError as error:
-        raise LogError(f"{head.path}: {error}") from error
 
 
 def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float], None]) -> list[str]:
     """Hand the messages of one storage file to the collector."""
+    if not path.is_file():
+        raise LogError(f"{path}: expected a storage file of a bag, got a pipe, a folder or a broken link.")
     with path.open("rb") as file:
         start = file.read(16)
     if start.startswith(MCAP_MAGIC):
@@ -91,6 +115,7 @@ def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float]
 def _unpacked(path: Path, target: Path) -> list[str]:
     """Unpack a storage file as far as it goes."""
     unpacker = zstd().ZstdDecompressor()
+    packed = path.stat().st_size
     written, why = 0, ""
     with path.open("rb") as source, target.open("wb") as file:
         try:
@@ -100,6 +125,7 @@ def _unpacked(path: Path, target: Path) -> list[str]:
                     why = "it ends too early"
                 content = unpacker.decompress(block, _BLOCK)
                 written += len(content)
+                check_unpacked(written, packed)
                 if written > min(_MOST_UNPACKED, shutil.disk_usage(target.parent).free):
                     raise LogError(f"{path}: it unpacks to more than the disk holds. Unpack it elsewhere with zstd -d.")
                 file.write(content)
@@ -123,10 +149,10 @@ def _contents(folder: Path, entries: Sequence[str]) -> _Contents:
         note = f"no {METADATA} in the folder (the recorder did not close the bag); all {len(present)} files are read"
         return _Contents(tuple(folder / name for name in present), notes=(note,))
     try:
-        told = yaml.safe_load((folder / METADATA).read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
-        names = [PurePosixPath(str(name)).name for name in told["relative_file_paths"]]
-        mode, packing = (str(told.get(key) or "").lower() for key in ("compression_mode", "compression_format"))
-        distribution = str(told.get("ros_distro") or "")
+        told = yaml.safe_load(_metadata(folder).decode())[_KEY]
+        names = [PurePosixPath(_text(name)).name for name in told["relative_file_paths"]]
+        mode, packing = (_text(told.get(key) or "").lower() for key in ("compression_mode", "compression_format"))
+        distribution = _text(told.get("ros_distro") or "")
     except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError, ValueError, RecursionError):
         if not present:
             raise LogError(
@@ -143,6 +169,13 @@ def _contents(folder: Path, entries: Sequence[str]) -> _Contents:
     if not found:
         raise LogError(f"{folder}: the files that {METADATA} names are missing: {', '.join(missing[:8])}.")
     return _Contents(tuple(folder / name for name in found), distribution, mode == "message", notes)
+
+
+def _text(value: object) -> str:
+    """A text of the metadata; a list in its place may be one of aliases of aliases, endless when written out."""
+    if not isinstance(value, str):
+        raise TypeError(f"expected a text, got {type(value).__name__}")
+    return value
 
 
 def _natural(name: str) -> list[Any]:

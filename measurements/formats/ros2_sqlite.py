@@ -1,5 +1,6 @@
 """The sqlite3 storage of ROS 2 bags, read in the order of its rows, up to where the file is torn."""
 
+import os
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,8 @@ from .ros_zstd import unpacked_message
 
 MAGIC = b"SQLite format 3\0"
 _LANGUAGES = {"ros2msg": "msg", "ros2idl": "idl"}
+_LARGEST = 256 * 2**20
+"""Bytes of one row that are still read, as of one record of the other bags."""
 
 
 class SqliteWalk:
@@ -41,6 +44,7 @@ class SqliteWalk:
         database = _opened(path, total, notes)
         try:
             try:
+                _check_plain(database)
                 wanted = self._topics(database)
                 rows = _last(database)
             except (sqlite3.Error, TypeError, ValueError) as error:
@@ -49,7 +53,7 @@ class SqliteWalk:
                 ) from error
             declared = _declared(path)
             missing = declared > total or declared == 0
-            why = self._messages(database, wanted, missing, lambda row: told(min(row / max(rows, 1), 1.0)))
+            why = self._messages(database, wanted, missing, total, lambda row: told(min(row / max(rows, 1), 1.0)))
             if why:
                 notes.append(torn(total, max(declared, total), why))
         finally:
@@ -74,7 +78,12 @@ class SqliteWalk:
         return wanted
 
     def _messages(
-        self, database: sqlite3.Connection, wanted: list[int], missing: bool, progress: Callable[[int], None]
+        self,
+        database: sqlite3.Connection,
+        wanted: list[int],
+        missing: bool,
+        total: int,
+        progress: Callable[[int], None],
     ) -> str:
         """Hand over the messages; say why there are no more, where the end is not reached."""
         last: int | None = None
@@ -91,7 +100,10 @@ class SqliteWalk:
                 last = row
                 if number in topics and isinstance(received, int):
                     raw = data if isinstance(data, bytes) else str(data).encode()
-                    self._collector.message(number, received, unpacked_message(raw) if self._packed else raw)
+                    if self._packed:
+                        raw = unpacked_message(raw)
+                        self._collector.unpacked(len(raw), total)
+                    self._collector.message(number, received, raw)
                 if row % 1000 == 0:
                     progress(row)
         except sqlite3.Error as error:
@@ -112,7 +124,9 @@ def _opened(path: Path, total: int, notes: list[str]) -> sqlite3.Connection:
     journal = path.with_name(path.name + "-wal")
     live = journal.is_file() and journal.stat().st_size > 0
     how = "mode=ro" if live else "mode=ro&immutable=1"
-    database = sqlite3.connect(f"file:{quote(str(path.resolve()))}?{how}", uri=True)
+    database = sqlite3.connect(f"file:{quote(os.fsencode(path.resolve()))}?{how}", uri=True)
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LARGEST)
+    database.execute("PRAGMA trusted_schema = OFF")
     database.text_factory = lambda raw: raw.decode("utf-8", "replace")
     # Without this, sqlite refuses a file that is shorter than its first page says, and with it everything before.
     database.execute("PRAGMA writable_schema = ON")
@@ -128,6 +142,24 @@ def _opened(path: Path, total: int, notes: list[str]) -> sqlite3.Connection:
     if live:
         notes.append(f"{journal.name}, written by a recorder that did not close the bag, is read with it")
     return database
+
+
+def _check_plain(database: sqlite3.Connection) -> None:
+    """Refuse tables that are computed (views, virtual tables, generated columns): a few bytes then give gigabytes.
+
+    Raises
+    ------
+    ValueError
+        naming the table.
+    """
+    query = (
+        "SELECT name, type, rootpage FROM sqlite_master "
+        "WHERE lower(name) IN ('topics', 'messages', 'message_definitions')"
+    )
+    for name, kind, page in database.execute(query).fetchall():
+        hidden = database.execute("SELECT 1 FROM pragma_table_xinfo(?) WHERE hidden != 0", (name,)).fetchone()
+        if kind != "table" or not page or hidden:
+            raise ValueError(f"'{name}' is no plain table")
 
 
 def _last(database: sqlite3.Connection) -> int:

@@ -13,6 +13,9 @@ from .base import from_first
 
 OTHER_CLOCK = 5.0
 """Headers further than this from the receipt [s], in the median, come from another clock (or from a simulation's)."""
+AHEAD = 0.1
+"""Headers that much later than the receipt [s], in the median, are of another clock: nothing is received before it is
+made, and computers that set their clocks by each other agree better."""
 LATE = 0.02
 """A median delay above this [s] is worth a note."""
 _ASTRAY = 30.0
@@ -100,7 +103,7 @@ def agree(
     notes: list[str] = []
     sound = [_sound(stamps, notes) for stamps in topics]
     delays = [_delay(stamps) if good else 0.0 for stamps, good in zip(topics, sound, strict=True)]
-    foreign = [good and abs(delay) > OTHER_CLOCK for good, delay in zip(sound, delays, strict=True)]
+    foreign = [good and not -AHEAD <= delay <= OTHER_CLOCK for good, delay in zip(sound, delays, strict=True)]
     if any(foreign) and foreign == sound:
         stamped = [stamps for stamps, good in zip(topics, sound, strict=True) if good]
         fullest = max(stamped, key=lambda s: s.received.size)

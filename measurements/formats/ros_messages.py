@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from ...physics.errors import LogError
-from .base import Name, Recording, Request, Stream
+from .base import Name, Recording, Request, Stream, check_unpacked
 from .json_messages import JsonTopic, json_topic
 from .ros_clock import CLOCK, ClockTopic, Stamps, agree, overtaken
 from .ros_table import Table
 from .ros_types import MessageType, message_type
 
 _MOST_SHAPES = 64
+_MOST_TOPICS = 10_000
 
 
 class Collector:
@@ -34,10 +35,12 @@ class Collector:
         self._unread: dict[Name, None] = {}
         self._unknown: dict[str, str] = {}
         self._first: int | None = None
+        self._size = 0
 
     def new_file(self) -> None:
         """Forget the connection numbers of the last file; topics go on."""
         self._by_id.clear()
+        self._size = 0
 
     def connect(self, number: int, topic: str, kind: str, definition: str, language: str, encoding: str) -> bool:
         """Learn of a topic of the file, and tell whether its messages are wanted.
@@ -48,9 +51,16 @@ class Collector:
         topic, kind : names of the topic and of its type
         definition, language : of the type, see `message_type`; a JSON Schema for json
         encoding : of the messages: ros1, cdr, json, or another, which is not read
+
+        Raises
+        ------
+        LogError
+            for more topics than any robot has.
         """
         key = (topic, kind, definition)
         if key not in self._topics:
+            if len(self._topics) >= _MOST_TOPICS:
+                raise LogError(f"expected at most {_MOST_TOPICS} topics, got more. Copy the log again, or cut it.")
             self._topics[key] = self._new(topic, kind, definition, language, encoding)
         found = self._topics[key]
         if found is None:
@@ -58,6 +68,11 @@ class Collector:
             return False
         self._by_id[number] = found
         return True
+
+    def unpacked(self, size: int, packed: int) -> None:
+        """Count the bytes that the file of `packed` bytes unpacks to; see `check_unpacked`."""
+        self._size += size
+        check_unpacked(self._size, packed)
 
     def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
         """Take one message, received at a time [ns]; one that nobody wants is passed over."""

@@ -8,6 +8,9 @@ from typing import Any
 _DEEPEST = 8
 _MOST_FIELDS = 400
 _LONGEST_ARRAY = 32
+_LONGEST_DEFINITION = 2**20
+_MOST_ELEMENTS = 10_000
+"""Fields and elements of a whole message, nested ones multiplied: more is made to fill memory, or no measurement."""
 _LONGEST_SEQUENCE = 100_000
 """Numbers in one sequence that is still unpacked; a longer one is an image, or a broken length."""
 _NOT_NUMBERS = ("string", "wstring", "wchar")
@@ -57,10 +60,14 @@ def message_type(kind: str, definition: str, language: str, encoding: str, distr
     Raises
     ------
     Exception
-        whatever rosbags raises for a definition that it cannot read; KeyError for an unknown type.
+        whatever rosbags raises for a definition that it cannot read; KeyError for an unknown type; ValueError for one
+        that is too long, or of too many elements.
     """
+    if len(definition) > _LONGEST_DEFINITION:
+        raise ValueError(f"a definition of {len(definition)} characters")
     store = _store(kind, definition, language, encoding, distribution)
     fields = store.fielddefs[kind][1]
+    _elements(store, kind, {})
     leaves = list(_leaves(store, kind, "", 0))
     unpack = store.deserialize_ros1 if encoding == "ros1" else store.deserialize_cdr
     return MessageType(
@@ -102,6 +109,37 @@ def _store(kind: str, definition: str, language: str, encoding: str, distributio
         types = get_types_from_msg(definition, kind)
     store.register(types)
     return store
+
+
+def _elements(store: Any, kind: str, known: dict[str, int]) -> int:
+    """Count the objects that one message of a type is made of at the least: arrays in arrays multiply.
+
+    An array of numbers counts as one, for its bytes must be in the message; a text, or a type without a field, may take
+    none. A sequence counts as one element of it.
+
+    Raises
+    ------
+    ValueError
+        for more than `_MOST_ELEMENTS`, or a type that holds itself.
+    """
+    from rosbags.interfaces import Nodetype
+
+    if known.get(kind) == 0:
+        raise ValueError(f"{kind} holds itself")
+    if kind not in known:
+        known[kind] = 0
+        total = 1
+        for _, (node, what) in store.fielddefs[kind][1]:
+            inner, count = (node, what), 1
+            if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+                inner, length = what
+                numbers = inner[0] == Nodetype.BASE and inner[1][0] not in _NOT_NUMBERS
+                count = length if node == Nodetype.ARRAY and not numbers else 1
+            total += count * (_elements(store, inner[1], known) if inner[0] == Nodetype.NAME else 1)
+            if total > _MOST_ELEMENTS:
+                raise ValueError(f"{kind} has more than {_MOST_ELEMENTS} elements")
+        known[kind] = total
+    return known[kind]
 
 
 def _leaves(store: Any, kind: str, prefix: str, depth: int) -> Iterator[tuple[str, int | None]]:

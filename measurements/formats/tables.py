@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ...physics.errors import LogError
 from ...physics.frames import Array
-from .base import EXPECTED, TIME_COLUMNS, Head, Recording, Stream
+from .base import EXPECTED, TIME_COLUMNS, Head, Name, Recording, Stream
 
-_LONG = ("topic", "field", "value")
+LONG = ("topic", "field", "value")
+"""Columns of a long table beside the time."""
 _EPOCH = 1e8
 """A first stamp above this [s] counts from an epoch, not from the start of the log."""
 _LAST = 2**63
@@ -27,7 +28,7 @@ def time_column(columns: tuple[str, ...]) -> str | None:
 
 def is_long(columns: tuple[str, ...]) -> bool:
     """Whether the columns are those of a flattened bag."""
-    return time_column(columns) is not None and set(_LONG) <= set(columns)
+    return time_column(columns) is not None and set(LONG) <= set(columns)
 
 
 def is_wide(columns: tuple[str, ...]) -> bool:
@@ -91,13 +92,13 @@ def long_recording(frame: pd.DataFrame, path: object) -> Recording:
     return Recording(tuple(streams), notes, start_ns=start)
 
 
-def wide_recording(frame: pd.DataFrame, path: object) -> Recording:
-    """Cut a wide table (one row per time stamp) into one stream per column."""
+def wide_recording(frame: pd.DataFrame, path: object, unread: tuple[Name, ...] = ()) -> Recording:
+    """Cut a wide table (one row per time stamp) into one stream per column; `unread` are columns that it lacks."""
     time, start, notes = _seconds(frame, path)
     row = np.arange(len(frame), dtype=np.int64) + 2
     own = time_column(tuple(frame.columns))
     streams = [Stream("", str(name), time, _numbers(frame[name]), row) for name in frame.columns if name != own]
-    return Recording(tuple(streams), notes, start_ns=start)
+    return Recording(tuple(streams), notes, unread, start)
 
 
 def with_remarks(recording: Recording, head: Head) -> Recording:
@@ -128,12 +129,16 @@ def _seconds(frame: pd.DataFrame, path: object) -> tuple[Array, int, tuple[str, 
     if name is None:
         raise LogError(f"{path}: no time column among {', '.join(map(str, frame.columns))}; {EXPECTED}.")
     column = frame[name]
-    if pd.api.types.is_datetime64_any_dtype(column):
-        stamps: NDArray = column.to_numpy("datetime64[ns]").astype(np.int64)
+    clock = {"M": "datetime64[ns]", "m": "timedelta64[ns]"}.get(getattr(column.dtype, "kind", ""))
+    if clock is not None:
+        stamps: NDArray = column.to_numpy(clock).astype(np.int64)
+        if column.hasnans:
+            stamps = np.where(column.isna(), np.nan, stamps)
         per_second = 1e9
     else:
-        integer = pd.api.types.is_integer_dtype(column) and not column.hasnans
+        integer = pd.api.types.is_integer_dtype(column) and not column.hasnans and column.max() < _LAST
         stamps = column.to_numpy(np.int64) if integer else _numbers(column)
+        stamps = stamps if integer else np.where(stamps < _LAST, stamps, np.nan)
         per_second = TIME_COLUMNS[name.lower()]
     finite = stamps[np.isfinite(stamps)]
     if finite.size == 0:
