@@ -192,10 +192,53 @@ def test_several_logs_and_a_folder_are_looked_over_together(place: Path):
     content = strict(done("inspect", "logs", "--json"))
     assert [Path(log["path"]).name for log in content["logs"]] == ["a.csv", "b.csv"]
     assert content["quality"][0]["check"] == "stamps"
+    assert content["notes"] == []
     screen = done("inspect", "logs/a.csv", "logs/b.csv")
     assert "2 logs together" in screen
     assert "psi is in degrees" in screen
     assert "cannot be used as they are" in screen
+
+
+def test_the_files_of_a_folder_that_are_no_logs_are_named(place: Path):
+    (place / "logs").mkdir()
+    (place / "logs" / "readme.txt").write_text("recorded on Tuesday")
+    written(place / "logs" / "a.csv", table())
+    told = "logs: 1 logs; not logs, and not read: readme.txt"
+    assert told in strict(done("inspect", "logs", "--json"))["notes"]
+    written(place / "logs" / "b.csv", table())
+    assert strict(done("inspect", "logs", "--json"))["notes"] == [told.replace("1 logs", "2 logs")]
+    assert "not read: readme.txt" in done("inspect", "logs")
+
+
+def test_a_file_that_is_replaced_is_named(place: Path):
+    written(place / "raw.csv", table())
+    first = call("inspect", "raw.csv", "--fix", "clean.csv", "--map-out", "map.yaml")
+    assert "replaced" not in first.stderr
+    again = call("inspect", "raw.csv", "--fix", "clean.csv", "--map-out", "map.yaml")
+    assert "replaced the earlier map.yaml" in again.stderr
+    assert "replaced the earlier clean.csv" in again.stderr
+
+
+def test_an_esc_that_drives_one_way_is_not_shifted_out_of_its_range(place: Path):
+    time = np.arange(0.0, 200.0, 0.1)
+    idle, phase = time % 40.0 < 12.0, np.floor(time / 40.0)
+    port = np.where(idle, 1000.0, 1000.0 + np.round(500.0 * (1.0 + np.sin(0.5 * time + phase))))
+    stbd = np.where(idle, 1000.0, 1000.0 + np.round(500.0 * (1.0 + np.cos(0.4 * time + phase))))
+    u, r = np.zeros(time.size), np.zeros(time.size)
+    for k in range(1, time.size):
+        u[k] = u[k - 1] + 0.1 * ((port[k] + stbd[k] - 2000.0) / 1000.0 - 0.9 * u[k - 1])
+        r[k] = r[k - 1] + 0.1 * ((port[k] - stbd[k]) / 1000.0 - 1.5 * r[k - 1])
+    psi = 0.1 * np.cumsum(r)
+    way = 0.1 * np.cumsum([u * np.cos(psi), u * np.sin(psi)], axis=1)
+    columns = {"t": time, "x": way[0], "y": way[1], "psi": psi, "u": u, "v": 0.0 * u, "r": r}
+    written(place / "raw.csv", columns | {"pwm_port": port, "pwm_stbd": stbd})
+    content = strict(done("inspect", "raw.csv", "--fix", "clean.csv", "--json"))
+    (told,) = [f for f in content["quality"] if f["check"] == "neutral"]
+    assert (told["verdict"], told["value"], told["fix"]) == ("warning", 1000.0, None)
+    assert "at an end of the range 1000 to 2000" in told["sentence"]
+    assert "%" not in told["consequence"]
+    assert "offset" not in told["remedy"]
+    assert np.array_equal(read_log("clean.csv").channels["pwm_port"].value, port)
 
 
 def test_the_screen_begins_with_the_verdict(place: Path):
