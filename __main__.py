@@ -122,8 +122,7 @@ def inspect(
         from .reports.looked_over import look_over
         from .reports.reading_progress import reading_progress
 
-        if map_out is not None:
-            check_file(map_out)
+        earlier = {out: check_file(out) for out in (map_out, fix) if out is not None}
         model = None if vehicle is None else load_vehicle(vehicle)
         with reading_progress(progress) as reading:
             found, read = look_over(
@@ -131,6 +130,8 @@ def inspect(
             )
         if map_out is not None:
             write_text(map_out, map_text(read.entries, read.unused))
+        for out in earlier:
+            tell_replaced(out, earlier[out])
         if as_json:
             print_json(found)
         else:

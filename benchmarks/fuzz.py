@@ -4,8 +4,8 @@ python benchmarks/fuzz.py [--files 2000] [--format NAME]... [--seed 0] [--inspec
 
 Each file is a sound log of 30 s with bytes flipped, cut, moved, doubled, wiped, or with extreme lengths. It is read
 in a process that has 10 s for each file, and 1 GB of memory beyond what the loaded program takes. What counts as a
-crash is any exception but LogError; as a hang, more than 10 s; memory is the most that the process held at once. With
---inspect, what could be read is inspected as well.
+crash is any exception but LogError, and a LogError that comes of memory that ran out; as a hang, more than 10 s; memory
+is the most that the process held at once. With --inspect, what could be read is inspected as well.
 """
 
 import argparse
@@ -45,6 +45,19 @@ def _held() -> int:
     return int(pages) * resource.getpagesize()
 
 
+def ran_out(error: BaseException | None) -> bool:
+    """Whether an error comes of memory that ran out, which the readers' door tells as a broken file."""
+    while error is not None:
+        if (
+            isinstance(error, MemoryError)
+            or "nable to allocate" in str(error)
+            or "cannot allocate" in str(error).lower()
+        ):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
 def _work(name: str, seeds: range, inspect: bool, channel: Connection) -> None:
     """Read broken files, and tell what became of each."""
     from undertow.measurements.inspection import inspect_log
@@ -68,8 +81,8 @@ def _work(name: str, seeds: range, inspect: bool, channel: Connection) -> None:
                 if inspect:
                     inspect_log(log)
                 outcome = "read"
-            except LogError:
-                outcome = "clear error"
+            except LogError as error:
+                outcome = "memory" if ran_out(error) else "clear error"
             except BaseException as error:
                 outcome = f"{type(error).__name__}: {str(error)[:100]}"
             signal.alarm(0)

@@ -3,8 +3,9 @@
 Each world is a BlueBoat on a random heading and programme, with the noise of field sensors, in two shapes: as an
 autopilot writes it (positions, heading, gyro, PWM about a neutral of 1500, at 10 Hz), and as odometry with speeds.
 Each defect is planted alone, with a size drawn from its range; it is found when the check accuses the right channel,
-and right when the number, sign included, is within its tolerance. Sound logs, and the Gazebo logs where they are at
-hand, must accuse nobody, and a check that misses its defect must say that it cannot tell: otherwise the exit code is 1.
+and right when the number, sign included, is within its tolerance. Sound logs, the same with rough sensors, and the
+Gazebo logs where they are at hand, must accuse nobody, and a check that misses its defect must say that it cannot tell:
+otherwise the exit code is 1.
 
     python benchmarks/quality.py [--seeds 10] [--duration 240] [--table FILE]
 """
@@ -26,7 +27,7 @@ from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
 from undertow.physics.files import write_text
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds import NOISE, Sensors, simulate_world
 
 ACCUSED = ("warning", "defect")
 PROGRAMMES = ("rich", "zigzag", "gentle")
@@ -44,24 +45,26 @@ def pwm_boat() -> Vehicle:
     return vehicle_from_dict(content, "a BlueBoat driven by PWM")
 
 
-def worlds(seeds: int, duration: float) -> list[tuple[str, Log]]:
+def worlds(seeds: int, duration: float, noise: str = "field") -> list[tuple[str, Log]]:
     """Sound logs with their names."""
     boat, found = pwm_boat(), []
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(seeds):
             programme = PROGRAMMES[seed % len(PROGRAMMES)]
             path = Path(folder) / f"{programme}_{seed}.csv"
-            simulate_world(boat, {}, programme=programme, duration=duration, noise="field", seed=seed).write(path)
-            found.append((path.name, with_rest(read_log(path))))
+            simulate_world(boat, {}, programme=programme, duration=duration, noise=noise, seed=seed).write(path)
+            found.append((f"{noise} {path.name}", with_rest(read_log(path), NOISE[noise])))
     return found
 
 
-def with_rest(log: Log) -> Log:
+def with_rest(log: Log, sensors: Sensors) -> Log:
     """The same log with 10 s at rest before it, in which the sensors hold what they showed first, plus their noise."""
     rng, channels = np.random.default_rng(1), {}
+    deviations = {"u": sensors.speed, "v": sensors.speed, "r": sensors.yaw_rate, "psi": sensors.heading}
+    deviations |= {"x": sensors.position, "y": sensors.position}
     for name, channel in log.channels.items():
         before = np.arange(-10.0, channel.time[0] - 0.01, 0.05)
-        noise = {"u": 0.015, "v": 0.015, "r": 0.006, "psi": 0.005, "x": 0.05, "y": 0.05}.get(name, 0.0)
+        noise = deviations.get(name, 0.0)
         rest = {"psi": channel.value[0], "x": channel.value[0], "y": channel.value[0]}.get(name, 0.0)
         value = (1500.0 if name.startswith("pwm") else rest) + noise * rng.standard_normal(before.size)
         time = np.concatenate([before, channel.time]) + 10.0
@@ -111,6 +114,7 @@ def main() -> int:
     sound = [
         *((f"autopilot {name}", log) for name, log in autopilot),
         *((f"odometry {name}", log) for name, log in odometry),
+        *((f"odometry {name}", log) for name, log in worlds(chosen.seeds, chosen.duration, "rough")),
     ]
     sound += [(path.name, read_log(path)) for path in sorted(GAZEBO.glob("*.csv.gz"))]
     false = [(name, f) for name, log in sound for f in accusations(examine(log).findings)]

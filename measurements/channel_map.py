@@ -9,22 +9,22 @@ from typing import Any
 import yaml
 
 from ..physics.errors import LogError
-from .channels import COMMAND_UNITS, UNITS, is_canonical
+from .channels import COMMAND_UNITS, UNITS, is_canonical, unit_of
 
 _KEYS = {"from", "scale", "offset", "frame", "unit"}
 _UNITS = {
-    "deg": math.pi / 180.0,
-    "deg/s": math.pi / 180.0,
-    "1e-7 deg": 1e-7,
-    "knots": 1852.0 / 3600.0,
-    "km/h": 1.0 / 3.6,
-    "cm/s": 0.01,
-    "cm": 0.01,
-    "g": 9.80665,
-    "rpm": math.pi / 30.0,
-    "percent": 0.01,
+    "deg": {"rad": math.pi / 180.0, "deg": 1.0},
+    "deg/s": {"rad/s": math.pi / 180.0},
+    "1e-7 deg": {"rad": 1e-7 * math.pi / 180.0, "deg": 1e-7},
+    "knots": {"m/s": 1852.0 / 3600.0},
+    "km/h": {"m/s": 1.0 / 3.6},
+    "cm/s": {"m/s": 0.01},
+    "cm": {"m": 0.01},
+    "g": {"m/s^2": 9.80665},
+    "rpm": {"rad/s": math.pi / 30.0},
+    "percent": {"1": 0.01},
 }
-"""Units that a stream may be in instead of its channel's, and what they are in it."""
+"""Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _MOST_UNUSED = 40
 
 
@@ -57,15 +57,16 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         pwm_port: null                                      # leave this channel out
 
     The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots, km/h,
-    cm/s, cm, g, rpm, percent) both are turned into the channel's own. `frame: enu` says that the entry is the ENU/FLU
-    channel of that name (x east, y north, psi counter-clockwise from east, v and r to port); without it a ROS-style
-    field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and everything else is in the frame of
-    the log.
+    cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu` says that the
+    entry is the ENU/FLU channel of that name (x east, y north, psi counter-clockwise from east, v and r to port);
+    without it a ROS-style field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and everything else
+    is in the frame of the log.
 
     Raises
     ------
     LogError
-        when the file is missing, is not such a mapping, or names an unknown channel or key.
+        when the file is missing, is not such a mapping, names an unknown channel or key, or a unit that cannot be the
+        channel's.
     """
     if not path.is_file():
         raise LogError(f"{path}: no such channel map; expected a YAML file of 'channel: topic:field' lines.")
@@ -103,11 +104,17 @@ def _entry(path: Path, key: str, value: Any) -> Entry:
     if frame not in (None, "ned", "enu"):
         raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {frame!r}.")
     unit = value.get("unit")
-    if unit is not None and unit not in _UNITS:
+    if unit is not None and (not isinstance(unit, str) or unit not in _UNITS):
         raise LogError(
             f"{path}: channel map entry '{key}' needs a unit among {', '.join(_UNITS)}, or a scale; got {unit!r}."
         )
-    factor = 1.0 if unit is None else _UNITS[unit]
+    factor = 1.0 if unit is None else _UNITS[unit].get(unit_of(key))
+    if factor is None:
+        fitting = [name for name, factors in _UNITS.items() if unit_of(key) in factors]
+        raise LogError(
+            f"{path}: channel map entry '{key}' is a channel in {unit_of(key)}; expected a unit that fits it "
+            f"({', '.join(fitting) or 'there is none here'}), or a scale; got {unit!r}."
+        )
     return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame)
 
 

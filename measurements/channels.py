@@ -73,7 +73,7 @@ class Lost:
     empty : rows without a number
     repeated : rows whose stamp another row repeats
     backward : rows that stood after a later one, and were sorted
-    cut : rows beyond the longest piece of a log whose clock was set back
+    cut : values outside the longest piece of a log whose clock was set back
     """
 
     empty: int = 0

@@ -2,7 +2,7 @@
 
 import gzip
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,9 @@ import numpy as np
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes
 from .log import Log
+
+_PART = 1 << 16
+"""Rows that are written together; all at once, the rows of a long log would take gigabytes."""
 
 
 def check_target(out: Path, logs: Sequence[Path]) -> None:
@@ -46,36 +49,44 @@ def write_clean(log: Log, fixes: Sequence[str], left: Sequence[str], out: str | 
     Raises
     ------
     RequestError
-        see `check_target`.
+        see `check_target`; and for a log whose clock was set back, of which only a piece was read.
     """
     target = Path(out)
     check_target(target, [log.path])
+    if any(channel.lost.cut for channel in log.channels.values()):
+        raise RequestError(
+            f"--fix {out}: the clock of {log.path} is set back, and only its longest piece was looked over; a repaired "
+            "log would lose the rest. Cut the log where the clock was set, and repair each piece."
+        )
     done = [f"fixed: {fix}" for fix in fixes] or ["nothing had to be fixed"]
     wrong = [f"not fixed: {sentence}" for sentence in left]
     remarks = [f"repaired by undertow from {log.name}", *done, *wrong, *log.notes]
     head = "".join(f"# {' '.join(remark.split())}\n" for remark in remarks)
-    data = (head + _table(log)).encode("utf-8")
+    data = b"".join(part.encode("utf-8") for part in (head, *_table(log)))
     return write_bytes(target, gzip.compress(data, mtime=0) if target.suffix == ".gz" else data)
 
 
-def _table(log: Log) -> str:
+def _table(log: Log) -> Iterator[str]:
+    """Give the table part by part, numbers with as many digits as they need to be read back the same."""
     channels = list(log.channels.values())
     time, start = channels[0].time, log.start_ns
+    names = [channel.name for channel in channels]
 
     def stamp(t: float) -> str:
-        return str(start + round(1e9 * t)) if start else f"{t:.6f}"
+        return str(start + round(1e9 * t)) if start else repr(round(t, 9))
 
     if all(np.array_equal(channel.time, time) for channel in channels):
-        rows = np.column_stack([channel.value for channel in channels]).tolist()
-        lines = [
-            f"{stamp(t)},{','.join(f'{x:.9g}' for x in row)}\n" for t, row in zip(time.tolist(), rows, strict=True)
-        ]
-        return f"{'timestamp_ns' if start else 't'},{','.join(channel.name for channel in channels)}\n" + "".join(lines)
-    long = [
-        (t, channel.name, x)
-        for channel in channels
-        for t, x in zip(channel.time.tolist(), channel.value.tolist(), strict=True)
-    ]
-    long.sort(key=lambda row: row[0])
-    lines = [f"{stamp(t)},fixed,{name},{x:.9g}\n" for t, name, x in long]
-    return f"{'timestamp_ns' if start else 'time'},topic,field,value\n" + "".join(lines)
+        yield f"{'timestamp_ns' if start else 't'},{','.join(names)}\n"
+        for at in range(0, time.size, _PART):
+            rows = np.column_stack([channel.value[at : at + _PART] for channel in channels]).tolist()
+            stamps = time[at : at + _PART].tolist()
+            yield "".join(f"{stamp(t)},{','.join(map(repr, row))}\n" for t, row in zip(stamps, rows, strict=True))
+        return
+    yield f"{'timestamp_ns' if start else 'time'},topic,field,value\n"
+    every, values = (np.concatenate([getattr(c, part) for c in channels]) for part in ("time", "value"))
+    which = np.repeat(np.arange(len(channels)), [channel.time.size for channel in channels])
+    order = np.argsort(every, kind="stable")
+    for at in range(0, order.size, _PART):
+        part = order[at : at + _PART]
+        rows = zip(every[part].tolist(), which[part].tolist(), values[part].tolist(), strict=True)
+        yield "".join(f"{stamp(t)},fixed,{names[k]},{x!r}\n" for t, k, x in rows)

@@ -1,6 +1,7 @@
 """The first rules of order: no row without a number, no time that runs backwards, one value per stamp."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,8 @@ class Cleaner:
     Parameters
     ----------
     where : the file, for messages
-    mend : put up with time that runs backwards: sort rows that were shuffled, or take the longest piece of a log whose
-        clock was set back. Only for looking a log over; whoever computes with it must know.
+    mend : put up with time that runs backwards: sort rows that were shuffled, or take the longest piece of a table
+        whose clock was set back, see `choose_piece`. Only for looking a log over; whoever computes with it must know.
     """
 
     def __init__(self, where: str, mend: bool = False) -> None:
@@ -30,6 +31,33 @@ class Cleaner:
         self._empty: dict[int, list[str]] = defaultdict(list)
         self._repeated: dict[int, list[str]] = defaultdict(list)
         self._mended: dict[str, list[str]] = defaultdict(list)
+        self._piece: tuple[int, int] | None = None
+        self._set_back = False
+
+    def choose_piece(self, streams: Sequence[Stream]) -> None:
+        """Choose the piece of a log whose clock was set back: the same rows for all channels, or two runs would mix.
+
+        Only the rows of a table are counted through all streams; messages are numbered topic by topic, so of a set-back
+        clock in them `channel` says that it cannot be mended.
+
+        Parameters
+        ----------
+        streams : all that become channels
+        """
+        if not self._mend:
+            return
+        shared = {id(stream.time): stream for stream in streams}
+        falls = [rows for stream in shared.values() if (rows := _set_back(stream)).size]
+        self._set_back = bool(falls)
+        if not falls or any(stream.kind for stream in streams):
+            return
+        starts = np.unique(np.concatenate(falls))
+        count = np.zeros(starts.size + 1, dtype=np.int64)
+        for stream in streams:
+            count += np.bincount(np.searchsorted(starts, stream.row, "right"), minlength=count.size)
+        piece = int(np.argmax(count))
+        bounds = [0, *starts.tolist(), 1 + max(int(stream.row.max()) for stream in streams if stream.row.size)]
+        self._piece = bounds[piece], bounds[piece + 1]
 
     def channel(self, name: str, stream: Stream, value: Array) -> Channel:
         """Make the channel `name` of the values `value` (n,) at the stamps of `stream`.
@@ -37,7 +65,7 @@ class Cleaner:
         Raises
         ------
         LogError
-            when no value is a number, or when time runs backwards and is not to be mended.
+            when no value is a number, or when time runs backwards and is not, or cannot, be mended.
         """
         keep = np.isfinite(value) & np.isfinite(stream.time)
         if not keep.any():
@@ -46,30 +74,40 @@ class Cleaner:
                 f"sensor connected? Remove the column, or leave it out with '{name}: null' in a channel map."
             )
         time, rows = stream.time, stream.row
+        empty, cut = int(keep.size - keep.sum()), 0
+        if self._piece is not None:
+            low, high = self._piece
+            inside = keep & (rows >= low) & (rows < high)
+            cut = int(keep.sum() - inside.sum())
+            if not inside.any():
+                raise LogError(
+                    f"{self._where}: the clock is set back, and {name} ({stream.name}) has no value in the longest "
+                    f"piece, rows {low} to {high - 1}. Cut the log where the clock was set."
+                )
+            keep = inside
+        if cut:
+            self._mended[
+                f"{cut} values outside rows {low} to {high - 1} left out, because the clock was set back"
+            ].append(name)
         if not keep.all():
             time, rows, value = time[keep], rows[keep], value[keep]
         steps = np.diff(time)
-        backward = cut = 0
+        backward = 0
         if steps.size and steps.min() < 0:
-            if not self._mend:
+            if not self._mend or (self._set_back and self._piece is None):
                 at = int(np.flatnonzero(steps < 0)[0]) + 1
                 raise LogError(
                     f"{self._where}: time runs backwards in {name} ({stream.name}) at row {rows[at]}: {time[at]:.6f} s "
                     f"after {time[at - 1]:.6f} s. Sort the log by time, or cut it where the clock was set; "
                     "'undertow inspect LOG --fix OUT.csv' sorts."
                 )
-            order, backward = _in_order(time)
-            cut = time.size - order.size
+            backward = int(np.sum(time < np.maximum.accumulate(time)))
+            order = np.argsort(time, kind="stable")
             time, value = time[order], value[order]
             steps = np.diff(time)
-            what = (
-                f"{cut} values beyond a clock that was set back left out"
-                if cut
-                else f"{backward} values sorted by time"
-            )
-            self._mended[what].append(name)
+            self._mended[f"{backward} values sorted by time"].append(name)
         last = np.append(steps > 0, True)
-        lost = Lost(int(keep.size - keep.sum()), int(last.size - last.sum()), backward, cut)
+        lost = Lost(empty, int(last.size - last.sum()), backward, cut)
         if lost.empty:
             self._empty[lost.empty].append(name)
         if not lost.repeated:
@@ -89,10 +127,10 @@ class Cleaner:
         return (*mended, *empty, *repeated)
 
 
-def _in_order(time: Array) -> tuple[NDArray[np.intp], int]:
-    """Rows (m,) of stamps (n,) in an order in which they never fall, and how many of them stood after later ones."""
-    behind = time < np.maximum.accumulate(time)
-    if np.mean(behind) <= _SHUFFLED:
-        return np.argsort(time, kind="stable"), int(behind.sum())
-    pieces = np.split(np.arange(time.size), np.flatnonzero(np.diff(time) < 0) + 1)
-    return max(pieces, key=len), 0
+def _set_back(stream: Stream) -> NDArray[np.int64]:
+    """Rows (k,) of the file at which the clock of a stream was set back; none where its rows were shuffled at most."""
+    known = np.isfinite(stream.time)
+    time = stream.time[known]
+    if not time.size or np.mean(time < np.maximum.accumulate(time)) <= _SHUFFLED:
+        return np.zeros(0, dtype=np.int64)
+    return stream.row[known][1:][np.diff(time) < 0]

@@ -151,7 +151,9 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
     examination = examine(log)
     # Late and held fixes make false speeds; what the boat did is told of the log without them.
     seen = [stretch.motion for stretch in Record.of(examination.clean).stretches]
-    curable = bool(plan.missing) and not _plan(_mended(examination.clean), vehicle, recipe).missing
+    # What lies beyond a clock that was set back is lost to a repaired log, so none is written.
+    cut = any(channel.lost.cut for channel in log.channels.values())
+    curable = bool(plan.missing) and not cut and not _plan(_mended(examination.clean), vehicle, recipe).missing
     return Inspection(
         path=str(log.path),
         verdict=verdict(examination.findings, plan.missing, curable),

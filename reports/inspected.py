@@ -95,6 +95,8 @@ def inspections_screen(inspections: Mapping[str, Any]) -> RenderableType:
         usable = number((log.get("excitation") or {}).get("seconds"), blank="none")
         table.add_row(Text(Path(str(log.get("path"))).name), usable, *checks)
     parts.append(table)
+    if inspections.get("notes"):
+        parts.append(section("Notes", bullets([str(note) for note in inspections["notes"]])))
     return stacked(parts)
 
 

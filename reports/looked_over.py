@@ -13,8 +13,8 @@ from ..physics.vehicle import Vehicle
 from .inputs import check_frame
 
 
-def logs_in(paths: Sequence[Path]) -> list[Path]:
-    """The logs that files, folders and patterns stand for; see `find_logs`.
+def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
+    """The logs that files, folders and patterns stand for, and notes on what else is there; see `find_logs`.
 
     Raises
     ------
@@ -23,13 +23,14 @@ def logs_in(paths: Sequence[Path]) -> list[Path]:
     LogError
         when a folder or a pattern holds none.
     """
-    found = [Path(path) for path in find_logs(paths)[0]]
+    names, notes = find_logs(paths)
+    found = [Path(name) for name in names]
     seen = set()
     for path in found:
         if path.resolve() in seen:
             raise RequestError(f"{path} is given twice; its evidence would count twice. Give it once.")
         seen.add(path.resolve())
-    return found
+    return found, notes
 
 
 def look_over(
@@ -54,15 +55,15 @@ def look_over(
     Returns
     -------
     (what was found, the first log) : dict, Log
-        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several; with `fix`, its path and
-        what was done under `fixed`.
+        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several, whose `notes` name the files beside
+        them that are no logs; with `fix`, its path and what was done under `fixed`.
 
     Raises
     ------
     LogError, RequestError
         when a log cannot be read, or `fix` is asked of several logs or would overwrite one.
     """
-    logs = logs_in(paths)
+    logs, notes = logs_in(paths)
     if fix is not None:
         if len(logs) > 1:
             raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
@@ -73,9 +74,10 @@ def look_over(
         for log in logs
     ]
     if len(read) > 1:
-        return inspect_logs(read, vehicle).to_dict(), read[0]
+        return inspect_logs(read, vehicle).to_dict() | {"notes": list(notes)}, read[0]
     inspection = inspect_log(read[0], vehicle)
     found = inspection.to_dict()
+    found["notes"] += notes
     if fix is not None:
         examination = inspection.examination
         write_clean(examination.clean, examination.fixes, examination.left, fix)

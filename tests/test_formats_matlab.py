@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matlab_files import structs_of, write_mat
 from round_trip import assert_equal, expected, motion_of, world
+from scipy.io import savemat
 
 from undertow.measurements.formats import matlab_elements
 from undertow.measurements.formats.registry import read_recording
@@ -123,4 +124,21 @@ def test_a_packed_variable_that_would_fill_the_memory_is_refused(tmp_path, monke
     path.write_bytes(path.read_bytes()[:128] + struct.pack("<II", 15, len(bomb)) + bomb)
     monkeypatch.setattr(matlab_elements, "MOST", 1_000_000)
     with pytest.raises(LogError, match="unpacks to more than 1 MB"):
+        read_log(path)
+
+
+@pytest.mark.parametrize(
+    "value", [np.array([[1.0, 2.0, 3.0]], object), np.array([[(1.0, 2.0)] * 3], [("a", "O"), ("b", "O")]), "abc"]
+)
+def test_a_few_bytes_that_claim_a_large_array_are_refused(tmp_path, value):
+    path = tmp_path / "log.mat"
+    savemat(path, {"t": np.arange(10.0), "u": np.arange(10.0), "c": value})
+    assert "u" in read_log(path).channels
+    data = path.read_bytes()
+    small, large = (struct.pack("<IIii", 5, 8, 1, many) for many in (3, 2**28))
+    assert data.count(small) == 1
+    path.write_bytes(data.replace(small, large))
+    with pytest.raises(
+        LogError, match=r"broken MATLAB file \(a cell array, struct or text of (268435456|536870912) parts"
+    ):
         read_log(path)

@@ -96,6 +96,16 @@ def test_positions_that_the_filter_calls_invalid_are_left_out(tmp_path):
     assert "4 rows that it calls invalid" in told(log, "x y u v")
 
 
+def test_an_attitude_that_was_never_set_is_no_heading(tmp_path):
+    writer = Writer()
+    for row in range(10):
+        stamp = START + 100_000 * row
+        writer.add("vehicle_attitude", stamp, stamp, *((0.0,) * 4 if row < 3 else (0.8, 0.0, 0.0, 0.6)))
+    log = read_log(saved(tmp_path, writer.content))
+    assert log.channels["psi"].value == pytest.approx([2.0 * np.arctan2(0.6, 0.8)] * 7)
+    assert "3 rows that are all zero left out" in told(log, "psi")
+
+
 def test_setpoints_are_no_measurements_but_can_be_mapped(content, tmp_path):
     path = saved(tmp_path, content)
     assert read_log(path).channels["x"].value.max() < 70.0

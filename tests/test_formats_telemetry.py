@@ -47,6 +47,21 @@ def test_positions_in_degrees_become_metres(truth, tmp_path):
     assert "GLOBAL_POSITION_INT" in told(read_log(path), "x y u v")
 
 
+def test_a_vehicle_without_a_fix_is_not_off_africa(tmp_path):
+    writer = Writer()
+    for row in range(200):
+        stamp = 1000 + 100 * row
+        place = (600_000_000 + 10 * row, 100_000_000) if row >= 50 else (0, 0)
+        received = BOOT + 1000 * stamp
+        writer.add(received, ardupilotmega.MAVLink_attitude_message(stamp, 0.0, 0.0, 0.1, 0.0, 0.0, 0.01))
+        message = ardupilotmega.MAVLink_global_position_int_message(stamp, *place, 0, 0, 100, 0, 0, 65535)
+        writer.add(received, message)
+    log = read_log(saved(tmp_path, writer.content))
+    assert log.channels["x"].time.size == log.channels["u"].time.size == 150
+    assert log.channels["x"].value[[0, -1]] == pytest.approx([0.0, 16.6], abs=0.1)
+    assert "50 rows without a fix (0 degrees both) left out" in told(log, "x y u v")
+
+
 def test_the_vehicles_clock_is_used_and_not_the_time_of_receipt(content, tmp_path):
     log = read_log(saved(tmp_path, content))
     assert log.channels["u"].time[0] == START / 1000

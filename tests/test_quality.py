@@ -152,8 +152,8 @@ def test_a_deviation_seen_on_few_headings_is_told_without_a_curve():
     log = cruise(lambda psi: np.radians(8.0) * np.cos(psi), noise=0.005)
     part = {n: Channel(n, c.time[:800], c.value[:800], n) for n, c in log.channels.items()}
     found = only(examine(Log(log.path, part)).findings, "compass")
-    assert found.verdict in ("defect", "cannot tell")
-    assert found.verdict == "cannot tell" or "too few to tell the curve" in found.sentence
+    assert found.verdict == "defect"
+    assert "too few to tell the curve" in found.sentence
 
 
 def test_late_fixes_are_put_back_to_a_few_millimetres(study: ModuleType, autopilot: Log):
@@ -173,6 +173,24 @@ def test_late_fixes_are_put_back_to_a_few_millimetres(study: ModuleType, autopil
     assert np.abs(mended).max() < 0.7 * np.abs(raw).max()
 
 
+def test_stamps_that_jitter_are_not_called_late_fixes(study: ModuleType):
+    for name, log in study.worlds(3, 150.0, "rough"):
+        found = only(examine(log).findings, "late fixes")
+        assert found.verdict == "note", name
+        assert "the stamps jitter" in found.sentence
+        assert accused(log) == [], name
+
+
+def test_a_few_jittering_rows_of_a_slow_log_are_not_called_late(autopilot: Log):
+    rng = np.random.default_rng(2)
+    late = 0.1 * np.clip(0.35 * rng.standard_normal(autopilot.channels["x"].time.size), -0.45, 0.45)
+    broken = autopilot.channels | {
+        n: replace(autopilot.channels[n], time=autopilot.channels[n].time + late) for n in "xy"
+    }
+    found = only(examine(replace(autopilot, channels=broken)).findings, "late fixes")
+    assert (found.verdict, found.fix) == ("note", None)
+
+
 def test_irregular_fixes_with_honest_stamps_are_not_called_late():
     log = cruise(rate=20.0)
     time = log.channels["x"].time
@@ -180,7 +198,7 @@ def test_irregular_fixes_with_honest_stamps_are_not_called_late():
     row = np.flatnonzero(rng.random(time.size) < 0.4)
     shown = row[np.clip(np.searchsorted(row, np.arange(time.size), "right") - 1, 0, None)]
     broken = log.channels | {n: replace(log.channels[n], value=log.channels[n].value[shown]) for n in "xy"}
-    assert only(examine(replace(log, channels=broken)).findings, "late fixes").verdict in ("note", "ok")
+    assert only(examine(replace(log, channels=broken)).findings, "late fixes").verdict == "note"
 
 
 def test_positions_in_feet_and_opposite_axes_are_told(odometry: Log):
@@ -225,8 +243,8 @@ def test_a_slow_log_a_gap_and_a_shaky_clock_are_told(odometry: Log):
     assert (found.verdict, found.channels) == ("warning", ("u",))
     assert found.parts["longest"] == pytest.approx(30.0, abs=0.2)
     rng = np.random.default_rng(0)
-    shaky = {n: replace(c, time=c.time + 0.03 * rng.random(c.time.size)) for n, c in odometry.channels.items()}
-    assert only(examine(replace(odometry, channels=shaky)).findings, "rates").verdict in ("note", "ok")
+    shaky = {n: replace(c, time=c.time + 0.05 * rng.random(c.time.size)) for n, c in odometry.channels.items()}
+    assert only(examine(replace(odometry, channels=shaky)).findings, "rates").verdict == "note"
 
 
 def test_a_leaning_accelerometer_is_told_with_its_sign():
@@ -321,4 +339,4 @@ def test_the_study_prints_its_table(study: ModuleType, tmp_path: Path, monkeypat
     assert study.main() == 0
     text = (tmp_path / "t.md").read_text()
     assert "| neutral PWM off | 1 | 1 | 1 | 0 |" in text
-    assert "Defects missed without a word: 0. False alarms: 0 on 2 sound logs." in text
+    assert "Defects missed without a word: 0. False alarms: 0 on 3 sound logs." in text

@@ -117,6 +117,35 @@ def test_a_clock_that_is_set_back_is_told_and_not_repaired(place: Path):
     assert (told["verdict"], told["fix"]) == ("defect", None)
     assert told["value"] == pytest.approx(1.0 / 3.0, abs=0.01)
     assert "Not usable" in content["verdict"]
+    assert "--fix" not in content["verdict"]
+    assert any("left out, because the clock was set back" in note for note in content["notes"])
+    refused("inspect", "raw.csv", "--fix", "clean.csv", match="only its longest piece was looked over")
+    assert not (place / "clean.csv").exists()
+
+
+@pytest.mark.parametrize("long", [False, True])
+def test_the_pieces_of_a_clock_that_is_set_back_are_not_mixed(place: Path, long: bool):
+    psi, u = (np.repeat(values, 300) for values in ((0.25, 1.0), (1.0, 2.0)))
+    psi[:10], u[300:305] = np.nan, np.nan  # each channel has more numbers in another piece
+    columns = table(t=np.tile(TIME[:300], 2), psi=psi, u=u)
+    written(place / "raw.csv", columns)
+    if long:
+        rows = zip(*(columns[name].tolist() for name in ("t", "psi", "u")), strict=True)
+        lines = [f"{t},compass,psi,{p}\n{t},dvl,u,{s}\n" for t, p, s in rows]
+        (place / "raw.csv").write_text("time,topic,field,value\n" + "".join(lines))
+    found = read_log("raw.csv", mend=True).channels
+    assert {(found["psi"].value[0], found["u"].value[0])} <= {(0.25, 1.0), (1.0, 2.0)}
+    assert np.ptp(found["psi"].value) == np.ptp(found["u"].value) == 0.0
+
+
+def test_a_repaired_log_keeps_every_digit(place: Path):
+    psi = 1.0 / 3.0 + 1e-13 * np.arange(TIME.size)
+    lines = [f"{t!r},{p!r},{g!r}" for t, p, g in zip(TIME.tolist(), psi.tolist(), (100.0 * psi).tolist(), strict=True)]
+    (place / "raw.csv").write_text("t,psi,x\n" + "\n".join(lines) + "\n")
+    done("inspect", "raw.csv", "--fix", "clean.csv")
+    raw, clean = read_log("raw.csv").channels, read_log("clean.csv").channels
+    assert np.abs(clean["psi"].value - raw["psi"].value).max() < 1e-15
+    assert np.abs(clean["x"].value - raw["x"].value).max() < 1e-13
 
 
 def test_repeated_stamps_are_counted_and_dropped(place: Path):
@@ -163,10 +192,53 @@ def test_several_logs_and_a_folder_are_looked_over_together(place: Path):
     content = strict(done("inspect", "logs", "--json"))
     assert [Path(log["path"]).name for log in content["logs"]] == ["a.csv", "b.csv"]
     assert content["quality"][0]["check"] == "stamps"
+    assert content["notes"] == []
     screen = done("inspect", "logs/a.csv", "logs/b.csv")
     assert "2 logs together" in screen
     assert "psi is in degrees" in screen
     assert "cannot be used as they are" in screen
+
+
+def test_the_files_of_a_folder_that_are_no_logs_are_named(place: Path):
+    (place / "logs").mkdir()
+    (place / "logs" / "readme.txt").write_text("recorded on Tuesday")
+    written(place / "logs" / "a.csv", table())
+    told = "logs: 1 logs; not logs, and not read: readme.txt"
+    assert told in strict(done("inspect", "logs", "--json"))["notes"]
+    written(place / "logs" / "b.csv", table())
+    assert strict(done("inspect", "logs", "--json"))["notes"] == [told.replace("1 logs", "2 logs")]
+    assert "not read: readme.txt" in done("inspect", "logs")
+
+
+def test_a_file_that_is_replaced_is_named(place: Path):
+    written(place / "raw.csv", table())
+    first = call("inspect", "raw.csv", "--fix", "clean.csv", "--map-out", "map.yaml")
+    assert "replaced" not in first.stderr
+    again = call("inspect", "raw.csv", "--fix", "clean.csv", "--map-out", "map.yaml")
+    assert "replaced the earlier map.yaml" in again.stderr
+    assert "replaced the earlier clean.csv" in again.stderr
+
+
+def test_an_esc_that_drives_one_way_is_not_shifted_out_of_its_range(place: Path):
+    time = np.arange(0.0, 200.0, 0.1)
+    idle, phase = time % 40.0 < 12.0, np.floor(time / 40.0)
+    port = np.where(idle, 1000.0, 1000.0 + np.round(500.0 * (1.0 + np.sin(0.5 * time + phase))))
+    stbd = np.where(idle, 1000.0, 1000.0 + np.round(500.0 * (1.0 + np.cos(0.4 * time + phase))))
+    u, r = np.zeros(time.size), np.zeros(time.size)
+    for k in range(1, time.size):
+        u[k] = u[k - 1] + 0.1 * ((port[k] + stbd[k] - 2000.0) / 1000.0 - 0.9 * u[k - 1])
+        r[k] = r[k - 1] + 0.1 * ((port[k] - stbd[k]) / 1000.0 - 1.5 * r[k - 1])
+    psi = 0.1 * np.cumsum(r)
+    way = 0.1 * np.cumsum([u * np.cos(psi), u * np.sin(psi)], axis=1)
+    columns = {"t": time, "x": way[0], "y": way[1], "psi": psi, "u": u, "v": 0.0 * u, "r": r}
+    written(place / "raw.csv", columns | {"pwm_port": port, "pwm_stbd": stbd})
+    content = strict(done("inspect", "raw.csv", "--fix", "clean.csv", "--json"))
+    (told,) = [f for f in content["quality"] if f["check"] == "neutral"]
+    assert (told["verdict"], told["value"], told["fix"]) == ("warning", 1000.0, None)
+    assert "at an end of the range 1000 to 2000" in told["sentence"]
+    assert "%" not in told["consequence"]
+    assert "offset" not in told["remedy"]
+    assert np.array_equal(read_log("clean.csv").channels["pwm_port"].value, port)
 
 
 def test_the_screen_begins_with_the_verdict(place: Path):
@@ -193,6 +265,27 @@ def test_milliseconds_and_units_of_a_channel_map_are_read(place: Path):
     (place / "map.yaml").write_text("psi: {from: Heading, unit: gon}\n")
     with pytest.raises(LogError, match=r"needs a unit among deg, deg/s, .*got 'gon'"):
         read_log("a.csv", channel_map="map.yaml")
+
+
+def test_a_unit_of_a_channel_map_must_fit_its_channel(place: Path):
+    lines = [f"{k},{60.0 + 1e-5 * k!r},10.0,900000000,{3.6 * k}" for k in range(20)]
+    (place / "a.csv").write_text("\n".join(["t,Latitude,Longitude,Heading,Speed", *lines]) + "\n")
+    degrees = "lat: {from: Latitude, unit: deg}\nlon: {from: Longitude, unit: deg}\n"
+    (place / "map.yaml").write_text(
+        f"{degrees}psi: {{from: Heading, unit: 1e-7 deg}}\nu: {{from: Speed, unit: km/h}}\n"
+    )
+    found = read_log("a.csv", channel_map="map.yaml").channels
+    assert found["x"].value[-1] == pytest.approx(19e-5 * 111_412.0, rel=1e-3)
+    assert found["psi"].value == pytest.approx(np.pi / 2.0)
+    assert found["u"].value[-1] == pytest.approx(19.0)
+    for line, text in (
+        ("psi: {from: Heading, unit: knots}", r"'psi' is a channel in rad; .*\(deg, 1e-7 deg\).*got 'knots'"),
+        ("u: {from: Speed, unit: deg/s}", r"'u' is a channel in m/s; .*\(knots, km/h, cm/s\).*got 'deg/s'"),
+        ("psi: {from: Heading, unit: [deg]}", r"needs a unit among .*got \['deg'\]"),
+    ):
+        (place / "map.yaml").write_text(line + "\n")
+        with pytest.raises(LogError, match=text):
+            read_log("a.csv", channel_map="map.yaml")
 
 
 def test_a_defect_of_the_log_is_told_beside_every_finding(place: Path):

@@ -103,7 +103,13 @@ def recording(log: Messages, request: Request, where: str) -> Recording:
         notes,
     )
     wanted = {name.topic for name in chosen.raw if name in chosen.wanted}
-    read = [stream for key, topic in topics.items() if topic in wanted for stream in log.table(*key).raw(chosen.wanted)]
+    read = []
+    for (kind, sensor), topic in topics.items():
+        if topic in wanted:
+            values = _values(log, kind)
+            pairs = zip(values, raw_names(topic, f"dataflash/{kind}", values), strict=True)
+            fields = [field for field, name in pairs if name in chosen.wanted]
+            read += log.table(kind, sensor, fields).raw(chosen.wanted)
     return chosen.recording(read)
 
 

@@ -8,13 +8,14 @@ a log that breaks off or is damaged must be read up to there.
 import mmap
 import struct
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...physics.frames import Array
 from . import ardupilot
 from .autopilot import Table, numbers
 from .base import Format, Head, Recording, Request, torn
@@ -28,6 +29,8 @@ _SENSOR = "#"
 _PAGE = 528
 """A log may end in so many equal bytes, the rest of its last page; they are no break."""
 _EVERY = 1 << 22
+_PART = 1 << 14
+"""Messages that are unpacked together; of a rare type they may lie on a page of the file each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +69,10 @@ class DataFlash:
         self._layouts: dict[int, Layout] = {}
         self._offsets: dict[int, array] = {}
         self.notes: list[str] = []
-        self._content = np.memmap(path, np.uint8, "r")
-        with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-            self._scan(content, request)
+        with path.open("rb") as file:
+            self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        self._content = np.frombuffer(self._map, np.uint8)
+        self._scan(self._map, request)
         self._kinds = {layout.name: kind for kind, layout in self._layouts.items() if self._offsets.get(kind)}
         self._sensors = self._sensor_fields()
 
@@ -92,25 +96,28 @@ class DataFlash:
 
     def bodies(self, name: str, field: str | None = None) -> Any:
         """Unpack all messages of a type, or one of their fields, as they lie in the file."""
-        layout = self._layouts[self._kinds[name]]
-        body, start = layout.body, 3
-        if field is not None:
-            places: Any = body.fields
-            body, start = places[field][0], start + places[field][1]
+        parts = [rows if field is None else rows[field].copy() for rows in self._parts(name)]
+        return np.concatenate(parts)
+
+    def _parts(self, name: str) -> Iterator[Any]:
+        """Unpack the messages of a type part by part, so that neither they nor the file need be held as a whole."""
+        body = self._layouts[self._kinds[name]].body
         windows = np.lib.stride_tricks.sliding_window_view(self._content, body.itemsize)
-        offsets = np.frombuffer(self._offsets[self._kinds[name]], dtype=np.uint64).astype(np.int64)
-        return np.ascontiguousarray(windows[offsets + start]).view(body)[:, 0]
+        offsets = np.frombuffer(self._offsets[self._kinds[name]], dtype=np.int64)
+        for at in range(0, offsets.size, _PART):
+            yield np.ascontiguousarray(windows[offsets[at : at + _PART] + 3]).view(body)[:, 0]
+            _release(self._map, self._content.size)
 
     def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
         """Unpack the messages of a type, of one sensor where there are several; all fields when none is named."""
-        rows = self.bodies(name)
-        topic = name
-        if sensor is not None:
-            rows = rows[rows[self._sensors[name]] == sensor]
-            topic = f"{name}[{sensor}]"
+        topic = name if sensor is None else f"{name}[{sensor}]"
         divisors = self._layouts[self._kinds[name]].divisors
-        columns = {field: numbers(rows[field]) / divisors[field] for field in ardupilot.kept(self.fields(name), fields)}
-        return ardupilot.table(topic, name, columns)
+        parts: dict[str, list[Array]] = {field: [] for field in ardupilot.kept(self.fields(name), fields)}
+        for rows in self._parts(name):
+            chosen = rows if sensor is None else rows[rows[self._sensors[name]] == sensor]
+            for field, column in parts.items():
+                column.append(numbers(chosen[field]) / divisors[field])
+        return ardupilot.table(topic, name, {field: np.concatenate(parts.pop(field)) for field in list(parts)})
 
     def parameters(self) -> list[tuple[str, float]]:
         """Give the PARM messages, in their order."""
@@ -137,12 +144,13 @@ class DataFlash:
                     self._define(content[at + 3 : at + length], lengths)
                 offsets = self._offsets.get(kind)
                 if offsets is None:
-                    offsets = self._offsets[kind] = array("Q")
+                    offsets = self._offsets[kind] = array("q")
                 offsets.append(at)
                 latest = offsets
                 at += length
                 if at - told > _EVERY:
                     told = at
+                    _release(content, at)
                     request.progress(at, size)
                 continue
             start, at = at, _next_message(content, at + 1, lengths)
@@ -207,6 +215,12 @@ def _next_message(content: mmap.mmap, at: int, lengths: list[int]) -> int:
         if length and (after == size or content[after : after + 2] == _MARK):
             return at
         at += 1
+
+
+def _release(content: mmap.mmap, size: int) -> None:
+    """Let go of the pages of a file that were read; the system reads them again where they are asked for."""
+    if hasattr(mmap, "MADV_DONTNEED"):
+        content.madvise(mmap.MADV_DONTNEED, 0, size)
 
 
 def _is_padding(rest: bytes) -> bool:

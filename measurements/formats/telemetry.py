@@ -179,11 +179,15 @@ def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
         notes.append(f"x y u v: {local.topic}, its vx vy turned into body axes by the heading")
     elif earth is not None:
         place, columns = earth, earth.columns
-        north, east, origin = local_metres(columns["lat"] / 1e7, columns["lon"] / 1e7)
-        where, speed = (north, east), (columns["vx"] / 100.0, columns["vy"] / 100.0)
+        # Without a fix the vehicle sends zeros: a place off Africa, and a boat that stands still.
+        has = (columns["lat"] != 0.0) | (columns["lon"] != 0.0)
+        known = {name: np.where(has, columns[name], np.nan) for name in ("lat", "lon", "vx", "vy")}
+        north, east, origin = local_metres(known["lat"] / 1e7, known["lon"] / 1e7)
+        where, speed = (north, east), (known["vx"] / 100.0, known["vy"] / 100.0)
+        lost = f"; {np.count_nonzero(~has)} rows without a fix (0 degrees both) left out" if not has.all() else ""
         notes.append(
             f"x y u v: {earth.topic}: metres from the first position at {origin[0]:.7f}, {origin[1]:.7f} deg, and vx "
-            "vy turned into body axes by the heading"
+            f"vy turned into body axes by the heading{lost}"
         )
         if attitude is None:
             attitude = earth

@@ -50,6 +50,8 @@ _ACCELERATIONS = (
 _FIRST_MOTOR = 101
 """PWM_MAIN_FUNCn of the first motor (PX4, output_functions.yaml)."""
 _MOTORS = 12
+_UNSET = 1e-12
+"""Squared length up to which a quaternion was never set: no heading."""
 
 
 class _EndlessError(Exception):
@@ -198,8 +200,10 @@ def _channels(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
     heading = np.zeros(0)
     if attitude is not None and {f"q[{k}]" for k in range(4)} <= set(attitude.columns):
         w, x, y, z = (attitude.columns[f"q[{k}]"] for k in range(4))
-        heading = heading_from_quaternion(x, y, z, w)
-        notes.append("psi: heading of the quaternion vehicle_attitude:q")
+        unset = w * w + x * x + y * y + z * z <= _UNSET
+        heading = np.where(unset, np.nan, heading_from_quaternion(x, y, z, w))
+        lost = f"; {np.count_nonzero(unset)} rows that are all zero left out" if unset.any() else ""
+        notes.append(f"psi: heading of the quaternion vehicle_attitude:q{lost}")
     elif place is not None:
         field = next((field for field in ("heading", "yaw") if field in place.columns), None)
         attitude = place if field else None

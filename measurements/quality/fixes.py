@@ -76,6 +76,28 @@ class Fixes:
         error = error[error > 0.0]
         return float(np.quantile(error, 0.95)) if error.size else 0.0
 
+    @property
+    def between(self) -> float:
+        """Steps that are neither on the beat nor off it, for each that is off: none for late fixes, many for jitter."""
+        steps = np.diff(self.time) / self.beat
+        astray = np.abs(steps - np.maximum(np.rint(steps), 1.0))
+        off = np.count_nonzero(self.off)
+        return float(np.count_nonzero((astray > 0.5 * _OFF) & ~self.off) / off) if off else 0.0
+
+    @property
+    def noise_speed(self) -> float:
+        """Speed that the noise of the fixes alone seems to be, on the beat [m/s]: its 95th percentile.
+
+        From second differences, which are sqrt(6) as noisy as a fix; a central difference over two beats is 1/sqrt(2) /
+        beat, and the length of two such has its 95th percentile at sqrt(-2 ln 0.05).
+        """
+        good = self.moving & ~self.off & (self.whole == 1)
+        bend = np.diff(self.position, n=2, axis=0)[good[1:] & good[:-1]]
+        if not bend.size:
+            return 0.0
+        sigma = float(np.median(np.abs(bend))) / 0.6745 / np.sqrt(6.0)
+        return float(np.sqrt(-2.0 * np.log(0.05)) * sigma / np.sqrt(2.0) / self.beat)
+
     def retimed(self) -> Array:
         """When the fixes were taken, (k,) [s]: those that came late are put back on the beat, the others stay."""
         times = self.time.copy()

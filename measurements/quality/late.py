@@ -7,13 +7,17 @@ import numpy as np
 
 from ..channels import Channel
 from .finding import Channels, Check, Finding, Fix
-from .fixes import LEAST, fixes_of, taken_at
+from .fixes import LEAST, Fixes, fixes_of, taken_at
 from .record import Record
 
 _OFTEN = 0.01
 _TOLD = 5
 _REAL = 0.5
 """Surplus way over surplus time in a step that is off: 1 for honest stamps, 0 where only the stamp is off."""
+_ROW = 0.6
+"""Share of a row that a fix must be late: rows are what a logger writes, and a fix waits for the next one."""
+_JITTER = 0.5
+"""Steps half off the beat, for each that is off, from which all stamps jitter; a late fix is late by a whole row."""
 
 
 @final
@@ -44,6 +48,10 @@ class LateFixes(Check):
         worst = sorted((name for name in each if each[name] > _OFTEN), key=lambda name: -each[name])[:_TOLD]
         where = f" ({', '.join(f'{name} {100.0 * each[name]:.0f} %' for name in worst)})" if len(records) > 1 else ""
         told = f"{100.0 * share:.0f} % of the steps between fixes{where} are {late:.2g} s too long or too short"
+        row = max(_row(record.log.channels, f) for record, f in zip(records, every, strict=True) if f is not None)
+        if late < _ROW * row:
+            text = f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s"
+            return [Finding(self.name, "note", text, share, "1", channels=channels)]
         if not known:
             text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
             return [Finding(self.name, "cannot tell", text, share, "1", channels=channels)]
@@ -52,6 +60,14 @@ class LateFixes(Check):
             text = f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
             return [Finding(self.name, "note", text, share, "1", channels=channels)]
         spikes = max(f.spikes for f in found)
+        between = np.average([f.between for f in found], weights=[np.count_nonzero(f.off) for f in found])
+        if between > _JITTER:
+            text = f"{told}, and more still by half of that: the stamps jitter, and no fix is late by a row"
+            return [Finding(self.name, "note", text, share, "1", channels=channels)]
+        noise = min(f.noise_speed for f in found)
+        if spikes < noise:
+            text = f"{told}; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"
+            return [Finding(self.name, "note", text, share, "1", channels=channels)]
         return [
             Finding(
                 self.name,
@@ -67,6 +83,13 @@ class LateFixes(Check):
                 short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
             )
         ]
+
+
+def _row(channels: Channels, fixes: Fixes) -> float:
+    """Time from row to row of the logger [s]; 0 where only the positions show it, which may be without held rows."""
+    periods = [channel.period for name, channel in channels.items() if name not in ("x", "y")]
+    row = min((period for period in periods if period > 0.0), default=np.inf)
+    return row if row < 1.1 * fixes.step else 0.0
 
 
 def _retimed(channels: Channels) -> dict[str, Channel]:

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from ...physics.frames import Array
-from ..channels import Channel, command_kind
+from ..channels import LIMITS, Channel, command_kind
 from .finding import Channels, Check, Finding, Fix
 from .record import Record
 
@@ -24,6 +24,8 @@ _SAME = 0.6
 """Share of the rest during which the command must be the same."""
 _OFF = 3.0
 """Distance from the usual neutral from which it matters [us]: one per cent of the thrust command is 4 to 5."""
+_AT_END = 0.05
+"""Share of the range of the commands within which a neutral is at its end: an ESC that drives one way only."""
 
 
 @final
@@ -52,7 +54,28 @@ class Neutral(Check):
         if not off:
             text = f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}"
             return [Finding(self.name, "ok", text, value, "us", None, tuple(found), parts=parts)]
-        least = min(abs(end - value) for end in (lows, highs)) or 1.0
+        least = min(abs(end - value) for end in (lows, highs))
+        curve = f"set the curve's zero in the vehicle file to {value:g}"
+        if least <= _AT_END * (highs - lows):
+            return [
+                Finding(
+                    self.name,
+                    "warning",
+                    f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
+                    value,
+                    "us",
+                    None,
+                    tuple(off),
+                    f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
+                    curve,
+                    None,
+                    parts,
+                    f"neutral PWM is {value:g} us",
+                )
+            ]
+        low, high = LIMITS["pwm"]
+        fits = all(low <= lows + USUAL - one and highs + USUAL - one <= high for one in off.values())
+        shift = Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off))
         return [
             Finding(
                 self.name,
@@ -64,8 +87,8 @@ class Neutral(Check):
                 tuple(off),
                 f"a model with its zero at {USUAL:.0f} pushes with {100.0 * abs(value - USUAL) / least:.1f} % of the "
                 "command at rest, and ahead and astern seem unlike",
-                f"map each with 'offset: {USUAL - value:+g}', or set the curve's zero in the vehicle file to {value:g}",
-                Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off)),
+                f"map each with 'offset: {USUAL - value:+g}', or {curve}" if fits else curve,
+                shift if fits else None,
                 parts,
                 f"neutral PWM is {value:g} us",
             )
