@@ -11,6 +11,7 @@ from ..measurements.dataset import PAPER, WEAK
 from ..measurements.inspection import inspect_log
 from ..measurements.log import Log, read_log
 from ..measurements.prepare import prepare
+from ..measurements.quality.finding import Finding
 from ..measurements.split import Split, split
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
@@ -156,6 +157,11 @@ def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
     raise RequestError(f"frame {frame!r}: expected enu or ned")
 
 
+def _is_biased(finding: Finding) -> bool:
+    """Whether the thrusters stand still elsewhere than where the vehicle's curves say."""
+    return finding.check == "neutral" and finding.verdict == "warning"
+
+
 def _alignment_notes(log: Log, vehicle: Vehicle) -> list[str]:
     """What is wrong or out of step in a log, as sentences: what is found may be no more than that.
 
@@ -165,7 +171,7 @@ def _alignment_notes(log: Log, vehicle: Vehicle) -> list[str]:
         when two records of one quantity have opposite signs: every finding would be about the axes.
     """
     inspection = inspect_log(log, vehicle)
-    wrong = [f for f in inspection.quality if f.verdict == "defect" and f.check in _WRONG]
+    wrong = [f for f in inspection.quality if (f.verdict == "defect" and f.check in _WRONG) or _is_biased(f)]
     notes = [f"{log.name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
     for record in inspection.alignment:
         if record.offset is None and record.correlation is not None and record.correlation < 0:

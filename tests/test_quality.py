@@ -25,6 +25,7 @@ from undertow.measurements.quality.regression import robust_fit
 from undertow.measurements.quality.response import answers
 from undertow.measurements.quality.sides import Sides, side_of
 from undertow.physics.frames import body_to_earth
+from undertow.reports.inputs import _alignment_notes
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 DATA = Path(__file__).resolve().parent / "data"
@@ -251,6 +252,41 @@ def test_one_stream_that_feeds_two_thrusters_is_told(autopilot: Log):
     found = only(examine(replace(autopilot, channels=both)).findings, "commands")
     assert (found.verdict, found.channels) == ("warning", ("pwm_port", "pwm_stbd"))
     assert found.sentence == "pwm_port is the command of 2 thrusters: pwm_port, pwm_stbd"
+
+
+def test_the_neutral_is_compared_with_the_curve_of_the_vehicle(study: ModuleType, odometry: Log):
+    moved = {n: replace(c, value=c.value + 10.0 * n.startswith("pwm")) for n, c in odometry.channels.items()}
+    log = replace(odometry, channels=moved)
+    boat = study.pwm_boat()
+    thrusters = [
+        t.model_copy(update={"curve": t.curve.model_copy(update={"command": (1110.0, 1510.0, 1910.0)})})
+        for t in boat.thrusters
+    ]
+    at_1510 = boat.model_copy(update={"thrusters": tuple(thrusters)})
+    alone = examine(log)
+    assert only(alone.findings, "neutral").verdict == "warning"
+    agreed = examine(log, at_1510)
+    assert (only(agreed.findings, "neutral").verdict, agreed.fixes) == ("ok", ())
+    assert "the vehicle's curve has its zero there" in only(agreed.findings, "neutral").sentence
+    biased = only(examine(alone.clean, at_1510).findings, "neutral")
+    assert (biased.verdict, biased.value, biased.fix) == ("warning", 1500.0, None)
+    assert "but the vehicle's curve has its zero at 1510" in biased.sentence
+    assert "offset: +10" in biased.remedy
+    # Every verb that is given the vehicle says it too.
+    (note,) = [note for note in _alignment_notes(alone.clean, at_1510) if "neutral" in note]
+    assert "neutral PWM is 1500 us on all 2 thrusters, but the vehicle's curve has its zero at 1510" in note
+
+
+def test_a_neutral_that_the_log_states_is_not_shifted_away(odometry: Log):
+    moved = {n: replace(c, value=c.value + 10.0 * n.startswith("pwm")) for n, c in odometry.channels.items()}
+    notes = tuple(f"pwm_{side}: output 1, RCOU:C1, neutral 1510 us, full ahead 1910 us" for side in ("port", "stbd"))
+    told = examine(replace(odometry, channels=moved, notes=notes))
+    found = only(told.findings, "neutral")
+    assert (found.verdict, found.value, told.fixes) == ("note", 1510.0, ())
+    assert "the log's parameters have it there" in found.sentence
+    assert "zero in the vehicle file to 1510" in found.remedy
+    stated = only(examine(replace(odometry, notes=notes)).findings, "neutral")
+    assert (stated.verdict, stated.fix) == ("warning", None)
 
 
 def test_positions_alone_tell_the_sides(odometry: Log):
