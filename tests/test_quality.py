@@ -289,6 +289,13 @@ def test_a_neutral_that_the_log_states_is_not_shifted_away(odometry: Log):
     assert (stated.verdict, stated.fix) == ("warning", None)
 
 
+def test_an_answer_a_little_early_is_told_in_words(odometry: Log):
+    late = {n: replace(c, time=c.time + 0.04 * n.startswith("pwm")) for n, c in odometry.channels.items()}
+    told = [f for f in examine(replace(odometry, channels=late)).findings if "answers its commands" in f.sentence]
+    assert [(f.verdict, f.value is not None and f.value < 0.0) for f in told] == [("ok", True)]
+    assert re.search(r"commands, 0\.0\d s before them", told[0].sentence)
+
+
 def test_positions_alone_tell_the_sides(odometry: Log):
     rng = np.random.default_rng(1)
     bare = {n: c for n, c in odometry.channels.items() if n not in ("u", "v")}
