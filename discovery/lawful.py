@@ -25,7 +25,7 @@ from .certify import certify, least_eigenvalues, power_scale
 from .gram import GramScores
 from .options import Option
 from .price import NOTHING, Binding, price_in_words
-from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, solve_excess, solve_refit
+from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown, solve_excess, solve_refit
 
 _TOLERANCE = 1e-6
 _MARGIN = 1e-6
@@ -173,8 +173,7 @@ class _Scaled:
 
 def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
     """Solve for total values, each in units of its own size, so that every number the solver sees is of order one."""
-    _, left, right = scores.block_normal(chosen)
-    normal, pull = left.sum(axis=0), right.sum(axis=0)
+    normal, pull = (part.sum(axis=0) for part in scores.block_normal(chosen)[1:])
     rows = [
         (symbol, start, low, high)
         for o in chosen
@@ -185,7 +184,8 @@ def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
     normal, pull, rows = normal[np.ix_(free, free)], pull[free], [rows[k] for k in free]
     if not rows:
         return _Scaled((), np.zeros(0), np.zeros((0, 0)), np.zeros(0), (np.zeros(0), np.zeros(0)), 1.0)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    check_shown([row[0] for row in rows], np.diag(normal))
+    scale = 1.0 / np.sqrt(np.diag(normal))
     factor, target = _factor(normal * (scale[:, None] * scale[None, :]), pull * scale)
     start = np.array([row[1] for row in rows]) / scale
     target = target + factor @ start

@@ -6,6 +6,7 @@ depends on a model's shape only (how many parameters, which have limits, the deg
 """
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -177,6 +178,26 @@ def solve_refit(
             pull = np.array([np.asarray(rule.dual_value, dtype=float) for rule in p.matrices])
             pull = pull.reshape(shape.orthants, -1, 3, 3)
         return Solution(np.asarray(p.x.value, dtype=float), slack, pull)
+
+
+def check_shown(symbols: Sequence[str], power: Array) -> None:
+    """Refuse parameters of which the data show nothing.
+
+    Parameters
+    ----------
+    symbols, power : names, and squared size of the columns (n,) without what sensor noise makes of them
+
+    Raises
+    ------
+    RequestError
+        naming those without any.
+    """
+    silent = [symbol for symbol, own in zip(symbols, power, strict=True) if not own > 0.0]
+    if silent:
+        raise RequestError(
+            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(silent)}; see with 'undertow "
+            "inspect' whether every thruster has its own command and every sensor works, or give a livelier log"
+        )
 
 
 def solve_excess(power: Array, degree: Exponents) -> Array:

@@ -26,6 +26,8 @@ _UNITS = {
 }
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _MOST_UNUSED = 40
+_MOST_TOLD = 120
+"""Characters of a wrong file that a message shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +77,14 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise LogError(f"{path}: the channel map is not YAML ({error}). Quote names that hold a colon.") from error
     if not isinstance(content, dict) or not content:
-        raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {content!r}.")
+        raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {_cut(content)}.")
     return {_name(path, key): None if value is None else _entry(path, key, value) for key, value in content.items()}
+
+
+def _cut(content: object) -> str:
+    """What a file held instead, as text that fits a message."""
+    told = repr(content)
+    return told if len(told) <= _MOST_TOLD else f"{told[:_MOST_TOLD]}... ({len(told)} characters)"
 
 
 def _name(path: Path, key: Any) -> str:

@@ -142,13 +142,13 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
     Parameters
     ----------
     log : the log
-    vehicle : whose command channels are wanted; None to leave commands out of the plan
+    vehicle : whose command channels are wanted, and whose curves say where neutral is; None to leave them out
     recipe : the preparation that the plan describes
     """
     motions = _motions(log)
     longest = max(motions, key=lambda motion: motion.duration, default=None)
     plan = _plan(log, vehicle, recipe)
-    examination = examine(log)
+    examination = examine(log, vehicle)
     # Late and held fixes make false speeds; what the boat did is told of the log without them.
     seen = [stretch.motion for stretch in Record.of(examination.clean).stretches]
     # What lies beyond a clock that was set back is lost to a repaired log, so none is written.

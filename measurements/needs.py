@@ -1,5 +1,6 @@
 """Which channels a vehicle needs of a log, and what to say when one is not there."""
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,12 @@ from ..physics.vehicle import Vehicle
 from .channel_map import Entry, map_text
 from .channels import COMMAND_UNITS, Channel, command_kind, unit_of
 from .log import Log
+from .mapping import some
+
+_COMMAND = re.compile(
+    r"rcou|rc/?out|servo|pwm|thrust|motor|throttle|actuator|prop|rpm|cmd|command|esc\b", re.IGNORECASE
+)
+"""Words in the names of streams that may be commands of thrusters."""
 
 
 def command_channels(vehicle: Vehicle | None) -> tuple[str, ...]:
@@ -98,9 +105,12 @@ def _command_problem(log: Log, name: str) -> str:
             f"vehicle file, or map a stream of kind {kind} to {name}."
         )
     commands = [other for other in log.channels if command_kind(other)]
+    likely = [stream for stream in log.unused if _COMMAND.search(stream)]
+    cure = f"map a stream to {name}, such as {some(likely, 6)}" if likely else f"map a stream to {name}"
     return (
         f"missing command channel {name} of thruster '{thruster}'; commands in the log: "
-        f"{' '.join(commands) or 'none'}; all channels: {_listed(log)}. Rename the thruster, or map a stream to {name}."
+        f"{' '.join(commands) or 'none'}; all channels: {_listed(log)}. "
+        f"{'Rename the thruster, or m' if commands else 'M'}{cure[1:]}."
     )
 
 

@@ -11,6 +11,7 @@ from ..measurements.dataset import PAPER, WEAK
 from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.log import Log, read_log
 from ..measurements.prepare import prepare
+from ..measurements.quality.finding import Finding
 from ..measurements.split import Split, split
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
@@ -169,6 +170,11 @@ def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
     raise RequestError(f"frame {frame!r}: expected enu or ned")
 
 
+def _is_biased(finding: Finding) -> bool:
+    """Whether the thrusters stand still elsewhere than where the vehicle's curves say."""
+    return finding.check == "neutral" and finding.verdict == "warning"
+
+
 def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], list[str]]:
     """What is wrong or out of step in a log, and which records contradict each other where it is taken as it is.
 
@@ -178,7 +184,7 @@ def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], li
         when two records of one quantity have opposite signs: every finding would be about the axes.
     """
     name, broken = Path(inspection.path).name, []
-    wrong = [f for f in inspection.quality if f.verdict == "defect" and f.check in _PARTLY]
+    wrong = [f for f in inspection.quality if (f.verdict == "defect" and f.check in _PARTLY) or _is_biased(f)]
     notes = [f"{name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
     for record in inspection.alignment:
         if record.offset is None and record.correlation is not None and record.correlation < 0:

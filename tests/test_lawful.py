@@ -9,6 +9,7 @@ import pytest
 from undertow.discovery import lawful, programme
 from undertow.discovery.certify import certify
 from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.gram import GramScores
 from undertow.discovery.lawful import passive_refit
 from undertow.discovery.library import term_candidate
 from undertow.discovery.options import Option, candidates
@@ -70,6 +71,19 @@ def test_no_refit_breaks_the_law(seed: int):
     assert worst_dissipation(vehicle, box, samples=100_000, seed=seed).power == 0.0
     assert mass_margin(vehicle) > 0.0
     assert found.misfit >= found.misfit_free * (1.0 - 1e-9)
+
+
+def test_a_parameter_that_the_log_does_not_show_is_refused_in_words():
+    motion, nominal = driven()
+    scores, chosen = refit_problem(motion, nominal, ["yaw_added_mass"])
+    weak = WeakForm([motion], WeakSettings())
+    pool = [c for c in candidates(nominal) if c.key == "yaw_added_mass"]
+    linear, _ = Search(weak, nominal, pool, SearchSettings()).linearise(nominal, ())
+    assert linear.noise is not None
+    # The angular acceleration of the log is nothing but noise, and so all of its column.
+    empty = GramScores(linear.columns * 0.0, linear.noise, weak.block, scores.weight)
+    with pytest.raises(RequestError, match=r"the log says nothing about N_rdot.*undertow inspect"):
+        passive_refit(empty, chosen, nominal, envelope_of([motion], nominal))
 
 
 def driven() -> tuple[Motion, Vehicle]:

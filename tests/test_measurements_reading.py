@@ -1,6 +1,7 @@
 """Reading logs: every format, the canonical channels, frames, quaternions, guesses and the channel map."""
 
 import gzip
+import re
 import sys
 from pathlib import Path
 
@@ -11,6 +12,9 @@ import pytest
 from undertow.measurements.channels import command_kind, is_canonical
 from undertow.measurements.formats.registry import FORMATS
 from undertow.measurements.log import read_log
+from undertow.measurements.needs import problems
+from undertow.physics.errors import LogError
+from undertow.physics.vehicle import load_vehicle
 
 ODOM = "/boat/odometry"
 TIME = np.arange(0.0, 30.0, 0.1)
@@ -303,3 +307,40 @@ def test_a_field_of_several_topics_needs_its_topic(tmp_path):
     (tmp_path / "map.yaml").write_text("u: v")
     with pytest.raises(ValueError, match=r"which several topics have: /log:v, /other:v\. Write topic:field"):
         read_log(write(both, tmp_path / "log.csv"), channel_map=tmp_path / "map.yaml")
+
+
+@pytest.mark.parametrize("name", ["t", None, "stamp"])
+def test_an_index_of_a_parquet_table_is_its_time(tmp_path, name):
+    time = 0.05 * np.arange(200)
+    frame = pd.DataFrame({"psi": 0.1 * time, "u": 1.0 + 0.0 * time})
+    whole = pd.to_datetime((1.6e18 + 1e9 * time).astype("int64"), utc=True)
+    frame.index = pd.Index(time, name=name) if name == "t" else pd.DatetimeIndex(whole, name=name)
+    frame.to_parquet(tmp_path / "log.parquet")
+    log = read_log(tmp_path / "log.parquet")
+    np.testing.assert_allclose(log.channels["psi"].time, time, atol=1e-6)
+    np.testing.assert_allclose(log.channels["psi"].value, 0.1 * time)
+    assert set(log.channels) == {"psi", "u"}
+
+
+def test_a_log_given_as_a_channel_map_is_not_printed_whole(tmp_path):
+    log, wrong = write(wide(), tmp_path / "log.csv"), tmp_path / "map.csv"
+    wrong.write_text("t,x\n" + "1.0,2.0\n" * 5000)
+    with pytest.raises(LogError, match=r"'channel: topic:field'.*\.\.\. \(\d{5} characters\)") as told:
+        read_log(log, channel_map=wrong)
+    assert len(str(told.value)) < 400 + len(str(wrong))
+
+
+def test_a_picture_named_as_a_matlab_file_is_told_to_be_one(tmp_path):
+    path = tmp_path / "photo.mat"
+    path.write_bytes(b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)) * 4)
+    with pytest.raises(LogError, match=r"it is a JPEG picture and no MATLAB file") as told:
+        read_log(path)
+    assert "Copy the log again" not in str(told.value)
+
+
+def test_streams_that_may_be_commands_are_named_where_none_is_known(tmp_path):
+    frame = wide().drop(columns=[name for name in wide().columns if name.startswith(("pwm", "newton"))])
+    path = write(frame.assign(**{"RCOU.C9": 1500.0, "depth": 1.0}), tmp_path / "log.csv")
+    (told,) = [text for text in problems(read_log(path), load_vehicle("blueboat")) if "of thruster 'port'" in text]
+    assert "commands in the log: none" in told
+    assert re.search(r"Map a stream to \w+_port, such as RCOU\.C9\.$", told)

@@ -1,6 +1,7 @@
 """Quality: each planted defect is found with its sign and size, and a sound log is not accused."""
 
 import importlib
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
@@ -21,8 +22,10 @@ from undertow.measurements.quality.lags import Response, lag_of
 from undertow.measurements.quality.record import Record
 from undertow.measurements.quality.registry import CHECKS
 from undertow.measurements.quality.regression import robust_fit
+from undertow.measurements.quality.response import answers
 from undertow.measurements.quality.sides import Sides, side_of
 from undertow.physics.frames import body_to_earth
+from undertow.reports.inputs import _alignment_notes
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 DATA = Path(__file__).resolve().parent / "data"
@@ -230,6 +233,118 @@ def test_two_commands_that_move_as_one_tell_no_side(autopilot: Log):
     both = autopilot.channels | {"pwm_stbd": replace(autopilot.channels["pwm_port"], name="pwm_stbd")}
     findings = Sides().examine([Record.of(replace(autopilot, channels=both))])
     assert {finding.verdict for finding in findings} == {"cannot tell"}
+
+
+def turned_round(log: Log, *names: str) -> Log:
+    """The same log with these PWM outputs reversed."""
+    return replace(
+        log,
+        channels={n: replace(c, value=3000.0 - c.value) if n in names else c for n, c in log.channels.items()},
+    )
+
+
+def renamed(log: Log, **names: str) -> Log:
+    channels = {names.get(n, n): replace(c, name=names.get(n, n)) for n, c in log.channels.items()}
+    return replace(log, channels=channels)
+
+
+def test_a_reversed_output_keeps_its_side_in_the_advice_unless_the_sides_are_told(
+    autopilot: Log, monkeypatch: pytest.MonkeyPatch
+):
+    swapped = renamed(turned_round(autopilot, "pwm_port"), pwm_port="pwm_stbd", pwm_stbd="pwm_port")
+    remedies = {f.check: f.remedy for f in Sides().examine([Record.of(swapped)])}
+    # Whoever follows the advice on the direction alone loses no command.
+    lines = re.findall(r"'(pwm_\w+): (?:\{from: )?(pwm_\w+)", remedies["direction"])
+    assert lines == [("pwm_stbd", "pwm_stbd"), ("pwm_port", "pwm_port")]
+    told = answers([Record.of(swapped)])
+    unsure = told | {"pwm_port": replace(told["pwm_port"], yaw_error=np.inf)}
+    monkeypatch.setattr("undertow.measurements.quality.sides.answers", lambda records: unsure)
+    alone = Sides().examine([Record.of(swapped)])
+    assert only(alone, "sides").verdict == "cannot tell"
+    (line,) = re.findall(r"'(.*)'", only(alone, "direction").remedy)
+    assert line == "pwm_stbd: {from: pwm_port, scale: -1, offset: 3000}"
+
+
+def test_one_stream_that_feeds_two_thrusters_is_told(autopilot: Log):
+    both = autopilot.channels | {"pwm_stbd": replace(autopilot.channels["pwm_port"], name="pwm_stbd")}
+    found = only(examine(replace(autopilot, channels=both)).findings, "commands")
+    assert (found.verdict, found.channels) == ("warning", ("pwm_port", "pwm_stbd"))
+    assert found.sentence == "pwm_port is the command of 2 thrusters: pwm_port, pwm_stbd"
+
+
+def test_the_neutral_is_compared_with_the_curve_of_the_vehicle(study: ModuleType, odometry: Log):
+    moved = {n: replace(c, value=c.value + 10.0 * n.startswith("pwm")) for n, c in odometry.channels.items()}
+    log = replace(odometry, channels=moved)
+    boat = study.pwm_boat()
+    thrusters = [
+        t.model_copy(update={"curve": t.curve.model_copy(update={"command": (1110.0, 1510.0, 1910.0)})})
+        for t in boat.thrusters
+    ]
+    at_1510 = boat.model_copy(update={"thrusters": tuple(thrusters)})
+    alone = examine(log)
+    assert only(alone.findings, "neutral").verdict == "warning"
+    agreed = examine(log, at_1510)
+    assert (only(agreed.findings, "neutral").verdict, agreed.fixes) == ("ok", ())
+    assert "the vehicle's curve has its zero there" in only(agreed.findings, "neutral").sentence
+    biased = only(examine(alone.clean, at_1510).findings, "neutral")
+    assert (biased.verdict, biased.value, biased.fix) == ("warning", 1500.0, None)
+    assert "but the vehicle's curve has its zero at 1510" in biased.sentence
+    assert "offset: +10" in biased.remedy
+    # Every verb that is given the vehicle says it too.
+    (note,) = [note for note in _alignment_notes(alone.clean, at_1510) if "neutral" in note]
+    assert "neutral PWM is 1500 us on all 2 thrusters, but the vehicle's curve has its zero at 1510" in note
+
+
+def test_a_neutral_that_the_log_states_is_not_shifted_away(odometry: Log):
+    moved = {n: replace(c, value=c.value + 10.0 * n.startswith("pwm")) for n, c in odometry.channels.items()}
+    notes = tuple(f"pwm_{side}: output 1, RCOU:C1, neutral 1510 us, full ahead 1910 us" for side in ("port", "stbd"))
+    told = examine(replace(odometry, channels=moved, notes=notes))
+    found = only(told.findings, "neutral")
+    assert (found.verdict, found.value, told.fixes) == ("note", 1510.0, ())
+    assert "the log's parameters have it there" in found.sentence
+    assert "zero in the vehicle file to 1510" in found.remedy
+    stated = only(examine(replace(odometry, notes=notes)).findings, "neutral")
+    assert (stated.verdict, stated.fix) == ("warning", None)
+
+
+def test_an_answer_a_little_early_is_told_in_words(odometry: Log):
+    late = {n: replace(c, time=c.time + 0.04 * n.startswith("pwm")) for n, c in odometry.channels.items()}
+    told = [f for f in examine(replace(odometry, channels=late)).findings if "answers its commands" in f.sentence]
+    assert [(f.verdict, f.value is not None and f.value < 0.0) for f in told] == [("ok", True)]
+    assert re.search(r"commands, 0\.0\d s before them", told[0].sentence)
+
+
+def test_positions_alone_tell_the_sides(odometry: Log):
+    rng = np.random.default_rng(1)
+    bare = {n: c for n, c in odometry.channels.items() if n not in ("u", "v")}
+    for name in ("x", "y"):
+        coarse = bare[name]
+        noise = 0.03 * rng.standard_normal(coarse.time[::4].size)
+        bare[name] = replace(coarse, time=coarse.time[::4], value=coarse.value[::4] + noise)
+    found = {f.check: f.verdict for f in Sides().examine([Record.of(replace(odometry, channels=bare))])}
+    assert found == {"direction": "ok", "sides": "ok"}
+
+
+def test_turns_without_a_sure_push_are_told_as_they_are(odometry: Log, monkeypatch: pytest.MonkeyPatch):
+    told = {n: replace(a, surge_error=np.inf) for n, a in answers([Record.of(odometry)]).items()}
+    monkeypatch.setattr("undertow.measurements.quality.sides.answers", lambda records: told)
+    found = only(Sides().examine([Record.of(odometry)]), "sides")
+    assert (found.verdict, found.sentence.split(",")[0]) == ("cannot tell", "the boat turns by its thrusters")
+
+
+def test_a_command_that_hardly_moves_is_not_accused_of_what_else_moves_the_boat(odometry: Log):
+    u = odometry.channels["u"]
+    # A propeller switched on once, and a speed that slowly falls and rises by itself.
+    time = np.arange(0.0, 180.0, 0.1)
+    rpm = np.where(time < 20.0, 0.0, 62.8)
+    drift = -0.02 * np.cumsum(np.exp(-((time - 20.0) ** 2) / 2.0)) * 0.1
+    speed = 1.0 + drift + 0.1 * np.sin(1.3 * time)
+    psi = 0.3 * np.sin(0.05 * time)
+    values = {"psi": psi, "u": speed, "v": 0.0 * time, "r": np.gradient(psi, time), "rad_s_propeller": rpm}
+    log = replace(odometry, channels={n: replace(u, name=n, origin=n, time=time, value=v) for n, v in values.items()})
+    answer = answers([Record.of(log)])["rad_s_propeller"]
+    assert (answer.ahead, answer.surge_error) == (0, np.inf)
+    assert only(Sides().examine([Record.of(log)]), "direction").verdict == "cannot tell"
 
 
 def test_a_slow_log_a_gap_and_a_shaky_clock_are_told(odometry: Log):

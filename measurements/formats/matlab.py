@@ -21,6 +21,14 @@ from .tables import wide_recording
 _TIMES = {"t": "t", "time": "time", "Time": "time", "tout": "time", "timestamp_ns": "timestamp_ns"}
 """Names of a time vector -> what a wide table calls such a column; `T` may be anything."""
 _DEPTH = 8
+_FOREIGN = {
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"\x89PNG": "a PNG picture",
+    b"GIF8": "a GIF picture",
+    b"%PDF": "a PDF document",
+    b"PK\x03\x04": "a ZIP archive (or an office document)",
+}
+"""First bytes of files that are no log, and what these are. A .mat of version 4 has no mark of its own."""
 
 
 @dataclass(slots=True)
@@ -42,6 +50,9 @@ def _read(head: Head, request: Request) -> Recording:
             f"{head.path}: a MATLAB file of version 7.3 (HDF5), which is not read. In MATLAB: "
             "save('log.mat', 'variables', '-v7'), or write a table: writetable(T, 'log.csv')."
         )
+    foreign = next((kind for mark, kind in _FOREIGN.items() if head.start.startswith(mark)), None)
+    if foreign is not None:
+        raise LogError(f"{head.path}: named .mat, but it is {foreign} and no MATLAB file. Give the log itself.")
     if matfile_version(head.path)[0] == 1:
         check_elements(head.path)
     with warnings.catch_warnings():

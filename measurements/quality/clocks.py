@@ -184,7 +184,10 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
         if ends[0] < -_NEARLY - 0.5 * row:
             text = f"the boat may answer its commands {ends[0]:+.2f} to {ends[1]:+.2f} s after them: too little to tell"
             return [Finding("clocks", "cannot tell", text, seconds, "s", ends, channels)]
-        text = f"the boat answers its commands, {seconds:+.2f} s after them"
+        order = "after" if seconds >= 0.0 else "before"
+        text = f"the boat answers its commands, {abs(seconds):.2f} s {order} them"
+        if seconds < 0.0:
+            text = f"{text}, which is in step for rows of {row:.2g} s"
         return [Finding("clocks", "ok", text, seconds, "s", ends, channels)]
     return [
         Finding(

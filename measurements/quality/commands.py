@@ -47,5 +47,29 @@ class Commands(Check):
                     short="no thruster command is recognised",
                 )
             )
-        text = f"commands of {len(names)} thrusters: {', '.join(names)}"
+        for source, fed in sorted(_shared(records).items()):
+            found.append(
+                Finding(
+                    self.name,
+                    "warning",
+                    f"{source} is the command of {len(fed)} thrusters: {', '.join(fed)}",
+                    float(len(fed)),
+                    "1",
+                    None,
+                    fed,
+                    "the thrusters cannot be told apart, and a command that the boat had may be missing",
+                    "if each thruster has its own, name each in the channel map (--map); keep it if one drives both",
+                    short=f"{source} is the command of {len(fed)} thrusters",
+                )
+            )
+        text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
         return found or [Finding(self.name, "ok", text, float(len(names)), "1", channels=names)]
+
+
+def _shared(records: Sequence[Record]) -> dict[str, tuple[str, ...]]:
+    """Streams that a channel map takes for several commands, and these."""
+    fed: dict[str, set[str]] = {}
+    for record in records:
+        for name in record.commands:
+            fed.setdefault(record.log.channels[name].origin, set()).add(name)
+    return {source: tuple(sorted(names)) for source, names in fed.items() if len(names) > 1}

@@ -3,6 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from ...physics.thrusters import command_of
+from ...physics.vehicle import Vehicle
 from ..log import Log
 from .finding import SEVERITY, Finding
 from .record import Record
@@ -39,9 +43,10 @@ class Examination:
         return tuple(finding.sentence for finding in unfixed if finding.verdict in SEVERITY[:2])
 
 
-def examine(log: Log) -> Examination:
-    """Make all checks on one log."""
-    record, findings, seen = Record.of(log), [], []
+def examine(log: Log, vehicle: Vehicle | None = None) -> Examination:
+    """Make all checks on one log; with a vehicle, its thruster curves are what the neutral must agree with."""
+    zeros = {t.channel: float(command_of(t, np.zeros(()))) for t in vehicle.thrusters} if vehicle else {}
+    record, findings, seen = Record.of(log, zeros), [], []
     for check in CHECKS:
         seen.append(record)
         found = check.examine([record])

@@ -1,5 +1,6 @@
 """The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar, final
@@ -20,6 +21,8 @@ _SETTLED = 2.0
 """A command that is neutral stays for this long [s]."""
 _LEAST = 3.0
 """Rest from which a neutral can be told [s]."""
+_STATED = re.compile(r"(?P<name>pwm_\w+): .*\bneutral (?P<neutral>[\d.]+) us")
+"""The note of a reader that found the neutral among the log's parameters."""
 _SAME = 0.6
 """Share of the rest during which the command must be the same."""
 _OFF = 3.0
@@ -45,6 +48,9 @@ class Neutral(Check):
         if not found:
             text = "the boat is never at rest with a steady command; the neutral PWM is not known"
             return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
+        zeros = _zeros(records, found)
+        if zeros:
+            return [_compared(records, found, zeros, _range(records, names))]
         off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
         told = _listed(found)
         parts = dict(found)
@@ -93,6 +99,56 @@ class Neutral(Check):
                 f"neutral PWM is {value:g} us",
             )
         ]
+
+
+def _zeros(records: Sequence[Record], found: Mapping[str, float]) -> dict[str, tuple[float, str]]:
+    """What says where neutral is, by channel, and in which words: the vehicle's curve, or else the log's parameters."""
+    zeros: dict[str, tuple[float, str]] = {}
+    for record in records:
+        for name in found:
+            stated = next((s for note in record.log.notes if (s := _STATED.match(note)) and s["name"] == name), None)
+            if name in record.zeros:
+                zeros[name] = record.zeros[name], "the vehicle's curve has its zero"
+            elif stated:
+                zeros.setdefault(name, (float(stated["neutral"]), "the log's parameters have it"))
+    return zeros
+
+
+def _compared(
+    records: Sequence[Record],
+    found: Mapping[str, float],
+    zeros: Mapping[str, tuple[float, str]],
+    ends: tuple[float, float],
+) -> Finding:
+    """The neutral beside what says where it must be. Nothing is shifted: which of the two is right, a person knows."""
+    parts = dict(found) | {"lowest": ends[0], "highest": ends[1]}
+    off = {n: value for n, value in found.items() if n in zeros and abs(value - zeros[n][0]) >= _OFF}
+    name = next(iter(off or zeros))
+    value, (zero, words) = found[name], zeros[name]
+    text = f"neutral PWM is {_listed(found)}, range {ends[0]:.0f} to {ends[1]:.0f}"
+    if off:
+        moves = ", ".join(f"{n} by 'offset: {zeros[n][0] - v:+.4g}'" for n, v in off.items())
+        text = f"neutral PWM is {_listed(off)}, but {words} at {zero:.4g}; range {ends[0]:.0f} to {ends[1]:.0f}"
+        return Finding(
+            Neutral.name,
+            "warning",
+            text,
+            value,
+            "us",
+            None,
+            tuple(off),
+            "a model pushes at rest, and ahead and astern seem unlike",
+            f"set the curve's zero in the vehicle file to {value:g}, or map {moves} if the log was not shifted already",
+            None,
+            parts,
+            f"neutral PWM is {value:g} us, not {zero:.4g}",
+        )
+    if any(n in record.zeros for record in records for n in found) or abs(value - USUAL) < _OFF:
+        return Finding(Neutral.name, "ok", f"{text}; {words} there", value, "us", None, tuple(found), parts=parts)
+    remedy = f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells whether it is"
+    return Finding(
+        Neutral.name, "note", f"{text}; {words} there", value, "us", None, tuple(found), "", remedy, None, parts
+    )
 
 
 def neutral_of(records: Sequence[Record], name: str) -> float | None:

@@ -1,23 +1,28 @@
 """How surge and yaw answer each command: the signs tell which way a thruster pushes, and on which side it sits."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...physics.frames import Array
+from ..alignment import band_passed
 from ..channels import command_kind
-from .lags import quick
 from .neutral import centre_of
 from .record import RATE, Record
 from .regression import Fit, robust_fit
 
 _STEP = 1.0 / RATE
-_BLOCK = 5.0
+_QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
+"""The band in which a boat answers its thrusters and drag has little say [Hz]; a slower one for speeds that are made of
+positions, whose noise grows with frequency."""
 _LEAST_BLOCKS = 8
 _LEAST_ROWS = 200
 _TIMES = 5.0
 """Standard errors from which a sign is certain."""
+_SHARE = 0.15
+"""Share of the record's size that a command must make: below, what else moves the boat may be what is seen. Thrusters
+that drive the boat make two to four times as much, a propeller that was switched on once a tenth."""
 _ALONE = 0.1
 """Share of a command's changes that no other command makes, from which its own effect can be told."""
 
@@ -43,6 +48,11 @@ class Answer:
         return _sign(self.surge, self.surge_error)
 
     @property
+    def turns(self) -> bool:
+        """Whether the command is certain to turn the boat."""
+        return _sign(self.yaw, self.yaw_error) != 0
+
+    @property
     def side(self) -> str:
         """The side on which the thruster sits: pushing ahead, one at port turns the boat to starboard; or empty."""
         turn = _sign(self.yaw, self.yaw_error) * self.ahead
@@ -50,10 +60,11 @@ class Answer:
 
 
 def answers(records: Sequence[Record]) -> dict[str, Answer]:
-    """Fit the boat's answer to its commands, in the band of 0.2 to 2 Hz where drag has little say.
+    """Fit the boat's answer to its commands, in the band of 0.2 to 2 Hz (0.1 to 1 Hz for speeds made of positions).
 
     Commands of one kind are fitted together. One that only ever moves with another is left out, and so is everything
-    where there are fewer than eight stretches of 5 s.
+    where there are fewer than eight stretches of the slowest period in the band. The error is infinite where a command
+    makes too little of what the boat does.
     """
     found: dict[str, Answer] = {}
     names = sorted({name for record in records for name in record.commands})
@@ -64,6 +75,8 @@ def answers(records: Sequence[Record]) -> dict[str, Answer]:
 
 def _of_kind(records: Sequence[Record], names: list[str]) -> dict[str, Answer]:
     centre = {name: centre_of(records, name) for name in names}
+    measured = all("u" in record.log.channels for record in records)
+    band = _QUICK if measured else _DERIVED
     tables, stretches, begun = [], [], 0
     for record in records:
         if not set(names) <= set(record.commands):
@@ -77,8 +90,8 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> dict[str, Answer]:
             drag = np.column_stack([surge, surge * np.abs(surge), rate, np.abs(surge) * rate, np.abs(rate) * rate])
             changes = np.column_stack([np.gradient(surge, _STEP), np.gradient(rate, _STEP)])
             table = np.column_stack([changes, commands, drag])
-            tables.append(quick(table, _STEP))
-            number = ((one.motion.time - one.motion.time[0]) // _BLOCK).astype(np.int64)
+            tables.append(band_passed(table, _STEP, band))
+            number = ((one.motion.time - one.motion.time[0]) * band[0]).astype(np.int64)
             stretches.append(begun + number)
             begun += int(number[-1]) + 1
     if begun < _LEAST_BLOCKS:
@@ -90,15 +103,20 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> dict[str, Answer]:
         return {}
     surge = robust_fit(np.column_stack([commands, drag[:, :2]]), table[:, 0], stretch)
     yaw = robust_fit(np.column_stack([commands, drag[:, 2:]]), table[:, 1], stretch)
-    return {name: _answer(records, name, centre, surge, yaw, k) for k, name in enumerate(names)}
+    size = np.sqrt((table**2).mean(axis=0))
+    found = {}
+    for k, name in enumerate(names):
+        values = [record.log.channels[name].value for record in records if name in record.log.channels]
+        full = max(float(np.abs(value - centre[name]).max()) for value in values)
+        parts = [_coefficient(fit, k, size[2 + k] / size[row]) for row, fit in enumerate((surge, yaw))]
+        found[name] = Answer(*(full * number for part in parts for number in part))
+    return found
 
 
-def _answer(
-    records: Sequence[Record], name: str, centre: Mapping[str, float], surge: Fit, yaw: Fit, place: int
-) -> Answer:
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
-    full = max(float(np.abs(value - centre[name]).max()) for value in values)
-    return Answer(*(full * float(part[place]) for part in (surge.values, surge.errors, yaw.values, yaw.errors)))
+def _coefficient(fit: Fit, place: int, size: float) -> tuple[float, float]:
+    """A coefficient and its error, for a command of `size` times the record's."""
+    value = float(fit.values[place])
+    return value, float(fit.errors[place]) if abs(value) * size >= _SHARE else np.inf
 
 
 def _alone(commands: Array, place: int) -> bool:

@@ -45,7 +45,10 @@ def _direction(records: Sequence[Record], names: Sequence[str], told: Mapping[st
         return Finding("direction", "ok", text, least.surge, "m/s^2", ends, tuple(found), parts=parts)
     worst = min(wrong.values(), key=lambda answer: answer.surge)
     how = [_reversed(records, name) for name in wrong]
-    maps = [_line(records, name, answer) for name, answer in wrong.items()]
+    moved = _swapped(names, told)
+    # Who turns one round and moves it to the other side must move the other one too.
+    listed = [name for name in names if name in wrong or (name in moved and moved & set(wrong))]
+    maps = [_line(records, name, told[name], name in moved) for name in listed]
     return Finding(
         "direction",
         "defect",
@@ -66,6 +69,8 @@ def _sides(records: Sequence[Record], names: Sequence[str], told: Mapping[str, A
     named = {name: side for name in names if (side := side_of(name))}
     if len(found) < 2:
         text = "the boat does not turn by its thrusters enough to tell which side each is on"
+        if told and all(answer.turns for answer in told.values()):
+            text = "the boat turns by its thrusters, but it is not sure to push ahead, so sides are not either"
         return Finding("sides", "cannot tell", text, channels=tuple(names))
     lies = [f"{_told(records, name)} is on the {answer.side} side" for name, answer in found.items()]
     parts: Mapping[str, float | str] = {name: answer.side for name, answer in found.items()}
@@ -77,7 +82,9 @@ def _sides(records: Sequence[Record], names: Sequence[str], told: Mapping[str, A
         remedy = "" if known else "name the commands by their sides in a channel map"
         verdict = "ok" if known else "note"
         return Finding("sides", verdict, text, value, "rad/s^2", ends, tuple(found), remedy=remedy, parts=parts)
-    maps = [_line(records, name, found[name]) for name in wrong]
+    moved = _swapped(names, told)
+    maps = [_line(records, name, found[name], True) for name in names if name in moved]
+    remedy = f"swap them in a channel map: {', '.join(maps)}" if maps else "say in a channel map which is which"
     either = "" if _surveyed(records) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
     return Finding(
         "sides",
@@ -88,7 +95,7 @@ def _sides(records: Sequence[Record], names: Sequence[str], told: Mapping[str, A
         ends,
         tuple(wrong),
         "every turn is predicted to the wrong side",
-        f"swap them in a channel map: {', '.join(maps)}{either}",
+        f"{remedy}{either}",
         parts=parts,
         short="port and starboard look swapped",
     )
@@ -140,9 +147,15 @@ def _turned(records: Sequence[Record], name: str) -> str:
     return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
 
 
-def _line(records: Sequence[Record], name: str, answer: Answer) -> str:
-    """The line of a channel map that puts a command on its side and the right way round."""
-    swapped = answer.side and side_of(name) not in ("", answer.side)
+def _swapped(names: Sequence[str], told: Mapping[str, Answer]) -> frozenset[str]:
+    """Commands on the other side than named, where each has one that changes names with it; else none."""
+    sided = {name for name in names if name in told and told[name].side and side_of(name)}
+    wrong = {name for name in sided if told[name].side != side_of(name)}
+    return frozenset(wrong) if len(sided) > 1 and {_renamed(name) for name in wrong} == wrong else frozenset()
+
+
+def _line(records: Sequence[Record], name: str, answer: Answer, swapped: bool) -> str:
+    """The line of a channel map that puts a command the right way round, and on the other side if that is sure."""
     target, source = _renamed(name) if swapped else name, _source(records, name)
     return f"'{target}: {{from: {source}, {_turned(records, name)}}}'" if answer.ahead < 0 else f"'{target}: {source}'"
 
