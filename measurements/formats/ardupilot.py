@@ -62,8 +62,10 @@ def table(topic: str, name: str, columns: Mapping[str, Array]) -> Table:
     if clock is None:
         clock = 1e3 * columns["TimeMS"]
     keep = in_order(clock)
-    values = {key: value[keep] for key, value in columns.items() if key not in _CLOCKS}
-    return Table(topic, f"dataflash/{name}", clock[keep] / 1e6, values)
+    values = {key: value for key, value in columns.items() if key not in _CLOCKS}
+    if not keep.all():
+        clock, values = clock[keep], {key: value[keep] for key, value in values.items()}
+    return Table(topic, f"dataflash/{name}", clock / 1e6, values)
 
 
 def kept(there: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 import bisect
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import StringIO
 
 import numpy as np
@@ -36,12 +36,17 @@ class Table:
     kind : their type, such as `dataflash/XKF1`
     time : (n,) [s]
     columns : field -> (n,), in the file's own unit
+    row : (n,) numbers of the messages, one array for all streams of a long log
     """
 
     topic: str
     kind: str
     time: Array
     columns: Mapping[str, Array]
+    row: NDArray[np.int64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "row", np.arange(1, self.time.size + 1, dtype=np.int64))
 
     def names(self) -> tuple[Name, ...]:
         """Names under which the fields are offered."""
@@ -54,8 +59,7 @@ class Table:
 
     def stream(self, field: str, value: Array) -> Stream:
         """Give values (n,) at the stamps of the messages a name."""
-        row = np.arange(1, self.time.size + 1, dtype=np.int64)
-        return Stream(self.topic, field, self.time, np.asarray(value, dtype=float), row, self.kind)
+        return Stream(self.topic, field, self.time, np.asarray(value, dtype=float), self.row, self.kind)
 
 
 def raw_names(topic: str, kind: str, fields: Sequence[str] | Mapping[str, Array]) -> tuple[Name, ...]:
