@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..physics.frames import Array
+from ..residuals.foreign import FunctionModel
 from ..residuals.models import Model
 from ..residuals.paired import Difference, paired_ratio
 from ..residuals.scores import Errors
@@ -70,8 +71,15 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]
     still = [c for c in field if c.model.kind == BASELINE and not chosen.beats(c)]
     if still:
         name = min(still, key=lambda c: c.score).name
-        sentence = f"Trust none of the models on these rows: in {what} none is better than {name} by more than chance."
-        return {"model": name, "sentence": sentence}
+        kept = " that keeps the laws" if lawful and len(lawful) < len(named) else ""
+        sentence = (
+            f"Trust none of the models on these rows: in {what} none{kept} is better than {name} by more than chance."
+        )
+        base = next(c for c in still if c.name == name)
+        tempting = [f"{c.name} is, but breaks {c.broken}" for c in named if c not in lawful and c.beats(base)] * bool(
+            kept
+        )
+        return {"model": name, "sentence": " ".join([sentence, *[f"{'; '.join(tempting)}."] * bool(tempting)])}
     others = [c for c in named if c is not chosen]
     told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
     return {"model": chosen.name, "sentence": " ".join(filter(None, told))}
@@ -84,17 +92,26 @@ def _what_decides(models: Sequence[tuple[Model, Errors, Audit | None]]) -> tuple
         if horizon in every[0].rollouts:
             table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
             shortest = rows_of(every[0], horizon)
-            if table[0].shape[0] >= _BLOCKS * shortest:
+            if table[0].shape[0] >= _BLOCKS * shortest and _can_tell(table, shortest):
                 longer = f" (the rows are too few for {_HORIZONS[0]} s)" if horizon != _HORIZONS[0] else ""
                 return f"the speeds predicted over {horizon} s{longer}", shortest, table
     table = [squares(errors) for errors in every]
-    return "acceleration" if paired_ratio(table[-1], table[0]).ci95 is not None else "", 1, table
+    return "acceleration" if _can_tell(table, 1) else "", 1, table
+
+
+def _can_tell(table: list[Array], shortest: int) -> bool:
+    """Whether the rows are enough for an interval, without which nothing beats anything."""
+    return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:])
 
 
 def _simplest(field: Sequence[_Contender]) -> _Contender:
     """The model with the fewest fitted numbers that no other beats; the one with the smallest error where all are."""
     unbeaten = [c for c in field if not any(other.beats(c) for other in field if other is not c)]
-    return min(unbeaten or [min(field, key=lambda c: c.score)], key=lambda c: c.model.parameters)
+    # Nobody knows how many numbers somebody else's function has.
+    return min(
+        unbeaten or [min(field, key=lambda c: c.score)],
+        key=lambda c: (isinstance(c.model, FunctionModel), c.model.parameters),
+    )
 
 
 def _why(chosen: _Contender, first: _Contender, what: str) -> str:

@@ -256,6 +256,7 @@ def test_a_gain_within_the_tolerance_is_told_with_both_numbers():
     ruling = judged(Dissipation(), biased(0.2))
     assert (ruling.verdict, ruling.proof) == ("pass", "search")
     assert ruling.value is not None
+    assert ruling.limit is not None
     assert 0.0 < ruling.value < ruling.limit
     assert "loses energy" not in ruling.sentence
     assert f"it gains {ruling.value:.3g} W at" in ruling.sentence

@@ -188,9 +188,10 @@ def test_a_share_that_an_effect_gives_away_for_another_axis_is_explained():
     assert "79 % (all axes are fitted at once, and some effects explain less here for more" in traded.sentence
     plain = AxisShare("yaw", "N m", 2.0, 10.0, named=0.5, possible=0.8, explained=0.9, remainder=0.6)
     assert "fitted at once" not in plain.sentence
-    console = Console(file=io.StringIO(), width=100)
+    paper = io.StringIO()
+    console = Console(file=paper, width=100)
     console.print(distilled_table(Distilled("net", "hull", (traded, plain), (), (), 60.0)))
-    shown = " ".join(console.file.getvalue().split())
+    shown = " ".join(paper.getvalue().split())
     assert "none 88" in shown
     assert "-9" not in shown
     assert "less of one for more of another" in shown

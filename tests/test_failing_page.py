@@ -168,13 +168,13 @@ def test_why_no_effect_is_named_stands_where_its_name_would():
     for width in (80, 120):
         told = " ".join(printed(failures_table([place]), width).split())
         assert "removed by: not seen" in told
-    assert "not seen on held-out rows" in str(_worst([place]))
+    assert "not seen on held-out rows" in str(_worst([place], ""))
 
 
 def test_a_share_above_the_whole_is_no_percentage():
     place = {**PLACE, "removed_by": [{"effect": "sway_lift", "share_removed": 1.34, "sentence": "..."}]}
     assert "sway lift more than all" in printed(failures_table([place]), 120)
-    assert "sway lift (more than all)" in str(_worst([place]))
+    assert "sway lift (more than all)" in str(_worst([place], ""))
 
 
 @pytest.mark.parametrize(("times", "words"), [(1.0, "removes 100"), (1.3, "removes more than all")])

@@ -291,7 +291,7 @@ def test_the_neutral_is_compared_with_the_curve_of_the_vehicle(study: ModuleType
     assert "but the vehicle's curve has its zero at 1510" in biased.sentence
     assert "offset: +10" in biased.remedy
     # Every verb that is given the vehicle says it too.
-    (note,) = [note for note in _alignment_notes(alone.clean, at_1510) if "neutral" in note]
+    (note,) = [note for note in _alignment_notes(inspect_log(alone.clean, at_1510), False)[0] if "neutral" in note]
     assert "neutral PWM is 1500 us on all 2 thrusters, but the vehicle's curve has its zero at 1510" in note
 
 

@@ -133,7 +133,7 @@ def _felt(value: Value, here: Array, best: Array, box: Box, chosen: SearchSettin
         going = last[:, None] * 10.0 ** rng.uniform(-1.0, 1.0, (count, third, 1))
         slight = np.linalg.norm(going, axis=2, keepdims=True) * 10.0 ** rng.uniform(-2.0, 0.0, (count, third, 1))
         aside = rng.normal(size=(count, third, size)) * slight
-        moved[:, :third] = np.where(last.any(axis=1)[:, None, None], going + aside, moved[:, :third])
+        moved[:, :third] = np.where(np.any(last, axis=1)[:, None, None], going + aside, moved[:, :third])
         trial = here[:, None, :] + moved * box.width
         trial[:, third:][rng.random((count, chosen.trials - third, size)) < 0.125] = 0.0
         trial = np.clip(trial, box.low, box.high)
