@@ -180,9 +180,13 @@ def test_compare_judges_on_the_part_that_was_asked_for(place: Path) -> None:
 
 def test_models_of_one_name_are_told_apart(place: Path, here: Path) -> None:
     Path("model.yaml").write_bytes((place / "run" / "model.yaml").read_bytes())
-    other = place / "run" / "model.yaml"
-    words = ["compare", place / "log.csv", "-v", "blueboat", "--model", "model.yaml", "--model", other, "--json"]
-    assert [m["name"] for m in strict(done(*words))["models"]] == [*REFERENCES, "model", str(other)]
+    Path("other").mkdir()
+    other = Path("other/model.yaml")
+    other.write_bytes(Path("model.yaml").read_bytes())
+    models = ["--model", "model.yaml", "--model", other, "--model", place / "run" / "model.yaml"]
+    words = ["compare", place / "log.csv", "-v", "blueboat", *models, "--json"]
+    # The model of a run bears the run's name, so that those of two runs are told apart.
+    assert [m["name"] for m in strict(done(*words))["models"]] == [*REFERENCES, "model", "other/model.yaml", "run"]
 
 
 def test_discover_prints_the_story(place: Path, here: Path) -> None:
