@@ -101,7 +101,7 @@ def _what_decides(models: Sequence[tuple[Model, Errors, Audit | None]]) -> tuple
 
 def _can_tell(table: list[Array], shortest: int) -> bool:
     """Whether the rows are enough for an interval, without which nothing beats anything."""
-    return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:])
+    return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:] or table)
 
 
 def _simplest(field: Sequence[_Contender]) -> _Contender:

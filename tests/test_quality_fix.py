@@ -293,6 +293,8 @@ def test_a_defect_of_the_log_is_told_beside_every_finding(place: Path):
     text = (place / "raw.csv").read_text()
     other = {"port": "stbd", "stbd": "port"}
     (place / "swapped.csv").write_text(re.sub(r"_(port|stbd),", lambda side: f"_{other[side[1]]},", text))
-    notes = read_inputs("swapped.csv", "blueboat").notes
-    assert any("port and starboard look swapped" in note for note in notes)
+    with pytest.raises(LogError, match="port and starboard look swapped"):
+        read_inputs("swapped.csv", "blueboat")
+    warnings = read_inputs("swapped.csv", "blueboat", as_is=True).warnings
+    assert any("port and starboard look swapped" in warning for warning in warnings)
     assert not any("swapped" in note for note in read_inputs("raw.csv", "blueboat").notes)

@@ -101,8 +101,10 @@ def test_few_places_are_named_and_none_twice(series):
 def test_rows_without_a_prediction_do_not_count(series):
     series.loc[:999, "u_dot_before"] = np.nan
     table = regime_table(series).query("by == 'command'")
-    assert table.query("axis == 'surge'")["rows"].sum() == len(series) - 1000 - 8  # nor does the edge at the end
-    assert table.query("axis == 'yaw'")["rows"].sum() == len(series)
+    assert (
+        table.query("axis == 'surge'")["rows"].sum() == len(series) - 1000 - 8
+    )  # nor do the edges, 0.8 s at both ends
+    assert table.query("axis == 'yaw'")["rows"].sum() == len(series) - 16
 
 
 @pytest.mark.parametrize(
