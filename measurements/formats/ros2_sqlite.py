@@ -108,6 +108,9 @@ class SqliteWalk:
                     progress(row)
         except sqlite3.Error as error:
             return str(error)
+        except MemoryError:
+            # So Python tells of a row that claims more bytes than the limit lets it have; none were taken.
+            return "a row is longer than it can be"
         return "it is shorter than it says" if missing else ""
 
 
