@@ -10,7 +10,8 @@ from scipy.signal import butter, sosfiltfilt
 from ..physics.frames import Array
 from ..physics.motion import Motion
 
-_LEAST_CORRELATION = 0.7
+LEAST_CORRELATION = 0.7
+"""Correlation from which two records tell of the same motion, or, negative, of opposite ones."""
 _BAND = (0.05, 1.0)
 """Motion slower or faster than this [Hz] is left out of the comparison."""
 
@@ -59,9 +60,9 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
     peak = np.array([_correlation(a, b, int(lag)) for lag in lags])
     best = int(np.argmax(peak))
     top = float(peak[best])
-    if top < _LEAST_CORRELATION or best in (0, lags.size - 1):
+    if top < LEAST_CORRELATION or best in (0, lags.size - 1):
         sentence = f"{first} and {second} do not follow each other (correlation {top:.2f}): noise, or other axes."
-        if peak.min() < -max(_LEAST_CORRELATION, top):
+        if peak.min() < -max(LEAST_CORRELATION, top):
             top = float(peak.min())
             sentence = f"{second} has the opposite sign of {first} (correlation {top:.2f}); check the axes."
         return Alignment(first, second, None, top, sentence)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
 from ..measurements.dataset import PAPER, WEAK
 from ..measurements.inspection import Inspection, inspect_log
@@ -187,7 +188,7 @@ def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], li
     wrong = [f for f in inspection.quality if (f.verdict == "defect" and f.check in _PARTLY) or _is_biased(f)]
     notes = [f"{name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
     for record in inspection.alignment:
-        if record.offset is None and record.correlation is not None and record.correlation < 0:
+        if record.offset is None and record.correlation is not None and record.correlation < -LEAST_CORRELATION:
             if not as_is:
                 raise LogError(
                     f"{inspection.path}: {record.sentence} Say --frame enu if the log is ENU/FLU, or turn the channel "

@@ -1,6 +1,7 @@
 """Logs whose own checks say that nothing found in them is about the boat: refused with the cure, or warned of."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,11 +9,13 @@ import pandas as pd
 import pytest
 from verbs import call, refused, strict
 
+from undertow.measurements.inspection import inspect_log
+from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds import simulate_world
 from undertow.reports.folder import read_run_inputs
-from undertow.reports.inputs import read_inputs
+from undertow.reports.inputs import _alignment_notes, read_inputs
 from undertow.reports.run import add
 
 HULL = load_vehicle("blueboat")
@@ -101,6 +104,15 @@ def test_as_is_goes_on_and_says_so_above_everything(reversed_: Path, here: Path,
     assert (record["as_is"], " --as-is " in record["command"]) == (True, True)
     assert read_run_inputs("run").as_is
     assert strict((here / "run" / "comparison.json").read_text())["warnings"] == findings["warnings"]
+
+
+def test_records_that_merely_do_not_follow_each_other_are_no_reason_to_refuse(whole: Path):
+    sound = inspect_log(read_log(whole), HULL)
+    assert sound.alignment
+    for correlation, contrary in ((-0.01, False), (-0.9, True)):
+        records = tuple(replace(one, offset=None, correlation=correlation) for one in sound.alignment)
+        with pytest.raises(LogError, match="--as-is") if contrary else nullcontext():
+            _alignment_notes(replace(sound, alignment=records), False)
 
 
 def test_records_that_contradict_each_other_are_taken_only_as_they_are(whole: Path, tmp_path: Path):
