@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "cvxpy", "clarabel", "matplotlib")
+PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "scikit-learn", "cvxpy", "clarabel", "matplotlib")
 _CHUNK = 1 << 20
 
 

@@ -377,7 +377,7 @@ def test_the_counterexample_breaks_the_law(study: ModuleType):
 
 
 def test_honest_models_are_not_accused(study: ModuleType, tmp_path: Path):
-    for make, log in study.honest(tmp_path, 7)[:8]:
+    for make, log in study.honest(tmp_path, 7):
         model = make()
         found, _ = study.judged(model, 0, log)
         assert found.verdict == "pass", (model.name, [r.sentence for r in found.violations])
