@@ -292,7 +292,7 @@ def fit(
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
     with failing_clearly():
-        from .discovery.discover import DiscoverySettings
+        from .discovery.settings import DiscoverySettings
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
@@ -477,7 +477,7 @@ def explain(
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     with failing_clearly():
-        from .discovery.discover import DiscoverySettings
+        from .discovery.settings import DiscoverySettings
         from .reports.distilled import distil, distilled_table
 
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
@@ -570,7 +570,7 @@ def _discover(
     import time
 
     begun = time.perf_counter()
-    from .discovery.discover import DiscoverySettings
+    from .discovery.settings import DiscoverySettings
     from .reports import terminal
     from .reports.failing import screen
     from .reports.folder import write_run
