@@ -99,15 +99,14 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
-    whole = search.fit(scores, list(now.values()))
-    squares = search.balance.squares(state.vehicle)
+    model = _Model(search, state, linear, scores, now, seed)
+    whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
     found = []
     for candidate in (c for c in search.pool if not c.nuisance):
         if candidate.key in now:
-            alike = known.alike(candidate.key) if known else ()
-            found.append(_selected(search, state, candidate, linear, scores, now, squares, seed, alike))
+            found.append(_selected(model, candidate, squares, known.alike(candidate.key) if known else ()))
         else:
-            found.append(_not_selected(search, candidate, linear, scores, now, whole, seed))
+            found.append(_not_selected(model, candidate, whole))
     found.sort(key=lambda e: (not e.selected, -e.gain))
     return [e if e.selected else _not_shown(e, found, known) for e in found]
 
@@ -123,17 +122,20 @@ def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability | None
     )
 
 
-def _selected(
-    search: Search,
-    state: State,
-    candidate: Candidate,
-    linear: Linearisation,
-    scores: GramScores,
-    now: dict[str, Option],
-    squares: Array,
-    seed: int,
-    alike: Sequence[str],
-) -> Evidence:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Model:
+    """The final model of a search, with the columns and scores about it and the option in which each effect stands."""
+
+    search: Search
+    state: State
+    linear: Linearisation
+    scores: GramScores
+    now: dict[str, Option]
+    seed: int
+
+
+def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequence[str]) -> Evidence:
+    search, state, linear, scores, now = model.search, model.state, model.linear, model.scores, model.now
     without = search.without(state, candidate.key)
     price = search.price(search.fit(scores, [now[candidate.key]]), [now[candidate.key]])
     gain = without.score - state.score
@@ -158,7 +160,7 @@ def _selected(
     if candidate.effect.family in ("coupling", "mass") and search.of_kind(tuple(now), Kind.TERM):
         # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
         rivals += [key for key in alike if key in now]
-    confidence = share_of_resamples(search, without.fit, state.fit, price, seed, search.matters(without, state))
+    confidence = share_of_resamples(search, without.fit, state.fit, price, model.seed, search.matters(without, state))
     return Evidence(
         candidate.key,
         candidate.kind,
@@ -173,15 +175,8 @@ def _selected(
     )
 
 
-def _not_selected(
-    search: Search,
-    candidate: Candidate,
-    linear: Linearisation,
-    scores: GramScores,
-    now: dict[str, Option],
-    whole: Fit,
-    seed: int,
-) -> Evidence:
+def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:
+    search, linear, scores, now = model.search, model.linear, model.scores, model.now
     present = [option for option in linear.options[candidate.key] if option.present]
     base = search.score(whole, list(now.values()))
     fits = [(search.fit(scores, [*now.values(), option]), option) for option in present]
@@ -196,7 +191,7 @@ def _not_selected(
         gain,
         share,
         error_drop(whole, fit, search),
-        share_of_resamples(search, whole, fit, price, seed, bool((share >= search.settings.materiality).any())),
+        share_of_resamples(search, whole, fit, price, model.seed, bool((share >= search.settings.materiality).any())),
         (),
         False,
     )
