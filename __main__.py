@@ -2,7 +2,7 @@
 
 import io
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +13,7 @@ from .physics.effects import EFFECTS
 from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show, tell_replaced
 
 if TYPE_CHECKING:
+    from .discovery.findings import FoundEffect, Step
     from .reports.inputs import Inputs
 
 app = typer.Typer(
@@ -175,18 +176,20 @@ def compare(
         inputs = _read(logs, vehicle, frame, channels, judge, namespace=namespace, as_is=as_is)
         found = compare_models(inputs, model or [], series)
         if out is not None:
-            write_json(out, found)
+            write_json(out, found.to_dict())
         for path in kept:
             tell_replaced(path, path in earlier)
         if as_json:
-            print_json(found)
+            print_json(found.to_dict())
         else:
             from .reports.compared import best_text, comparison_table, notes_list
             from .reports.failing.screen import failures_table, structure_list
+            from .reports.failing.whose import told_of
 
-            _warn(found["warnings"])
-            show(best_text(found), comparison_table(found), failures_table(found))
-            show(structure_list(found), notes_list(found))
+            _warn(found.warnings)
+            table = comparison_table(found.models, found.split, found.differences)
+            show(best_text(found.best), table, failures_table(found.failures, told_of(found.models, found.structure)))
+            show(structure_list(found.structure), notes_list(found))
             if out is not None:
                 say(f"Comparison: {out}")
             if series is not None:
@@ -302,16 +305,15 @@ def fit(
         if out is not None:
             done.vehicle.save(out)
             tell_replaced(out, earlier)
-        told = done.to_dict()
         if as_json:
-            print_json(told)
+            print_json(done.to_dict())
             return
         say("")
-        _warn(told["warnings"])
-        prose(" ".join(told["sentences"]))
-        show(terminal.calibrated_table(told["parameters"]), terminal.left_list(told))
-        _show_steps(told)
-        show(terminal.energy_text(told["passivity"]))
+        _warn(done.inputs.warnings)
+        prose(" ".join(done.sentences))
+        show(terminal.calibrated_table(done.calibration.parameters), terminal.left_list(done.left))
+        _show_steps(done.steps)
+        show(terminal.energy_text(done.calibration.lawful.passivity))
         say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")
 
 
@@ -362,20 +364,21 @@ def add(
         if out is not None:
             found.discovery.corrected.save(out)
             tell_replaced(out, earlier)
-        findings = found.findings.to_dict()
+        findings = found.findings
         if as_json:
-            wanted = {key: findings[key] for key in ("warnings", "steps", "candidates", "unnamed")}
+            content = findings.to_dict()
+            wanted = {key: content[key] for key in ("warnings", "steps", "candidates", "unnamed")}
             print_json({"schema": "undertow.added/1", **wanted})
             return
         from .reports.terminal import added_table, energy_text, unnamed_table
 
         say("")
-        _warn(findings["warnings"])
-        prose(findings["headline"])
-        tables = [added_table(findings)] if findings["candidates"] else []
-        show(*tables, *[unnamed_table(findings)] * bool(findings["unnamed"]))
-        _show_steps(findings)
-        show(energy_text(findings["passivity"]))
+        _warn(findings.warnings)
+        prose(findings.headline)
+        tables = [added_table(findings.candidates)] if findings.candidates else []
+        show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
+        _show_steps(findings.steps, findings.candidates)
+        show(energy_text(findings.passivity))
         say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
 
 
@@ -455,7 +458,7 @@ def train(
         say("")
         _warn(done.inputs.warnings)
         prose(" ".join(done.sentences))
-        show(comparison_table(done.to_dict()))
+        show(comparison_table(done.models, done.inputs.parts.judge))
         if done.distilled is not None:
             from .reports.distilled import distilled_table
 
@@ -579,24 +582,24 @@ def _discover(
 
     run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
     write_run(run, out, report=report, progress=progress)
-    findings = run.findings.to_dict()
+    findings = run.findings
     if as_json:
-        print_json(findings)
+        print_json(findings.to_dict())
         return
     say("")
-    _warn(findings["warnings"])
+    _warn(findings.warnings)
     for text in opening(findings, run.comparison):
         prose(text)
-    show(screen.failures_table(findings), terminal.candidates_table(findings))
-    show(terminal.missing_in_words(findings))
-    if findings["unnamed"]:
-        show(terminal.unnamed_table(findings))
-    if findings["calibrated"]:
-        show(terminal.calibrated_table(findings["calibrated"]), terminal.left_list(findings))
-    _show_steps(findings)
-    show(terminal.energy_text(findings["passivity"]))
-    prose(terminal.not_judged(findings))
-    show(terminal.advice_list(findings))
+    show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates))
+    show(terminal.missing_in_words(findings.candidates))
+    if findings.unnamed:
+        show(terminal.unnamed_table(findings.unnamed))
+    if findings.calibrated:
+        show(terminal.calibrated_table(findings.calibrated), terminal.left_list(findings.left, findings.absorbed))
+    _show_steps(findings.steps, findings.candidates)
+    show(terminal.energy_text(findings.passivity))
+    prose(terminal.not_judged(findings.candidates))
+    show(terminal.advice_list(findings.advice))
     say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
     if len(run.findings.steps) > 1:
         say(f"Corrected vehicle: {out / 'model.yaml'}")
@@ -606,11 +609,11 @@ def _discover(
         say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")
 
 
-def _show_steps(findings: dict[str, Any]) -> None:
+def _show_steps(steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = ()) -> None:
     from .reports.terminal import error_left, steps_table
 
-    show(steps_table(findings))
-    prose(error_left(findings))
+    show(steps_table(steps, candidates))
+    prose(error_left(steps))
 
 
 def _read(

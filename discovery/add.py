@@ -115,7 +115,7 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     added = [e for e in evidence if e.selected]
     sure = [e.key for e in added if e.sure]
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
-    findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.")
+    findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.")
     return Discovery(nominal, corrected, tuple(steps), findings, error, noise, notes)
 
 

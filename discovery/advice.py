@@ -7,10 +7,11 @@ import numpy as np
 
 from ..physics.frames import AXES
 from .evidence import TELL_APART, Evidence
-from .identifiability import Identifiability
+from .findings import Advice
 from .parting import Parting, part
 from .rehearsal import Rehearsal, rehearse
 from .search import Search, State
+from .visible import Identifiability
 
 MOST_ITEMS = 6
 """Most manoeuvres advised."""
@@ -28,7 +29,7 @@ def advise(
     questions: Mapping[str, Sequence[str]],
     plausible: Mapping[str, tuple[float, ...]],
     rehearsal: Rehearsal | None = None,
-) -> tuple[dict[str, str], ...]:
+) -> tuple[Advice, ...]:
     """Manoeuvres that would settle open questions, each with what it would settle, at most six.
 
     What the search selected comes first. The trial that parts most pairs is taken until none is left; one that parts a
@@ -58,18 +59,18 @@ def advise(
     for trial, settled in plan.items():
         runs = max(ceil(TELL_APART / p.gain[trial]) for p in settled)
         often = f", {runs} times" if runs > 1 else ""
-        items.append({"manoeuvre": rehearsal.trials[trial].text + often, "why": reasons(settled, trial)})
+        items.append(Advice(manoeuvre=rehearsal.trials[trial].text + often, why=reasons(settled, trial)))
     hopeless = [p for p in partings if p.selected and p.gain.max() < TELL_APART / _MOST_RUNS]
     if hopeless:
         items.append(unsettled(hopeless, len(rehearsal.trials)))
     return tuple(items[:MOST_ITEMS])
 
 
-def unsettled(hopeless: Sequence[Parting], trials: int) -> dict[str, str]:
+def unsettled(hopeless: Sequence[Parting], trials: int) -> Advice:
     """What to do where none of so many trials would do."""
     purposes = "; ".join(map(_purpose, hopeless[:_MOST_NAMED]))
     why = f"{purposes}: none of the {trials} manoeuvres that were rehearsed would do"
-    return {"manoeuvre": _BY_OTHER_MEANS, "why": why}
+    return Advice(manoeuvre=_BY_OTHER_MEANS, why=why)
 
 
 def open_questions(

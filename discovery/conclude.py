@@ -1,7 +1,7 @@
 """From evidence to words: verdicts, sentences and the headline."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,14 +10,14 @@ from ..physics.frames import AXES, Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .evidence import PERHAPS, Evidence, parameter_total
-from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
-from .identifiability import Identifiability
+from .findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from .options import Candidate, Kind, measurable
 from .passivity import Lawful
 from .reason import Reason
 from .rollouts import HORIZON, SIGNIFICANT, WHOLE_HORIZON, WORSE
 from .search import ALIVE, Search
 from .uncertainty import Interval
+from .visible import Identifiability
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
 _LEAST_FORCE = 1e-3
@@ -58,7 +58,7 @@ class Grounds:
     doubtful: Mapping[str, str] = field(default_factory=dict)
 
 
-def conclude(grounds: Grounds, advice: tuple[dict[str, str], ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
+def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
     """Write the findings.
 
     Parameters
@@ -76,7 +76,7 @@ def conclude(grounds: Grounds, advice: tuple[dict[str, str], ...] = (), others: 
     rank = {"missing": 0, "possible": 1, "no evidence": 2}
     found.sort(key=lambda f: (rank[f.verdict], missing.index(f.effect) if f.effect in missing else len(missing)))
     unnamed = tuple(
-        replace(term, inclusion=g.included.get(e.key, 0.0) if g.included else None)
+        term.but(inclusion=g.included.get(e.key, 0.0) if g.included else None)
         for e in g.evidence
         if e.kind is Kind.TERM and (e.key in kept or e.key in g.order)
         for term in found_terms(pool[e.key], search.nominal, lawful.unconstrained, g.intervals)
@@ -85,15 +85,15 @@ def conclude(grounds: Grounds, advice: tuple[dict[str, str], ...] = (), others: 
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     verdict = "missing" if missing else "undecided" if open_ends or unnamed or still else "nothing missing"
     return Findings(
-        verdict,
-        _STILL if still and not missing else _headline(missing, unnamed, open_ends, doubtful),
-        missing,
-        tuple(found),
-        unnamed,
-        _criterion(search),
-        advice,
-        identifiability=g.known.to_dict() if g.known else {},
-        passivity=lawful.passivity.to_dict(),
+        verdict=verdict,
+        headline=_STILL if still and not missing else _headline(missing, unnamed, open_ends, doubtful),
+        missing=missing,
+        candidates=tuple(found),
+        unnamed=unnamed,
+        criterion=_criterion(search),
+        advice=advice,
+        identifiability=g.known,
+        passivity=lawful.passivity,
     )
 
 
@@ -101,16 +101,14 @@ def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
     """The effects that no log without further channels can show, and which channels those are."""
     return tuple(
         FoundEffect(
-            effect.name,
-            Reason.NEEDS_CHANNELS.tell(effect.meaning, " and ".join(effect.channels)),
-            effect.family,
-            effect.equation,
-            "possible",
-            0.0,
-            0.0,
-            (),
-            (),
-            Reason.NEEDS_CHANNELS,
+            effect=effect.name,
+            sentence=Reason.NEEDS_CHANNELS.tell(effect.meaning, " and ".join(effect.channels)),
+            family=effect.family,
+            equation=effect.equation,
+            verdict="possible",
+            reason=Reason.NEEDS_CHANNELS,
+            confidence=0.0,
+            error_drop=0.0,
         )
         for effect in EFFECTS
         if effect not in measurable(motions)
@@ -139,7 +137,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         terms = found_terms(candidate, nominal, g.lawful.unconstrained if kept else g.considered, g.intervals)
     if kept:
         model = g.lawful.vehicle
-        terms = tuple(replace(t, in_model=parameter_total(nominal, candidate, model, t.symbol)) for t in terms)
+        terms = tuple(t.but(in_model=parameter_total(nominal, candidate, model, t.symbol)) for t in terms)
     if reason is None:
         sentence = f"{effect.meaning} {_alone(candidate, e.share, what)}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
@@ -147,16 +145,16 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         sentence = reason.tell(effect.meaning, doubt or _told(e, reason))
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
     return FoundEffect(
-        effect.name,
-        sentence,
-        effect.family,
-        effect.equation,
-        verdict,
-        e.confidence,
-        e.error_drop,
-        tuple(dict.fromkeys(rivals_by_name)),
-        terms,
-        reason,
+        effect=effect.name,
+        sentence=sentence,
+        family=effect.family,
+        equation=effect.equation,
+        verdict=verdict,
+        reason=reason,
+        confidence=e.confidence,
+        error_drop=e.error_drop,
+        indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
+        terms=terms,
     )
 
 
@@ -203,7 +201,9 @@ def found_terms(
         moved = None if interval is None else Interval(interval.lower - shift, interval.upper - shift)
         value = parameter_total(nominal, candidate, vehicle, symbol)
         axis = axis_name(parameter.axis, _AXIS_OF.get(candidate.effect.family, "all"))
-        terms.append(FoundTerm(symbol, axis, parameter.form, value, parameter.unit, moved))
+        terms.append(
+            FoundTerm(symbol=symbol, axis=axis, form=parameter.form, value=value, unit=parameter.unit, ci95=moved)
+        )
     return tuple(terms)
 
 
@@ -239,30 +239,30 @@ def _what(search: Search) -> str:
     return "force at work" if search.balance.forces else "motion that the forces make"
 
 
-def _criterion(search: Search) -> dict[str, object]:
+def _criterion(search: Search) -> Criterion:
     settings = search.settings
     what = _what(search)
-    return {
-        "materiality": settings.materiality,
-        "certainty": (
+    return Criterion(
+        materiality=settings.materiality,
+        certainty=(
             f"each parameter earns a held-out log-likelihood of {settings.price:g} "
             f"({settings.unnamed_price:g} for a term without a name and for each gain of a thrust curve) in 9 of 10 "
             "block resamples"
         ),
-        "material": (
+        material=(
             f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "
             f"{100.0 * settings.least:g} %, and {WHOLE_HORIZON:g} s rollouts change by {100.0 * settings.weight:g} % "
             "without it"
         ),
-        "rollouts": (
+        rollouts=(
             f"5 s rollouts with it, and {WHOLE_HORIZON if search.balance.forces else HORIZON:g} s rollouts of all "
             "together, are not worse "
             f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"
         ),
-        "unit": dict(zip(AXES, search.balance.unit, strict=True)),
-        "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
-        "search": (
+        unit=dict(zip(AXES, search.balance.unit, strict=True)),
+        force_scale={a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
+        search=(
             f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "
             f"scored on {search.balance.blocks} held-out blocks"
         ),
-    }
+    )

@@ -127,7 +127,7 @@ def _conclude(basis: Basis, looked: Selected) -> Discovery:
         blocks = search.balance.blocks
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
             headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
-            findings = replace(findings, verdict="undecided", headline=headline)
+            findings = findings.but(verdict="undecided", headline=headline)
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, looked.notes)
 
 

@@ -170,8 +170,7 @@ class Distilled:
 
 
 def _number(term: FoundTerm) -> dict[str, Any]:
-    keys = ("symbol", "axis", "form", "value", "unit", "ci95")
-    return {key: value for key, value in term.to_dict().items() if key in keys}
+    return term.model_dump(mode="json", exclude={"in_model", "inclusion"})
 
 
 def _cause(past: Past) -> str:

@@ -9,12 +9,12 @@ from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
 from .equivalent import same_model
 from .gram import Fit, GramScores
-from .identifiability import Identifiability
 from .options import Candidate, Kind, Linearisation, Option
 from .reason import Reason
 from .rollouts import rollouts_object
 from .search import Search, State
 from .uncertainty import share_of_draws
+from .visible import Identifiability
 
 SURE = 0.9
 """Confidence from which an effect is called missing."""

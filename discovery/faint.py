@@ -12,9 +12,10 @@ import numpy as np
 
 from ..physics.frames import AXES
 from .evidence import SURE, TELL_APART, Evidence, share_of_resamples
-from .identifiability import LEAST_SIGNAL, Identifiability
+from .identifiability import LEAST_SIGNAL
 from .options import Kind
 from .search import Search, State
+from .visible import Identifiability
 
 _FLOOR = 1.0
 """Floor on a quiet axis under which faint structure is looked for, in multiples of sensor noise."""

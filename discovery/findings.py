@@ -1,18 +1,35 @@
-"""Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` says it."""
+"""Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    WrapSerializer,
+    computed_field,
+    model_serializer,
+)
 
 from ..physics.frames import AXES
+from ..physics.record import Flag, Number, Record, Whole, absent
+from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
+from .price import Passivity
 from .reason import Reason
 from .uncertainty import Interval
+from .visible import Identifiability
 
 Verdict = Literal["missing", "possible", "no evidence"]
-SCHEMA = "undertow.findings/1"
+
+_EMPTY = (
+    BeforeValidator(lambda content: content or None),
+    WrapSerializer(lambda value, handler: handler(value) or {}),
+)
+"""What was not asked is an empty object in the file."""
 
 
-@dataclass(frozen=True, slots=True)
-class FoundTerm:
+class FoundTerm(Record):
     """One number of a candidate: its symbol, place in the equation, value [unit] and 95 % interval.
 
     `value` is what the log asks for, under the limits of this number alone; `in_model` is what the corrected model has,
@@ -20,35 +37,29 @@ class FoundTerm:
     the share of block ensembles in which sparse selection takes a term that nobody has named; None for named ones.
     """
 
-    symbol: str
-    axis: str
-    form: str
-    value: float
-    unit: str
-    ci95: Interval | None
-    in_model: float | None = None
-    inclusion: float | None = None
+    symbol: str = ""
+    axis: str = ""
+    form: str = ""
+    value: Number
+    unit: str = ""
+    ci95: Interval | None = None
+    in_model: Number | None = None
+    inclusion: Number | None = None
 
     @property
     def moved(self) -> bool:
         """True when the law moved it by more than a hundredth."""
         return self.in_model is not None and abs(self.in_model - self.value) > 0.01 * abs(self.value)
 
-    def to_dict(self) -> dict[str, Any]:
-        """As `findings.json` writes it."""
-        return {
-            "symbol": self.symbol,
-            "axis": self.axis,
-            "form": self.form,
-            "value": self.value,
-            "unit": self.unit,
-            "ci95": None if self.ci95 is None else [self.ci95.lower, self.ci95.upper],
-            **({"in_model": self.in_model} if self.inclusion is None else {"inclusion": self.inclusion}),
-        }
+    @model_serializer(mode="wrap")
+    def _named_or_not(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """A term without a name has its inclusion, any other its value in the model."""
+        content: dict[str, Any] = handler(self)
+        content.pop("inclusion" if self.inclusion is None else "in_model", None)
+        return content
 
 
-@dataclass(frozen=True, slots=True)
-class FoundEffect:
+class FoundEffect(Record):
     """The findings on one effect of the catalogue.
 
     Attributes
@@ -56,43 +67,32 @@ class FoundEffect:
     effect, family, equation : from the catalogue
     sentence : the finding in words, with numbers
     verdict : "missing" (the tool would add it), "possible" (it may be there, this log cannot tell), "no evidence"
+    reason : why it is not called missing; None where it is
     confidence : share of block resamples in which it earns its price and is material, divided among it and its
         look-alikes, 0..1
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
-    reason : why it is not called missing; None where it is
     """
 
     effect: str
-    sentence: str
-    family: str
-    equation: str
+    sentence: str = ""
+    family: str = ""
+    equation: str = ""
     verdict: Verdict
-    confidence: float
-    error_drop: float
-    indistinguishable_from: tuple[str, ...]
-    terms: tuple[FoundTerm, ...]
     reason: Reason | None = None
+    confidence: Number
+    error_drop: Number
+    indistinguishable_from: tuple[str, ...] = ()
+    terms: tuple[FoundTerm, ...] = ()
 
-    def to_dict(self) -> dict[str, Any]:
-        """As `findings.json` writes it."""
-        return {
-            "effect": self.effect,
-            "sentence": self.sentence,
-            "family": self.family,
-            "equation": self.equation,
-            "verdict": self.verdict,
-            "reason": None if self.reason is None else self.reason.value,
-            "confidence": self.confidence,
-            "error_drop": self.error_drop,
-            "indistinguishable_from": list(self.indistinguishable_from),
-            "terms": [term.to_dict() for term in self.terms],
-        }
+    @property
+    def cannot_tell(self) -> bool:
+        """Whether the log holds nothing that could show it, so that no number about it means anything."""
+        return self.reason is not None and self.reason.cannot_tell
 
 
-@dataclass(frozen=True, slots=True)
-class Calibrated:
+class Calibrated(Record):
     """One parameter before and after.
 
     Attributes
@@ -106,95 +106,165 @@ class Calibrated:
     """
 
     symbol: str
+    before: Number
+    after: Number
+    wanted: Number
     unit: str
-    before: float
-    after: float
-    wanted: float
-    ci95: Interval | None
-    at_limit: bool = False
+    ci95: Interval | None = None
+    at_limit: Flag = False
 
+    @computed_field
     @property
-    def held(self) -> bool:
+    def held_by_law(self) -> bool:
         """True when the law holds the parameter outside its interval."""
         return self.ci95 is not None and not self.ci95.lower <= self.after <= self.ci95.upper
 
-    def to_dict(self) -> dict[str, Any]:
-        """As `findings.json` writes it."""
-        ends = None if self.ci95 is None else [self.ci95.lower, self.ci95.upper]
-        return {
-            "symbol": self.symbol,
-            "before": self.before,
-            "after": self.after,
-            "wanted": self.wanted,
-            "unit": self.unit,
-            "ci95": ends,
-            "at_limit": self.at_limit,
-            "held_by_law": self.held,
-        }
+
+class Left(Record):
+    """A parameter that was to be calibrated and stays as it was, and why."""
+
+    symbol: str
+    why: str
 
 
-@dataclass(frozen=True, slots=True)
-class Findings:
+class Advice(Record):
+    """A manoeuvre that would tell what a log cannot, and what it would tell."""
+
+    manoeuvre: str
+    why: str = ""
+
+
+class Step(Record):
+    """Errors on held-out data after something was added.
+
+    Attributes
+    ----------
+    added : the effect, or the term; "calibrated" for the calibration; None for the nominal model
+    thruster : the one that the effect concerns; None for an effect of all
+    acceleration_rmse : root mean square error of the acceleration
+    rollout_rmse : of open-loop predictions, by horizon [s]
+    """
+
+    added: str | None = None
+    thruster: str | None = absent()
+    acceleration_rmse: ByAxis
+    rollout_rmse: Rollouts
+    units: Mapping[str, Mapping[str, str]] = {}
+
+    def rollout(self, horizon: str) -> RolloutRecord:
+        """The errors of one horizon; all NaN where there is none."""
+        return self.rollout_rmse.get(horizon) or RolloutRecord()
+
+
+class Removal(Record):
+    """An effect that removes the error of a place, and the share of the squared error there that it removes."""
+
+    effect: str
+    share_removed: Number
+    sentence: str = ""
+
+
+class FailingPlace(Record):
+    """A place in a log where a model's error gathers.
+
+    Attributes
+    ----------
+    model : whose error
+    where : the place in words
+    axis : of the error
+    share_of_error, share_of_rows : of the squared error on the axis, and of the rows, that lie there
+    rmse : root mean square error there [`unit`]
+    rows_of : the part of the log that was looked at
+    rmse_after : the same of the corrected model, where that was asked
+    removed_by : effects that remove the error
+    unlinked : why none is named, although it falls
+    """
+
+    model: str = "nominal"
+    where: str = ""
+    axis: str = ""
+    share_of_error: Number
+    share_of_rows: Number | None = absent()
+    rows: Whole | None = absent()
+    rmse: Number | None = absent()
+    unit: str = ""
+    rows_of: str | None = absent()
+    rmse_after: Number | None = absent()
+    removed_by: tuple[Removal, ...] = ()
+    unlinked: str | None = absent()
+
+
+class Criterion(Record):
+    """What an effect had to satisfy, and the force at work on each axis [`unit`], of which shares are taken."""
+
+    materiality: Number | None = None
+    certainty: str = ""
+    material: str = ""
+    rollouts: str = ""
+    unit: Mapping[str, str] = {}
+    force_scale: Mapping[str, Number] = {}
+    search: str = ""
+
+
+class Unexplained(Record):
+    """Force that the corrected model leaves on an axis, beside what sensor noise alone would leave [`unit`]."""
+
+    force: Number
+    noise: Number
+    unit: str
+
+
+class LogFacts(Record):
+    """What was looked at: rows, length [s], how it was split, what stays unexplained by axis, and notes."""
+
+    rows: Whole | None = None
+    seconds: Number | None = None
+    split: str = ""
+    unexplained: Mapping[str, Unexplained] = Field(default={}, exclude_if=lambda value: not value)
+    notes: tuple[str, ...] = ()
+
+
+class Findings(Record):
     """What discovery concludes from a log.
 
     Attributes
     ----------
     verdict : "missing", "nothing missing" or "undecided"
+    warnings : what is wrong with the log itself, to be read before the headline
     headline : the verdict in a sentence
     missing : effects that the tool would add, the most valuable first
     candidates : every effect of the catalogue, best first
     unnamed : terms that nobody has named but the log asks for
+    calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
+    left : others that were not
+    absorbed : effects that cannot be judged beside the calibration, which would do the same
     steps : errors after each addition, on held-out data only
     failures : where the nominal model fails
     advice : manoeuvres that would tell what this log cannot
+    identifiability : what the log can show and tell apart; None where that was not asked
     criterion : what an effect had to satisfy
-    identifiability : what the log can show and tell apart
-    data : rows, seconds, split and notes
     passivity : whether the corrected model dissipates over the envelope of the log, and what that cost
-    calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
-    left : why others were not, by symbol
-    absorbed : effects that cannot be judged beside the calibration, which would do the same
-    warnings : what is wrong with the log itself, to be read before the headline
+    data : rows, seconds, split and notes
     """
 
+    SCHEMA: ClassVar[str] = "undertow.findings/1"
+
     verdict: Literal["missing", "nothing missing", "undecided"]
-    headline: str
+    warnings: tuple[str, ...] = ()
+    headline: str = ""
     missing: tuple[str, ...]
     candidates: tuple[FoundEffect, ...]
-    unnamed: tuple[FoundTerm, ...]
-    criterion: dict[str, Any]
-    advice: tuple[dict[str, str], ...] = ()
-    identifiability: dict[str, Any] = field(default_factory=dict)
-    steps: tuple[dict[str, Any], ...] = ()
-    failures: tuple[dict[str, Any], ...] = ()
-    data: dict[str, Any] = field(default_factory=dict)
-    passivity: dict[str, Any] = field(default_factory=dict)
+    unnamed: tuple[FoundTerm, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
-    left: dict[str, str] = field(default_factory=dict)
+    left: tuple[Left, ...] = ()
     absorbed: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """As `findings.json` writes it (schema `undertow.findings/1`)."""
-        return {
-            "schema": SCHEMA,
-            "verdict": self.verdict,
-            "warnings": list(self.warnings),
-            "headline": self.headline,
-            "missing": list(self.missing),
-            "candidates": [candidate.to_dict() for candidate in self.candidates],
-            "unnamed": [term.to_dict() for term in self.unnamed],
-            "calibrated": [one.to_dict() for one in self.calibrated],
-            "left": [{"symbol": symbol, "why": why} for symbol, why in self.left.items()],
-            "absorbed": list(self.absorbed),
-            "steps": list(self.steps),
-            "failures": list(self.failures),
-            "advice": list(self.advice),
-            "identifiability": self.identifiability,
-            "criterion": self.criterion,
-            "passivity": self.passivity,
-            "data": self.data,
-        }
+    steps: tuple[Step, ...] = ()
+    failures: tuple[FailingPlace, ...] = ()
+    advice: tuple[Advice, ...] = ()
+    identifiability: Annotated[Identifiability | None, *_EMPTY] = None
+    criterion: Criterion = Criterion()
+    passivity: Annotated[Passivity | None, *_EMPTY] = None
+    data: LogFacts = LogFacts()
 
 
 def axis_name(index: int | None, default: str) -> str:

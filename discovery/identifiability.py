@@ -7,8 +7,6 @@ correlation (Hotelling 1936, doi:10.1093/biomet/28.3-4.321) is then near one.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from ..physics.vehicle import Vehicle
 from .gram import GramScores
 from .rehearsal import amplitude_columns
 from .search import Search
+from .visible import Excitation, Identifiability
 
 ALIAS = 0.98
 """Canonical correlation above which two candidates move alike."""
@@ -25,79 +24,6 @@ LEAST_SIGNAL = 2.0
 
 _RIDGE = 1e-9
 _ROUNDING = 1e-20
-
-
-@dataclass(frozen=True, slots=True)
-class Excitation:
-    """How strongly a log would show one candidate.
-
-    Attributes
-    ----------
-    share : root mean square force of a plausible amount, over the force scale of the axis on which it is largest
-    signal_to_noise : of its clearest column, all axes together; infinite where sensor noise does not enter
-    """
-
-    share: float
-    signal_to_noise: float
-
-
-@dataclass(frozen=True, slots=True)
-class Identifiability:
-    """What a log can show and tell apart about one model.
-
-    Attributes
-    ----------
-    excitation : by key of the candidate
-    groups : keys of candidates that move alike, each with a canonical correlation above 0.98 with another of its group;
-        without effects of which simpler ones are special cases
-    dormant : keys of candidates of which a plausible amount leaves no material force
-    absorbed : keys of candidates of which a plausible amount leaves none beside what calibration can explain
-    noise_limited : keys of candidates whose columns are hardly more than sensor noise
-    quiet : axes on which hardly anything but sensor noise is at work
-    condition : of the matrix of all other columns, each scaled to length one; None when there are none. All thrusters'
-        common scale is left out beside those of each thruster, whose sum it is, and so is the thrust curve.
-    """
-
-    excitation: Mapping[str, Excitation]
-    groups: tuple[tuple[str, ...], ...]
-    dormant: tuple[str, ...]
-    noise_limited: tuple[str, ...]
-    quiet: tuple[str, ...]
-    condition: float | None
-    absorbed: tuple[str, ...] = ()
-
-    def alike(self, key: str) -> tuple[str, ...]:
-        """The other candidates in the group of a candidate."""
-        return tuple(other for group in self.groups if key in group for other in group if other != key)
-
-    @property
-    def sentence(self) -> str:
-        """What the log cannot show or tell apart, for a line of progress."""
-        blind = [_words(key) for key in (*self.dormant, *self.absorbed, *self.noise_limited)]
-        groups = [" and ".join(map(_words, group)) for group in self.groups]
-        told = [f"does not show {', '.join(blind)}"] if blind else []
-        told += [f"hardly tells apart {'; '.join(groups)}"] if groups else []
-        return (
-            f"before the search: this log {', and '.join(told) or 'shows every effect, and no two of them move alike'}"
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """As `findings.json` writes it under `identifiability`."""
-        return {
-            "groups": [list(group) for group in self.groups],
-            "dormant": list(self.dormant),
-            "absorbed": list(self.absorbed),
-            "noise_limited": list(self.noise_limited),
-            "quiet_axes": list(self.quiet),
-            "condition": self.condition,
-            "excitation": {
-                key: {
-                    "share": e.share,
-                    "signal_to_noise": e.signal_to_noise if np.isfinite(e.signal_to_noise) else None,
-                }
-                for key, e in self.excitation.items()
-            },
-        }
 
 
 def identify(
@@ -132,7 +58,7 @@ def identify(
     for candidate in pool:
         columns = list(amplitude_columns(candidate, linear.options[candidate.key]))
         shares = axis_share[:, columns].max(axis=0) * plausible[candidate.key]
-        excitation[candidate.key] = Excitation(float(shares.max()), float(ratio[columns].max()))
+        excitation[candidate.key] = Excitation(share=float(shares.max()), signal_to_noise=float(ratio[columns].max()))
         if (
             shares.max()
             < search.settings.materiality
@@ -151,7 +77,15 @@ def identify(
     used = [index for key in names for index in special[key]]
     groups, condition = alias_groups(together, special), _condition(together, used)
     quiet = tuple(name for name, is_quiet in zip(AXES, search.quiet, strict=True) if is_quiet)
-    return Identifiability(excitation, groups, dormant, limited, quiet, condition, tuple(absorbed))
+    return Identifiability(
+        groups=groups,
+        dormant=dormant,
+        absorbed=tuple(absorbed),
+        noise_limited=limited,
+        quiet_axes=quiet,
+        condition=condition,
+        excitation=excitation,
+    )
 
 
 def _beside(columns: Sequence[int], metric: Array, moments: Array) -> Array:
@@ -209,7 +143,3 @@ def _condition(gram: Array, used: Sequence[int]) -> float | None:
     scale = 1.0 / np.sqrt(np.diag(inside))
     size = np.linalg.eigvalsh(inside * (scale[:, None] * scale[None, :]))
     return float(np.sqrt(size.max() / max(float(size.min()), 1e-12 * size.max())))
-
-
-def _words(key: str) -> str:
-    return key.replace("_", " ")

@@ -285,12 +285,12 @@ class _Passive:
         k = int(np.argmax(np.abs(push * moved)))
         symbol = self.scaled.symbols[k]
         return Binding(
-            corner_state(self.envelope, int(orthant), int(point), self.degree),
-            float(relief[orthant, point]) * self.scaled.size**2 / max(misfit, 1e-300),
-            symbol,
-            free[symbol],
-            values[symbol],
-            self.nominal.parameter(symbol).unit,
+            state=corner_state(self.envelope, int(orthant), int(point), self.degree),
+            multiplier=float(relief[orthant, point]) * self.scaled.size**2 / max(misfit, 1e-300),
+            symbol=symbol,
+            wanted=free[symbol],
+            allowed=values[symbol],
+            unit=self.nominal.parameter(symbol).unit,
         )
 
 

@@ -2,59 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
 
 import numpy as np
 
-from ..physics.laws import Envelope, WorstPower, envelope_of, state_in_words, worst_dissipation
+from ..physics.laws import Envelope, envelope_of, state_in_words, worst_dissipation
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .certify import certify
 from .gram import GramScores
 from .lawful import LawfulFit, passive_refit
 from .options import Kind, Option
-from .price import Binding, percent
+from .price import MostPower, Passivity, percent
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
-
-
-@dataclass(frozen=True, slots=True)
-class Passivity:
-    """Whether a model's damping takes energy out everywhere in an envelope, and what that cost the fit.
-
-    Attributes
-    ----------
-    verdict : "pass" or "fail"
-    proof : "vertex LMI" where matrix inequalities prove it; "search" where the verdict rests on 1e5 random states
-    envelope : velocities relative to the water for which it holds
-    price : relative rise of the misfit against the fit without the law
-    binding : where the law binds; None where it costs nothing
-    worst : the largest power that a random search found
-    sentence : the same in words
-    """
-
-    verdict: Literal["pass", "fail"]
-    proof: Literal["vertex LMI", "search"]
-    envelope: Envelope
-    price: float
-    binding: Binding | None
-    worst: WorstPower
-    sentence: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """As `findings.json` writes it."""
-        return {
-            "verdict": self.verdict,
-            "proof": self.proof,
-            "envelope": self.envelope.to_dict(),
-            "price": self.price,
-            "binding": None if self.binding is None else self.binding.to_dict(),
-            "worst": {
-                "value": self.worst.power,
-                "unit": "W",
-                "at": dict(zip("uvr", self.worst.state, strict=True)),
-            },
-            "sentence": self.sentence,
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,20 +86,27 @@ def judge(vehicle: Vehicle, envelope: Envelope, fit: LawfulFit | None = None, ag
             f"rise by {percent(price)} and predictions would get worse, so the force is kept as it was found: this "
             f"model puts energy into the hull ({found}) and is not to be trusted beyond the log."
         )
-        return Passivity(verdict, proof, envelope, price, binding, worst, sentence)
-    if fit is not None:
+    elif fit is not None:
         sentence = fit.sentence
     elif verdict == "pass":
         sentence = "The model's damping takes energy out of the hull everywhere in the envelope."
     else:
         sentence = "The model's damping creates energy in a part of the envelope."
-    if verdict == "fail":
+    if verdict == "fail" and not against:
         sentence += f" A random search finds {found}."
-    elif not proved:
+    elif not proved and not against:
         sentence += (
             " There is no proof for the corrected model, but a random search of 100 000 states finds no violation."
         )
-    return Passivity(verdict, proof, envelope, price, binding, worst, sentence)
+    return Passivity(
+        verdict=verdict,
+        proof=proof,
+        envelope=envelope,
+        price=price,
+        binding=binding,
+        worst=MostPower(value=worst.power, at=worst.state),
+        sentence=sentence,
+    )
 
 
 def _contradicts(motions: Sequence[Motion], free: Vehicle, lawful: Vehicle) -> bool:

@@ -1,44 +1,96 @@
 """What a law costs a fit, and where: the binding corner, the multiplier, and both in words."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from typing import Annotated, Literal
 
-from ..physics.laws import State, state_in_words
+from pydantic import AliasChoices, BeforeValidator, Field, PlainSerializer
+
+from ..physics.laws import Envelope, State, state_in_words
+from ..physics.record import Number, Record
 
 NOTHING = 1e-6
 """A relative price below this is none."""
 
 
-@dataclass(frozen=True, slots=True)
-class Binding:
+def _by_name(state: State) -> dict[str, float]:
+    return dict(zip("uvr", state, strict=True))
+
+
+def _state(content: object) -> object:
+    """(u, v, r) from a file, which has them by name."""
+    if not isinstance(content, Mapping):
+        return content
+    if set(content) != set("uvr"):
+        raise ValueError("numbers named u, v and r")
+    return tuple(content[name] for name in "uvr")
+
+
+def _envelope(content: object) -> object:
+    """An envelope from a file, which has [lower, upper] by velocity."""
+    if not isinstance(content, Mapping):
+        return content
+    try:
+        (u0, u1), (v0, v1), (r0, r1) = (map(float, content[name]) for name in "uvr")
+        return Envelope((u0, v0, r0), (u1, v1, r1))
+    except (KeyError, TypeError, ValueError):
+        raise ValueError("[lower, upper] about rest for each of u, v and r") from None
+
+
+Velocities = Annotated[State, BeforeValidator(_state), PlainSerializer(_by_name)]
+"""A state (u, v, r) [m/s, m/s, rad/s], which files have by name."""
+Box = Annotated[Envelope, BeforeValidator(_envelope), PlainSerializer(Envelope.to_dict)]
+"""An envelope, which files have as [lower, upper] by velocity."""
+
+
+class Binding(Record):
     """Where the law of dissipation holds the fit most.
 
     Attributes
     ----------
-    state : corner of the envelope (u, v, r) [m/s, m/s, rad/s]
+    state : corner of the envelope (u, v, r) [m/s, m/s, rad/s]; `at` in the file
     multiplier : share of the misfit that 1 W more at this corner would save [1/W]
     symbol : the parameter that the law moves most, weighed by what that costs
     wanted, allowed : its value without and with the law
     unit : of the parameter
     """
 
-    state: State
-    multiplier: float
+    state: Velocities = Field(validation_alias=AliasChoices("state", "at"), serialization_alias="at")
+    multiplier: Number
+    multiplier_unit: str = "share of the misfit for 1 W"
     symbol: str
-    wanted: float
-    allowed: float
+    wanted: Number
+    allowed: Number
     unit: str
 
-    def to_dict(self) -> dict[str, object]:
-        """As `findings.json` writes it."""
-        return {
-            "at": dict(zip("uvr", self.state, strict=True)),
-            "multiplier": self.multiplier,
-            "multiplier_unit": "share of the misfit for 1 W",
-            "symbol": self.symbol,
-            "wanted": self.wanted,
-            "allowed": self.allowed,
-            "unit": self.unit,
-        }
+
+class MostPower(Record):
+    """The largest power that damping puts into the hull [`unit`], as a random search found it, and in which state."""
+
+    value: Number
+    unit: str = "W"
+    at: Velocities
+
+
+class Passivity(Record):
+    """Whether a model's damping takes energy out everywhere in an envelope, and what that cost the fit.
+
+    Attributes
+    ----------
+    proof : "vertex LMI" where matrix inequalities prove it; "search" where the verdict rests on 1e5 random states
+    envelope : velocities relative to the water for which it holds
+    price : relative rise of the misfit against the fit without the law
+    binding : where the law binds; None where it costs nothing
+    worst : the largest power that a random search found
+    sentence : the same in words
+    """
+
+    verdict: Literal["pass", "fail"]
+    proof: Literal["vertex LMI", "search"]
+    envelope: Box
+    price: Number
+    binding: Binding | None = None
+    worst: MostPower
+    sentence: str
 
 
 def price_in_words(price: float, binding: Binding | None, kept: bool, nominal: str) -> str:

@@ -7,7 +7,7 @@ from math import isfinite
 from ..physics.effects import Parameter
 from ..physics.vehicle import Vehicle
 from .calibratable import beside, calibratable, nuisance_candidates
-from .findings import Calibrated, Findings
+from .findings import Calibrated, Findings, Left
 from .identified import identified
 from .options import Candidate
 from .passivity import Lawful
@@ -87,8 +87,17 @@ def calibrated(
     for symbol in symbols:
         parameter, wanted = nominal.parameter(symbol), lawful.unconstrained.value(symbol)
         near = limit_at(parameter, wanted) is not None
-        values = nominal.value(symbol), lawful.vehicle.value(symbol), wanted
-        rows.append(Calibrated(symbol, parameter.unit, *values, None if near else intervals.get(symbol), near))
+        rows.append(
+            Calibrated(
+                symbol=symbol,
+                before=nominal.value(symbol),
+                after=lawful.vehicle.value(symbol),
+                wanted=wanted,
+                unit=parameter.unit,
+                ci95=None if near else intervals.get(symbol),
+                at_limit=near,
+            )
+        )
     return tuple(rows)
 
 
@@ -102,4 +111,5 @@ def with_calibration(
         headline = "Nothing material is missing: once calibrated, the model explains this log."
     elif findings.verdict == "missing":
         headline = f"{headline.removesuffix('.')}, whatever the values of its parameters."
-    return replace(findings, headline=headline, calibrated=rows, left=dict(free.reasons), absorbed=free.absorbed)
+    left = tuple(Left(symbol=symbol, why=why) for symbol, why in free.reasons.items())
+    return findings.but(headline=headline, calibrated=rows, left=left, absorbed=free.absorbed)

@@ -18,7 +18,7 @@ from .basis import Basis
 from .equivalent import in_plain_words
 from .evidence import TELL_APART, Evidence, weigh
 from .faint import with_faint
-from .identifiability import Identifiability, identify
+from .identifiability import identify
 from .library import shortlist, term_candidate, twins
 from .nuisance import part_by_sight
 from .options import Candidate, Kind
@@ -28,6 +28,7 @@ from .rehearsal import Rehearsal, plausible_amounts, rehearse
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 from .search import Search, State
 from .shooting import ShootingSettings
+from .visible import Identifiability
 from .weak import WeakForm
 
 ENOUGH_BLOCKS = 5

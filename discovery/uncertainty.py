@@ -1,13 +1,14 @@
 """Intervals by block bootstrap: whole blocks are drawn again, because residuals in time are not independent."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
 
 from ..physics.effects import Parameter
 from ..physics.frames import Array
+from ..physics.record import Number
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
 from .gram import GramScores
@@ -22,12 +23,11 @@ _RARELY = 0.02
 """Share of draws in which an end of the profile may be as good as the best value."""
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(NamedTuple):
     """95 % interval of one parameter's total value, in the parameter's unit."""
 
-    lower: float
-    upper: float
+    lower: Number
+    upper: Number
 
 
 def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, draws: int = 400) -> dict[str, Interval]:

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from ..discovery.findings import Step
 from ..measurements.dataset import DataSet
 from ..measurements.derive import accelerations
 from ..measurements.split import PARTS, Split
@@ -49,13 +49,15 @@ class Parts:
         )
 
 
-def score_step(errors: Errors) -> dict[str, Any]:
-    """Held-out errors of one step of the story: acceleration and rollout root mean squares by axis."""
-    return {
-        "acceleration_rmse": errors.acceleration_score.to_dict()["rmse"],
-        "rollout_rmse": {name: score.to_dict() for name, score in errors.rollout_scores.items()},
-        "units": {"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
-    }
+def score_step(errors: Errors, added: str | None = None, thruster: str | None = None) -> Step:
+    """Held-out errors of one step of the story, and what was added in it."""
+    return Step(
+        added=added,
+        thruster=thruster,
+        acceleration_rmse=errors.acceleration_score.record.rmse,
+        rollout_rmse={name: score.record for name, score in errors.rollout_scores.items()},
+        units={"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
+    )
 
 
 def audit_along(model: Model, parts: Parts) -> Audit:

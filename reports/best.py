@@ -12,6 +12,7 @@ from ..residuals.paired import Difference, paired_ratio
 from ..residuals.scores import Errors
 from .audit import Audit
 from .differences import rolled, rows_of, squares
+from .facts import Best
 from .wording import listing, percent
 
 BASELINE = "baseline"
@@ -45,7 +46,7 @@ class _Contender:
         return self.against(other).verdict == "better"
 
 
-def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]:
+def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
     """The model to trust and why, in at most two sentences.
 
     What decides are predictions over 10 s, surge, sway and yaw together; over 2 s where the judged rows are too few for
@@ -66,7 +67,7 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]
             f"The judged rows are too few to tell models apart: {chosen.name} has the smallest errors{doubt}, and that "
             "may be chance."
         )
-        return {"model": chosen.name, "sentence": sentence}
+        return Best(model=chosen.name, sentence=sentence)
     chosen = _simplest(lawful or named)
     still = [c for c in field if c.model.kind == BASELINE and not chosen.beats(c)]
     if still:
@@ -79,10 +80,10 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> dict[str, str]
         tempting = [f"{c.name} is, but breaks {c.broken}" for c in named if c not in lawful and c.beats(base)] * bool(
             kept
         )
-        return {"model": name, "sentence": " ".join([sentence, *[f"{'; '.join(tempting)}."] * bool(tempting)])}
+        return Best(model=name, sentence=" ".join([sentence, *[f"{'; '.join(tempting)}."] * bool(tempting)]))
     others = [c for c in named if c is not chosen]
     told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
-    return {"model": chosen.name, "sentence": " ".join(filter(None, told))}
+    return Best(model=chosen.name, sentence=" ".join(filter(None, told)))
 
 
 def _what_decides(models: Sequence[tuple[Model, Errors, Audit | None]]) -> tuple[str, int, list[Array]]:

@@ -3,12 +3,12 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models import Model, VehicleModel
 from .comparison import BASELINE, comparison, judge, reference_models
+from .facts import Comparison
 from .fitted_on import fitted_notes
 from .folder import read_run_inputs
 from .inputs import INPUTS_CURE, Inputs, PathLike, read_inputs
@@ -16,7 +16,7 @@ from .models import CORRECTED, check_commands, fitted_numbers, load_model
 from .viewer import compared, require_mcap, write_series
 
 
-def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLike | None = None) -> dict[str, Any]:
+def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLike | None = None) -> Comparison:
     """Models against measurements: nominal, calibrated, two baselines and any others, on the same rows.
 
     Parameters
@@ -27,8 +27,8 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLi
 
     Returns
     -------
-    dict
-        As `comparison.json`, with wall times.
+    Comparison
+        As `comparison.json` holds it, with wall times.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLi
     return _compared(inputs, (), models, series_file)
 
 
-def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any]:
+def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
     """The models of a run folder and any others, on the rows that the run was judged on; its logs are read again.
 
     Parameters
@@ -54,8 +54,8 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any
 
     Returns
     -------
-    dict
-        As `comparison.json`, with wall times.
+    Comparison
+        As `comparison.json` holds it, with wall times.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> dict[str, Any
 
 def _compared(
     inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike], series_file: PathLike | None = None
-) -> dict[str, Any]:
+) -> Comparison:
     given = [os.fspath(path) for path in paths]
     for path in given:
         if given.count(path) > 1:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,21 +10,20 @@ import pandas as pd
 from ..discovery.calibrate import calibrate_once
 from ..measurements.split import PARTS
 from ..physics.errors import RequestError
-from ..physics.frames import AXES
 from ..residuals.baselines import baselines
 from ..residuals.domain import known_to, spanned
 from ..residuals.models import Model, VehicleModel
-from ..residuals.scores import Errors, evaluate
+from ..residuals.scores import Errors, by_axis, evaluate
 from .assess import Parts, audit_along, series
 from .audit import Audit
 from .best import best
 from .differences import differences
+from .facts import ComparedModel, Comparison, Domain, RulingRecord, Side
 from .failing.tell import where_they_fail
 from .inputs import Inputs
 from .models import CORRECTED
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS, percent
 
-COMPARISON_SCHEMA = "undertow.comparison/1"
 NOMINAL, CALIBRATED = "nominal", "calibrated"
 BASELINE = "baseline"
 _FAR_OUT = 0.05
@@ -100,7 +98,7 @@ def comparison(
     *,
     timed: bool = False,
     notes: Sequence[str] = (),
-) -> dict[str, Any]:
+) -> Comparison:
     """Every model on the same rows, as `comparison.json` says it.
 
     Parameters
@@ -113,28 +111,28 @@ def comparison(
     parts = inputs.parts
     inside = spanned(inputs.vehicle, parts.split.train.motions).inside(parts.judged.motions)
     recommended = best([(found.model, found.errors, found.audit) for found in judged])
-    first, after = ends([found.model for found in judged], recommended["model"])
+    first, after = ends([found.model for found in judged], recommended.model)
     if table is None:
         table = series(first, after, parts, inputs.channels)
     data = [parts.data(part) for part in PARTS]
     # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
     last = after if after is not first else None
-    failing = where_they_fail(table, first, last, data, parts.judge, link=after.name != CALIBRATED)
+    failures, structure = where_they_fail(table, first, last, data, parts.judge, link=after.name != CALIBRATED)
     apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
-    return {
-        "schema": COMPARISON_SCHEMA,
-        "split": parts.judge,
-        "logs": list(inputs.paths),
-        "warnings": list(inputs.warnings),
-        "best": recommended,
-        "models": [row(found, inside, timed=timed) for found in judged],
-        "differences": apart,
-        **failing,
-        "notes": [*notes, *_far_out(judged, parts)],
-    }
+    return Comparison(
+        split=parts.judge,
+        logs=tuple(inputs.paths),
+        warnings=tuple(inputs.warnings),
+        best=recommended,
+        models=tuple(row(found, inside, timed=timed) for found in judged),
+        differences=tuple(apart),
+        failures=failures,
+        structure=structure,
+        notes=(*notes, *_far_out(judged, parts)),
+    )
 
 
-def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False) -> dict[str, Any]:
+def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False) -> ComparedModel:
     """A row of `comparison.json`: a model's errors, and what the laws say of it.
 
     Parameters
@@ -144,29 +142,29 @@ def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False)
     """
     model, errors = found.model, found.errors
     known = model.seconds_to_fit > 0.0 or model.parameters == 0
-    return {
-        "name": model.name,
-        "kind": model.kind,
-        "acceleration": errors.acceleration_score.to_dict(),
-        "rollout": {name: score.to_dict() for name, score in errors.rollout_scores.items()},
-        "units": {"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
-        "domain": None if inside is None else _by_domain(np.concatenate(errors.acceleration), inside),
-        "audit": found.verdict,
-        "laws": [] if found.audit is None else found.audit.to_dict()["laws"],
-        "parameters": model.parameters,
-        "seconds_to_fit": model.seconds_to_fit if timed and known else None,
-        "seconds_to_evaluate": errors.seconds if timed else None,
-    }
+    laws = () if found.audit is None else tuple(found.audit.to_dict()["laws"])
+    return ComparedModel(
+        name=model.name,
+        kind=model.kind,
+        acceleration=errors.acceleration_score.record,
+        rollout={name: score.record for name, score in errors.rollout_scores.items()},
+        units={"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
+        domain=None if inside is None else _by_domain(np.concatenate(errors.acceleration), inside),
+        audit=found.verdict,
+        laws=tuple(RulingRecord.model_validate(law) for law in laws),
+        parameters=model.parameters,
+        seconds_to_fit=model.seconds_to_fit if timed and known else None,
+        seconds_to_evaluate=errors.seconds if timed else None,
+    )
 
 
-def _by_domain(error: np.ndarray, inside: np.ndarray) -> dict[str, Any]:
+def _by_domain(error: np.ndarray, inside: np.ndarray) -> Domain:
     """One-step error on the rows within what the training part spans, and on the others."""
-    found = {}
-    for name, rows in (("inside", inside), ("outside", ~inside)):
-        root = np.sqrt((error[rows] ** 2).mean(axis=0)) if rows.any() else None
-        by_axis = None if root is None else dict(zip(AXES, root.tolist(), strict=True))
-        found[name] = {"rows": int(rows.sum()), "rmse": by_axis}
-    return found
+    return Domain(inside=_side(error[inside]), outside=_side(error[~inside]))
+
+
+def _side(error: np.ndarray) -> Side:
+    return Side(rows=len(error), rmse=by_axis(np.sqrt((error**2).mean(axis=0))) if len(error) else None)
 
 
 def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:

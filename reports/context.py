@@ -50,23 +50,21 @@ def calibrated(run: RunFolder) -> Html:
     found = run.findings
     rows = [
         (
-            str(item["symbol"]),
-            trimmed(item["before"]),
-            element("b", trimmed(item["after"])),
-            "at its limit"
-            if item.get("at_limit")
-            else interval(item.get("ci95")) + " *" * bool(item.get("held_by_law")),
-            unit_text(str(item.get("unit") or "")),
+            item.symbol,
+            trimmed(item.before),
+            element("b", trimmed(item.after)),
+            "at its limit" if item.at_limit else interval(item.ci95) + " *" * item.held_by_law,
+            unit_text(item.unit),
         )
-        for item in found.get("calibrated") or []
+        for item in found.calibrated
     ]
     if not rows:
         return Html("")
-    notes = [f"{item['symbol']} stays as it was: {item['why']}." for item in found.get("left") or []]
-    absorbed = [words(str(name)) for name in found.get("absorbed") or []]
+    notes = [f"{item.symbol} stays as it was: {item.why}." for item in found.left]
+    absorbed = [words(name) for name in found.absorbed]
     if absorbed:
         notes.append(f"Not judged beside the calibration, which would do the same: {listing(absorbed)}.")
-    if any(item.get("held_by_law") for item in found["calibrated"]):
+    if any(item.held_by_law for item in found.calibrated):
         notes.append("* Held by the law of dissipation; the interval is what the log alone asks for.")
     text = (
         "These parameters were free in every model, so that a number that is merely wrong is not taken for an effect "
@@ -79,32 +77,30 @@ def calibrated(run: RunFolder) -> Html:
 
 def energy(run: RunFolder) -> Html:
     """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
-    lines = energy_lines(run.findings.get("passivity") or {})
-    if not lines:
+    passivity = run.findings.passivity
+    if passivity is None:
         return Html("")
-    verdict = energy_verdict(run.findings["passivity"])
     return render(
-        element("h2", f"Energy: {verdict}"),
-        element("div", *(element("p", text) for text in lines), cls="card"),
+        element("h2", f"Energy: {energy_verdict(passivity)}"),
+        element("div", *(element("p", text) for text in energy_lines(passivity)), cls="card"),
     )
 
 
 def data(run: RunFolder) -> Html:
     """What the log is: rows, seconds, split, notes, and the quality of each log where it was inspected."""
-    about: Mapping[str, Any] = run.findings.get("data") or {}
+    about = run.findings.data
     counts = run.series["part"].value_counts()
     shares = ", ".join(f"{part} {counts[part]}" for part in ("train", "validation", "test") if part in counts)
     facts = [
-        ("logs", ", ".join(map(str, run.comparison.get("logs") or []))),
-        ("rows", number(about.get("rows", len(run.series)), 6)),
-        ("length", f"{number(about.get('seconds'), 4)} s"),
-        ("split", str(about.get("split", ""))),
+        ("logs", ", ".join(run.comparison.logs)),
+        ("rows", number(len(run.series) if about.rows is None else about.rows, 6)),
+        ("length", f"{number(about.seconds, 4)} s"),
+        ("split", about.split),
         ("rows by part", shares),
         ("vehicle", run.nominal.name),
     ]
     rows = [(name, value) for name, value in facts if value]
-    notes = [str(note) for note in (*(about.get("notes") or []), *(run.findings.get("notes") or []))]
-    inner = [table(("the log", ""), rows, "ll"), *bullets(notes)]
+    inner = [table(("the log", ""), rows, "ll"), *bullets(list(about.notes))]
     if run.inspections:
         inner.append(_quality(run.inspections))
     for inspection in run.inspections:

@@ -1,21 +1,50 @@
 """Which differences between models are more than chance, quantity by quantity."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ..physics.frames import AXES, Array
+from ..physics.record import Number, Record, Whole
 from ..residuals.models import Model
 from ..residuals.paired import Difference, paired_difference
 from ..residuals.scores import Errors
 from .wording import ACCELERATION_UNITS, ROLLOUT_UNITS
 
+
+class PairedRecord(Record):
+    """How an error of a model differs from that of another on the same rows, as `comparison.json` has it.
+
+    Attributes
+    ----------
+    model, against : the two
+    quantity : "acceleration" or "rollout"
+    horizon : of the rollout [s]; None for the acceleration
+    axis : of the error
+    difference, relative, ci95 : model minus reference [`unit`], the same over the reference's error, and its 95 %
+        interval; None where the rows are too few
+    verdict : "better", "worse", "no difference" or "too short to tell"
+    blocks : how many stretches the interval rests on
+    """
+
+    model: str
+    against: str
+    quantity: str
+    horizon: str | None = None
+    axis: str
+    difference: Number | None = None
+    relative: Number | None = None
+    ci95: tuple[Number, Number] | None = None
+    unit: str = ""
+    verdict: str = ""
+    blocks: Whole | None = None
+
+
 ROLLED = (*AXES, "position")
 """What the columns of the squared errors of rollouts are."""
 
 
-def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str]) -> list[dict[str, Any]]:
+def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str]) -> list[PairedRecord]:
     """Every model against each reference that stands before it, baselines against the first model only.
 
     Entries are as `comparison.json` has them.
@@ -28,7 +57,7 @@ def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str
     return found
 
 
-def _against(name: str, errors: Errors, other: str, base: Errors) -> list[dict[str, Any]]:
+def _against(name: str, errors: Errors, other: str, base: Errors) -> list[PairedRecord]:
     told = []
     for axis, ours, theirs in zip(AXES, squares(errors).T, squares(base).T, strict=True):
         done = paired_difference(ours, theirs)
@@ -59,17 +88,17 @@ def rows_of(errors: Errors, horizon: str) -> int:
 
 def _entry(
     name: str, other: str, quantity: str, horizon: str | None, axis: str, done: Difference, unit: str
-) -> dict[str, Any]:
-    return {
-        "model": name,
-        "against": other,
-        "quantity": quantity,
-        "horizon": horizon,
-        "axis": axis,
-        "difference": done.difference,
-        "relative": done.relative,
-        "ci95": None if done.ci95 is None else list(done.ci95),
-        "unit": unit,
-        "verdict": done.verdict,
-        "blocks": done.blocks,
-    }
+) -> PairedRecord:
+    return PairedRecord(
+        model=name,
+        against=other,
+        quantity=quantity,
+        horizon=horizon,
+        axis=axis,
+        difference=done.difference,
+        relative=done.relative,
+        ci95=done.ci95,
+        unit=unit,
+        verdict=done.verdict,
+        blocks=done.blocks,
+    )

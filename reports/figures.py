@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from ..discovery.findings import FoundEffect
 from .markup import Html
 from .plotted import CoefficientRow, rollouts
 from .svg import ROLES, STYLE, canvas, drawn, panel
-from .wording import MINUS, cannot_tell, finite, number, percent, unit_text, words
+from .wording import MINUS, finite, number, percent, unit_text, words
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
 LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
@@ -167,23 +168,23 @@ def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
         axes.annotate(percent(share), (place, 0), (0, -23 if numeric else -32), color=ROLES["muted"], **under)
 
 
-def ranked_effects(candidates: Sequence[Mapping[str, Any]], most: int = 12) -> Html:
+def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
     """The best-ranked effects that the log can judge, with the share of held-out error each removes, and how sure."""
-    shown = [item for item in candidates if not cannot_tell(item)][:most]
+    shown = [item for item in candidates if not item.cannot_tell][:most]
     left, width, height = 190, 460, 34 + 24 * len(shown)
     colours = {"missing": ROLES["after"], "possible": ROLES["between"]}
-    drops = np.nan_to_num(np.array([finite(item.get("error_drop")) for item in shown]))
+    drops = np.nan_to_num(np.array([item.error_drop for item in shown]))
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, left, 30, width - left - 112, height - 34)
-        fill = [colours.get(str(item["verdict"]), ROLES["grid"]) for item in shown]
+        fill = [colours.get(item.verdict, ROLES["grid"]) for item in shown]
         axes.barh(np.arange(len(shown)), np.maximum(drops, 0.0), height=0.56, color=fill)
         for index, item in enumerate(shown):
             edge: dict[str, Any] = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-            bold: dict[str, Any] = {**edge, "weight": "bold" if item["verdict"] == "missing" else "normal"}
-            axes.annotate(words(str(item["effect"])), (0, index), (-8, 0), **bold)
+            bold: dict[str, Any] = {**edge, "weight": "bold" if item.verdict == "missing" else "normal"}
+            axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
             axes.annotate(percent(drops[index], minus=MINUS), (1, index), (48, 0), **bold)
-            sure = percent(item.get("confidence"), blank="")
+            sure = percent(item.confidence, blank="")
             axes.annotate(sure, (1, index), (110, 0), color=ROLES["muted"], **edge)
         axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])
         axes.grid(visible=False)

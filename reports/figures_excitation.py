@@ -6,21 +6,22 @@ from typing import Any
 import matplotlib
 import numpy as np
 
+from ..discovery.visible import Excitation
 from .markup import Html
 from .svg import ROLES, STYLE, canvas, drawn, panel
-from .wording import finite, percent, words
+from .wording import percent, words
 
 FULL = 0.5  # bars end here: half of the force at work is plenty
 
 
-def excitation(told: Mapping[str, Mapping[str, Any]]) -> Html:
+def excitation(told: Mapping[str, Excitation]) -> Html:
     """One bar an effect, the least excited on top; bars of the well excited are cut at half of the force at work.
 
     Parameters
     ----------
-    told : `share` of the force scale by effect, as `identifiability` of the findings has it
+    told : by effect
     """
-    shares = {name: finite(item.get("share")) for name, item in told.items()}
+    shares = {name: item.share for name, item in told.items()}
     order = sorted(shares, key=lambda name: (shares[name] != shares[name], shares[name]))
     left, width, height = 208, 460, 12 + 17 * len(order)
     with matplotlib.rc_context(STYLE):

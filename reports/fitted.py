@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..discovery.calibrate import Calibration, calibrate
+from ..discovery.findings import Left, Step
 from ..discovery.settings import DiscoverySettings
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
@@ -35,7 +36,7 @@ class FitRun:
 
     inputs: Inputs
     calibration: Calibration
-    steps: tuple[dict[str, Any], ...]
+    steps: tuple[Step, ...]
 
     @property
     def vehicle(self) -> Vehicle:
@@ -66,6 +67,11 @@ class FitRun:
             )
         return told
 
+    @property
+    def left(self) -> tuple[Left, ...]:
+        """Parameters that stay as they were, and why."""
+        return tuple(Left(symbol=symbol, why=why) for symbol, why in self.calibration.reasons.items())
+
     def to_dict(self) -> dict[str, Any]:
         """As `fit --json` prints it (schema `undertow.fit/1`)."""
         found, weak = self.calibration, self.inputs.weak
@@ -81,7 +87,7 @@ class FitRun:
                 {"symbol": s, "value": nominal.value(s), "unit": nominal.parameter(s).unit, "why": why}
                 for s, why in found.reasons.items()
             ],
-            "steps": list(self.steps),
+            "steps": [step.to_dict() for step in self.steps],
             "chosen_by": {
                 "horizon": found.horizon,
                 "rollout_rmse": {
@@ -128,7 +134,7 @@ def fit(
         VehicleModel(found.vehicle, "calibrated", "physics", parameters=len(found.parameters)),
     )
     steps = tuple(
-        {"added": label, **score_step(evaluate(model, inputs.parts.judged))}
+        score_step(evaluate(model, inputs.parts.judged), label)
         for label, model in zip((None, "calibrated"), models, strict=True)
     )
     return FitRun(inputs, found, steps)

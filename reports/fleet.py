@@ -1,12 +1,12 @@
 """Several runs side by side: which effects they share, which are of one boat, and whether their values agree."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from ..discovery.findings import FoundEffect
 from .plotted import CoefficientRow, coefficient_rows
 from .run_folder import RunFolder
-from .wording import cannot_tell, effect_words
+from .wording import effect_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Shared:
 def shared_effects(runs: Sequence[RunFolder]) -> list[Shared]:
     """Every effect that some run misses, those that most runs miss first."""
     missing = [_missing(run) for run in runs]
-    names = {effect_words(item): str(item["effect"]) for run in runs for item in _items(run)}
+    names = {effect_words(item): item.effect for run in runs for item in _items(run)}
     effects = [
         Shared(
             name,
@@ -78,26 +78,26 @@ def told(effect: Shared, names: Sequence[str]) -> str:
     return f"{whole}; the 95 % intervals overlap" if any(answers.values()) else whole
 
 
-def _items(run: RunFolder) -> list[Mapping[str, Any]]:
+def _items(run: RunFolder) -> list[FoundEffect]:
     """The candidates that a run misses."""
-    wanted = run.findings["missing"]
-    return [item for item in run.findings["candidates"] if item["effect"] in wanted and item["verdict"] == "missing"]
+    wanted = run.findings.missing
+    return [item for item in run.findings.candidates if item.effect in wanted and item.verdict == "missing"]
 
 
 def _missing(run: RunFolder) -> dict[str, tuple[CoefficientRow, ...]]:
     """The coefficients of each missing effect, by its name in words."""
     return {
-        effect_words(item): tuple(coefficient_rows([item], [item["effect"]], run.nominal, run.corrected))
+        effect_words(item): tuple(coefficient_rows([item], [item.effect], run.nominal, run.corrected))
         for item in _items(run)
     }
 
 
 def _verdict(run: RunFolder, name: str, effect: str) -> str:
     """What a run says of an effect that it does not miss, or misses on another thruster."""
-    items = [item for item in run.findings["candidates"] if item["effect"] == effect]
+    items = [item for item in run.findings.candidates if item.effect == effect]
     item = next((item for item in items if effect_words(item) == name), items[0] if items else None)
     if item is None:
         return "not judged"
-    if item["verdict"] == "missing":
+    if item.verdict == "missing":
         return "no evidence"
-    return "cannot tell" if cannot_tell(item) else str(item["verdict"])
+    return "cannot tell" if item.cannot_tell else item.verdict

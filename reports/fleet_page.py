@@ -70,15 +70,15 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
     rows = []
     for index, (run, name) in enumerate(zip(runs, names, strict=True)):
         before, after, horizon, metric, unit = hero_errors(run)
-        logs = [Path(str(log)).name for log in run.comparison.get("logs") or []]
+        logs = [Path(log).name for log in run.comparison.logs]
         page = os.path.relpath((run.folder / "report.html").absolute(), home.absolute())
         rows.append(
             (
                 element("a", name, attributes={"href": f"#run-{index + 1}"}),
                 run.nominal.name,
                 render(*lines(logs)),
-                str(run.findings.get("verdict", "")),
-                render(*lines(words(str(effect)) for effect in run.findings["missing"])),
+                run.findings.verdict,
+                render(*lines(words(effect) for effect in run.findings.missing)),
                 render(
                     *lines(
                         [
@@ -87,7 +87,7 @@ def _table(runs: Sequence[RunFolder], names: Sequence[str], home: Path) -> Html:
                         ]
                     )
                 ),
-                str(run.audit.get("verdict", "not run")),
+                "not run" if run.audit is None else run.audit.verdict,
                 element("a", "its page", attributes={"href": quote(Path(page).as_posix())}),
             )
         )

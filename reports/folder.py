@@ -113,7 +113,7 @@ def _replace_files(work: Path, target: Path, aside: Path) -> None:
 
 def _write_files(run: Run, folder: Path, target: Path) -> None:
     write_json(folder / "findings.json", run.findings.to_dict())
-    write_json(folder / "comparison.json", run.comparison)
+    write_json(folder / "comparison.json", run.comparison.to_dict())
     write_json(folder / "audit.json", run.audit.to_dict())
     run.discovery.nominal.save(folder / "nominal.yaml")
     run.discovery.corrected.save(folder / "model.yaml")

@@ -1,20 +1,20 @@
 """The section of the report page that names the missing effects and ranks every effect that was tried."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from ..discovery.findings import FoundEffect, FoundTerm
 from .figures import coefficients, ranked_effects
 from .markup import Html, element, figure, lines, render, table
 from .plotted import coefficient_rows
 from .run_folder import RunFolder
-from .wording import MINUS, added_to, cannot_tell, effect_words, interval, listing, percent, twins, unit_text, within
+from .wording import MINUS, added_to, effect_words, interval, listing, percent, twins, unit_text, within
 
 
 def missing_effects(run: RunFolder) -> Html:
     """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
     findings = run.findings
-    candidates, missing = findings["candidates"], [str(name) for name in findings["missing"]]
-    chosen = [item for item in candidates if item["effect"] in missing]
+    candidates, missing, unnamed = findings.candidates, findings.missing, findings.unnamed
+    chosen = [item for item in candidates if item.effect in missing]
     parts = [element("h2", "What is missing" if chosen else "Nothing is missing that this log can show")]
     parts += [element("div", *map(_effect, chosen), cls="columns")] * bool(chosen)
     drawings = []
@@ -33,25 +33,20 @@ def missing_effects(run: RunFolder) -> Html:
         parts.append(
             element("div", element("h3", "Every effect that was tried, best first"), *_tried(candidates), cls="card")
         )
-    unnamed = findings.get("unnamed") or []
     if unnamed:
         parts.append(element("div", *_unnamed(unnamed), cls="card"))
     return render(*parts)
 
 
-def _effect(item: Mapping[str, Any]) -> Html:
-    values = [
-        element("div", element("b", _value(term)), f"  (95 %: {interval(term.get('ci95'))})")
-        for term in item.get("terms") or []
-    ]
-    removed, sure = percent(item.get("error_drop"), minus=MINUS), percent(item.get("confidence"))
+def _effect(item: FoundEffect) -> Html:
+    values = [element("div", element("b", _value(term)), f"  (95 %: {interval(term.ci95)})") for term in item.terms]
+    removed, sure = percent(item.error_drop, minus=MINUS), percent(item.confidence)
     others = twins(item)
-    equation = str(item.get("equation") or "")
     return element(
         "div",
         element("h3", effect_words(item).capitalize()),
-        element("p", unit_text(str(item.get("sentence") or ""))),
-        *[element("div", equation, cls="equation")] * bool(equation),
+        element("p", unit_text(item.sentence)),
+        *[element("div", item.equation, cls="equation")] * bool(item.equation),
         *values,
         *[element("p", f"{added_to(item)} value.", cls="facts")] * bool(added_to(item)),
         element("p", f"Removes {removed} of the held-out error; confidence {sure}.", cls="facts"),
@@ -60,10 +55,10 @@ def _effect(item: Mapping[str, Any]) -> Html:
     )
 
 
-def _tried(candidates: Sequence[Mapping[str, Any]]) -> list[Html]:
+def _tried(candidates: Sequence[FoundEffect]) -> list[Html]:
     """What has evidence, or cannot be judged; then what has none, folded away."""
-    without = [item for item in candidates if item["verdict"] == "no evidence"]
-    others = [item for item in candidates if item["verdict"] != "no evidence"]
+    without = [item for item in candidates if item.verdict == "no evidence"]
+    others = [item for item in candidates if item.verdict != "no evidence"]
     parts = [_candidates(others)] * bool(others)
     if without:
         summary = element("summary", f"{len(without)} effects without evidence")
@@ -71,11 +66,10 @@ def _tried(candidates: Sequence[Mapping[str, Any]]) -> list[Html]:
     return parts
 
 
-def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
+def _candidates(candidates: Sequence[FoundEffect]) -> Html:
     rows = []
     for item in candidates:
-        unseen, terms = cannot_tell(item), item.get("terms") or []
-        verdict = str(item["verdict"])
+        unseen, terms, verdict = item.cannot_tell, item.terms, item.verdict
         rows.append(
             (
                 effect_words(item),
@@ -85,9 +79,9 @@ def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
                     cls=f"tag {verdict}" if verdict in ("missing", "possible") else "tag",
                 ),
                 render(*lines(map(_value, terms))),
-                render(*lines(interval(term.get("ci95")) for term in terms)),
-                "" if unseen else percent(item.get("error_drop"), minus=MINUS),
-                "" if unseen else percent(item.get("confidence")),
+                render(*lines(interval(term.ci95) for term in terms)),
+                "" if unseen else percent(item.error_drop, minus=MINUS),
+                "" if unseen else percent(item.confidence),
                 render(*lines(twins(item))),
             )
         )
@@ -95,14 +89,14 @@ def _candidates(candidates: Sequence[Mapping[str, Any]]) -> Html:
     return table(head, rows, "llllrrl")
 
 
-def _unnamed(terms: Sequence[Mapping[str, Any]]) -> list[Html]:
+def _unnamed(terms: Sequence[FoundTerm]) -> list[Html]:
     body = [
         (
-            str(term.get("axis")),
-            str(term.get("form")),
-            within(term.get("value"), term.get("ci95")),
-            interval(term.get("ci95")),
-            percent(term.get("inclusion"), blank=""),
+            term.axis,
+            term.form,
+            within(term.value, term.ci95),
+            interval(term.ci95),
+            percent(term.inclusion, blank=""),
         )
         for term in terms
     ]
@@ -115,6 +109,5 @@ def _unnamed(terms: Sequence[Mapping[str, Any]]) -> list[Html]:
     ]
 
 
-def _value(term: Mapping[str, Any]) -> str:
-    amount, unit = within(term.get("value"), term.get("ci95")), unit_text(str(term.get("unit") or ""))
-    return f"{term.get('symbol')} = {amount} {unit}".rstrip()
+def _value(term: FoundTerm) -> str:
+    return f"{term.symbol} = {within(term.value, term.ci95)} {unit_text(term.unit)}".rstrip()

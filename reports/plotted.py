@@ -1,16 +1,15 @@
 """What the figures draw, worked out from the run folder's tables: rollout pieces, held-out rows, coefficient rows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from ..discovery.findings import FoundEffect
 from ..physics.effects import BY_NAME
 from ..physics.errors import VehicleError
 from ..physics.vehicle import Vehicle
-from .wording import finite
 
 SHOWN_SECONDS = 120.0  # longest stretch of held-out motion drawn as lines
 SHOWN_POINTS = 600  # points per line after thinning
@@ -81,23 +80,23 @@ def rollouts(series: pd.DataFrame) -> pd.DataFrame:
 
 
 def coefficient_rows(
-    candidates: Sequence[Mapping[str, Any]], missing: Sequence[str], nominal: Vehicle, corrected: Vehicle
+    candidates: Sequence[FoundEffect], missing: Sequence[str], nominal: Vehicle, corrected: Vehicle
 ) -> list[CoefficientRow]:
     """The coefficients of the missing effects; an interval of an added amount is shifted by the nominal value."""
     rows = []
     for candidate in candidates:
-        if candidate["effect"] not in missing:
+        if candidate.effect not in missing:
             continue
-        effect = BY_NAME.get(str(candidate["effect"]))
-        for term in candidate.get("terms") or []:
-            symbol, value = str(term.get("symbol")), finite(term.get("value"))
-            low, high = (finite(end) for end in (term.get("ci95") or (None, None)))
+        effect = BY_NAME.get(candidate.effect)
+        for term in candidate.terms:
+            symbol, value = term.symbol, term.value
+            low, high = term.ci95 or (np.nan, np.nan)
             before, after = vehicle_value(nominal, symbol), vehicle_value(corrected, symbol)
             shift = before if effect is not None and effect.added else 0.0
             after = after if np.isfinite(after) else value + shift
             interval = (low + shift, high + shift) if np.isfinite([low, high]).all() else (after, after)
             if np.isfinite([before, after]).all():
-                rows.append(CoefficientRow(symbol, str(term.get("unit", "")), before, after, interval))
+                rows.append(CoefficientRow(symbol, term.unit, before, after, interval))
     return rows
 
 

@@ -3,11 +3,11 @@
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..physics.errors import RequestError
 from ..physics.files import write_json, write_text
 from .browser import find_browser, print_pdf
+from .facts import Comparison
 from .fleet_page import fleet_page
 from .page import TITLE, write_page
 from .run_folder import read_run
@@ -61,7 +61,7 @@ def report(
     if target is not None and pdf:
         check_pdf(target.with_suffix(".pdf"))
     for folder, comparison in _compared(folders, models, progress).items():
-        write_json(folder / "comparison.json", comparison)
+        write_json(folder / "comparison.json", comparison.to_dict())
     pages = [write_page(folder) for folder in folders]
     if target is not None:
         read = [read_run(folder) for folder in folders]
@@ -72,7 +72,7 @@ def report(
     return [*pages, *(print_pdf(page, page.with_suffix(".pdf"), browser) for page in pages)]
 
 
-def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say | None) -> dict[Path, dict[str, Any]]:
+def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say | None) -> dict[Path, Comparison]:
     """The new comparison of each run, before any is written; none without models."""
     if not models:
         return {}

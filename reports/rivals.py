@@ -1,10 +1,12 @@
 """Models side by side, as the page shows them: error with its paired interval, laws kept and broken, size."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from .wording import finite, pick_horizon
+from ..residuals.scores import RolloutRecord
+from .differences import PairedRecord
+from .facts import AuditRecord, ComparedModel, Comparison, RulingRecord
+from .wording import pick_horizon
 
 MARKS = {"better": "\N{DOWNWARDS ARROW}", "worse": "\N{UPWARDS ARROW}", "no difference": "=", "too short to tell": "?"}
 """Signs of a paired difference; one is never told by its colour alone."""
@@ -41,86 +43,68 @@ class Rival:
         return sum(verdict == "fail" for verdict in self.laws.values())
 
 
-def rivals(comparison: Mapping[str, Any], audits: Mapping[str, Mapping[str, Any]]) -> list[Rival]:
+def rivals(comparison: Comparison, audit: AuditRecord | None = None) -> list[Rival]:
     """Every compared model, the smallest prediction error first, those that ran away last."""
     horizon, reference = hero_horizon(comparison), reference_of(comparison)
-    models = comparison["models"]
-    base = next((_error(model, horizon) for model in models if model["name"] == reference), float("nan"))
+    scores = {model.name: model.rollout.get(horizon) or RolloutRecord() for model in comparison.models}
+    base = scores[reference].position if reference in scores else float("nan")
     found = []
-    for model in models:
-        name = str(model["name"])
-        score = (model.get("rollout") or {}).get(horizon) or {}
-        low, high = _paired(comparison, name, reference, horizon)
+    for model in comparison.models:
+        name, score = model.name, scores[model.name]
+        low, high = _paired(comparison.differences, name, reference, horizon)
         interval = (max(base + low, 0.0), max(base + high, 0.0)) if low <= high and base == base else None
         found.append(
             Rival(
                 name,
-                str(model.get("kind", "")),
-                _error(model, horizon),
+                model.kind,
+                score.position,
                 interval,
-                {str(law["law"]): verdict_of(law) for law in laws_of(model, audits)},
-                str(model.get("audit", "not run")),
-                model.get("parameters") if isinstance(model.get("parameters"), int) else None,
-                int(finite(score.get("diverged")) if score.get("diverged") else 0),
-                int(finite(score.get("starts")) if score.get("starts") else 0),
+                {law.law: law.outcome for law in laws_of(model, audit)},
+                model.audit,
+                model.parameters,
+                score.diverged,
+                score.starts or 0,
             )
         )
     return sorted(found, key=lambda rival: (rival.error != rival.error, rival.error))
 
 
-def laws_of(model: Mapping[str, Any], audits: Mapping[str, Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """The laws of a compared model, from the comparison, or from an audit of that model beside it."""
-    return model.get("laws") or (audits.get(str(model["name"])) or {}).get("laws") or []
+def laws_of(model: ComparedModel, audit: AuditRecord | None) -> Sequence[RulingRecord]:
+    """The laws of a compared model, from the comparison, or for the corrected one from the audit beside it."""
+    return model.laws or (audit.laws if audit is not None and model.name == "corrected" else ())
 
 
-def verdict_of(law: Mapping[str, Any]) -> str:
-    """A law's verdict in one word; a broken law that does not count is noted."""
-    if law.get("verdict") == "fail" and not law.get("counts", True):
-        return "noted"
-    return str(law.get("verdict"))
-
-
-def hero_horizon(comparison: Mapping[str, Any]) -> str:
+def hero_horizon(comparison: Comparison) -> str:
     """The horizon [s] by which the models are drawn: 10 s where it is there."""
-    return pick_horizon(
-        list(dict.fromkeys(key for model in comparison["models"] for key in model.get("rollout") or {}))
-    )
+    return pick_horizon(list(dict.fromkeys(key for model in comparison.models for key in model.rollout)))
 
 
-def reference_of(comparison: Mapping[str, Any]) -> str:
+def reference_of(comparison: Comparison) -> str:
     """The model against which the others are told: the corrected one where there is one, else the first."""
-    names = [str(model["name"]) for model in comparison["models"]]
-    paired = {str(item.get(key)) for item in comparison.get("differences") or [] for key in ("model", "against")}
+    names = [model.name for model in comparison.models]
+    paired = {name for item in comparison.differences for name in (item.model, item.against)}
     return next((name for name in ("corrected", "calibrated", "nominal") if name in paired), names[0] if names else "")
 
 
-def _paired(comparison: Mapping[str, Any], model: str, reference: str, horizon: str) -> tuple[float, float]:
+def _paired(differences: Sequence[PairedRecord], model: str, reference: str, horizon: str) -> tuple[float, float]:
     """The 95 % interval of the difference in position error to the reference [m], told either way; NaN without."""
     for name, against, turned in ((model, reference, False), (reference, model, True)):
-        told = difference(comparison, name, against, "rollout", "position", horizon) or {}
-        low, high = (finite(end) for end in (told.get("ci95") or (None, None)))
+        told = difference(differences, name, against, "rollout", "position", horizon)
+        low, high = (told and told.ci95) or (float("nan"), float("nan"))
         if low <= high:
             return (-high, -low) if turned else (low, high)
     return float("nan"), float("nan")
 
 
 def difference(
-    comparison: Mapping[str, Any], model: str, against: str, quantity: str, axis: str, horizon: str | None = None
-) -> Mapping[str, Any] | None:
+    differences: Sequence[PairedRecord], model: str, against: str, quantity: str, axis: str, horizon: str | None = None
+) -> PairedRecord | None:
     """The paired difference of a model to another in one error; None where it was not told."""
     wanted = (model, against, quantity, axis, horizon)
-    for item in comparison.get("differences") or []:
-        given = item.get("horizon")
-        key = (item.get("model"), item.get("against"), item.get("quantity"), item.get("axis"), given and str(given))
-        if key == wanted:
-            return item
-    return None
+    keys = ((item, (item.model, item.against, item.quantity, item.axis, item.horizon)) for item in differences)
+    return next((item for item, key in keys if key == wanted), None)
 
 
-def mark(told: Mapping[str, Any] | None) -> str:
+def mark(told: PairedRecord | None) -> str:
     """The sign of a paired difference; nothing where there is none."""
-    return MARKS.get(str(told.get("verdict")), "") if told else ""
-
-
-def _error(model: Mapping[str, Any], horizon: str) -> float:
-    return finite(((model.get("rollout") or {}).get(horizon) or {}).get("position"))
+    return MARKS.get(told.verdict, "") if told else ""

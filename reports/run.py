@@ -2,13 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import pandas as pd
 
 from ..discovery.add import add_effects
 from ..discovery.discover import Discovery, find_missing
-from ..discovery.findings import Findings
+from ..discovery.findings import Findings, LogFacts, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
@@ -18,6 +17,7 @@ from ..residuals.scores import evaluate
 from .assess import score_step, series
 from .audit import Audit
 from .comparison import comparison, judge, reference_models
+from .facts import Comparison
 from .inputs import INPUTS_CURE, Inputs
 from .models import CORRECTED
 
@@ -31,7 +31,7 @@ class Run:
     inputs: Inputs
     discovery: Discovery
     findings: Findings
-    comparison: dict[str, Any]
+    comparison: Comparison
     series: pd.DataFrame
     settings: DiscoverySettings
     audit: Audit
@@ -90,7 +90,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     models = _models(found)
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
     errors = [evaluate(model, inputs.parts.judged) for model in models]
-    steps = tuple({**_added(label), **score_step(error)} for (label, _), error in zip(found.steps, errors, strict=True))
+    steps = tuple(score_step(error, *_added(label)) for (label, _), error in zip(found.steps, errors, strict=True))
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     corrected = models[-1] if len(models) > 1 else _renamed(models[0])
@@ -100,39 +100,38 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     audit = next(each.audit for each in judged if each.audit is not None and each.model is corrected)
     compared = comparison(judged, inputs, table, notes=notes)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
-    data = {
-        "rows": sum(part.rows for part in weak),
-        "seconds": sum(part.seconds for part in weak),
-        "split": f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}",
-        "unexplained": _unexplained(found),
-        "notes": [*inputs.notes, *found.notes, *_leftovers(found)],
-    }
-    findings = replace(
-        found.findings,
+    data = LogFacts(
+        rows=sum(part.rows for part in weak),
+        seconds=sum(part.seconds for part in weak),
+        split=f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}",
+        unexplained=_unexplained(found),
+        notes=(*inputs.notes, *found.notes, *_leftovers(found)),
+    )
+    findings = found.findings.but(
         steps=steps,
-        failures=tuple(place for place in compared["failures"] if place["model"] == models[0].name),
+        failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
-        warnings=inputs.warnings,
+        warnings=tuple(inputs.warnings),
     )
     return Run(inputs, found, findings, compared, table, settings, audit)
 
 
-def _added(label: str | None) -> dict[str, str | None]:
+def _added(label: str | None) -> tuple[str | None, str | None]:
     """What a step added, and to which thruster where it concerns one: "thruster_asymmetry[port]" is two facts."""
     effect, _, thruster = ("", "", "") if label is None else label.rstrip("]").partition("[")
-    return {"added": effect or None, **({"thruster": thruster} if thruster else {})}
+    return effect or None, thruster or None
 
 
-def _unexplained(found: Discovery) -> dict[str, dict[str, Any]]:
+def _unexplained(found: Discovery) -> dict[str, Unexplained]:
     """Force that the corrected model leaves on each axis, beside what sensor noise alone would leave."""
     rows = zip(AXES, found.force_error, found.noise_error, FORCE_UNITS, strict=True)
-    return {axis: {"force": float(f), "noise": float(n), "unit": unit} for axis, f, n, unit in rows}
+    return {axis: Unexplained(force=float(f), noise=float(n), unit=unit) for axis, f, n, unit in rows}
 
 
 def _leftovers(found: Discovery) -> list[str]:
     """Sentences on the axes where much more force is left than sensor noise and the material share explain."""
-    scale = found.findings.criterion["force_scale"]
-    if found.findings.criterion["unit"][AXES[0]] != FORCE_UNITS[0]:
+    scale = found.findings.criterion.force_scale
+    if found.findings.criterion.unit[AXES[0]] != FORCE_UNITS[0]:
         return []  # judged on rollouts; the notes tell what the force balance leaves
     return [
         f"{axis}: {f:.2g} {unit} (root mean square) stay unexplained, {n:.2g} {unit} of it sensor noise"

@@ -6,15 +6,17 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
-import numpy as np
 import pandas as pd
 import yaml
 
+from ..discovery.findings import Findings
 from ..physics.errors import RequestError, VehicleError
+from ..physics.record import Record
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from ..residuals.neural import is_network_folder
+from .facts import AuditRecord, Comparison, MadeFrom
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (
@@ -22,6 +24,7 @@ SERIES_COLUMNS = (
     *MEASURED,
     *(f"{name}_{model}" for model in ("before", "after") for name in MEASURED),
 )
+Read = TypeVar("Read", bound=Record)
 REMEDY = "run 'undertow discover LOG --vehicle V --out RUN' to write the folder anew"
 
 
@@ -32,31 +35,31 @@ class RunFolder:
     Attributes
     ----------
     folder : Path
-    findings, comparison : dict
-        As in `findings.json` and `comparison.json`.
+    findings : Findings
+    comparison : Comparison
     nominal, corrected : Vehicle
         The vehicle before (`nominal.yaml`) and after (`model.yaml`).
     series : DataFrame
         `series.csv`, SI units, one row per time step (10 Hz).
     inspections : list of dict
         One of each log, as in `inspection.json`; none where that was not written.
-    audit : dict
-        As in `audit.json`; empty where that was not written.
-    record : dict
+    audit : AuditRecord
+        None where `audit.json` was not written.
+    record : MadeFrom
         As in `run.json`, what the run was made from; empty where that was not written.
     digests : dict
         The first 12 hexadecimal digits of each file's SHA-256.
     """
 
     folder: Path
-    findings: dict[str, Any]
-    comparison: dict[str, Any]
+    findings: Findings
+    comparison: Comparison
     nominal: Vehicle
     corrected: Vehicle
     series: pd.DataFrame
     inspections: list[dict[str, Any]]
-    audit: dict[str, Any]
-    record: dict[str, Any]
+    audit: AuditRecord | None
+    record: MadeFrom
     digests: dict[str, str]
 
 
@@ -88,22 +91,19 @@ def read_run(folder: Path) -> RunFolder:
         except (OSError, UnicodeDecodeError) as error:
             raise RequestError(f"{folder / name} cannot be read ({error}); {REMEDY}") from None
 
-    findings = _json(text("findings.json"), "findings", folder / "findings.json")
-    comparison = _json(text("comparison.json"), "comparison", folder / "comparison.json")
+    findings = read_record(text("findings.json"), Findings, folder / "findings.json")
+    if not findings.steps:
+        path = folder / "findings.json"
+        raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
+    comparison = read_record(text("comparison.json"), Comparison, folder / "comparison.json")
     inspections: dict[str, Any] = {"logs": []}
     if (folder / "inspection.json").exists():
         inspections = _json(text("inspection.json"), "inspections", folder / "inspection.json")
-    audit: dict[str, Any] = {}
+    audit, record = None, MadeFrom()
     if (folder / "audit.json").exists():
-        audit = _json(text("audit.json"), "audit", folder / "audit.json")
-        _check_records(audit, "laws", ("law", "verdict"), folder / "audit.json")
-    record: dict[str, Any] = {}
+        audit = read_record(text("audit.json"), AuditRecord, folder / "audit.json")
     if (folder / "run.json").exists():
-        record = _json(text("run.json"), "run", folder / "run.json")
-        _check_records({"log_sha256": [], **record}, "log_sha256", (), folder / "run.json")
-        _check_objects(record, ("versions",), folder / "run.json")
-    _check_findings(findings, folder / "findings.json")
-    _check_comparison(comparison, folder / "comparison.json")
+        record = read_record(text("run.json"), MadeFrom, folder / "run.json")
     _check_inspections(inspections, folder / "inspection.json")
     return RunFolder(
         folder=folder,
@@ -119,51 +119,35 @@ def read_run(folder: Path) -> RunFolder:
     )
 
 
-def _json(text: str, schema: str, path: Path) -> dict[str, Any]:
+def read_record(text: str, kind: type[Read], path: Path) -> Read:
+    """The record that a JSON file of a run folder holds.
+
+    Raises
+    ------
+    RequestError
+        When it holds none.
+    """
+    return kind.read(_parsed(text, path), path, REMEDY)
+
+
+def _parsed(text: str, path: Path) -> Any:
     def refuse(constant: str) -> NoReturn:
         raise ValueError(f"{constant} is not JSON")
 
     try:
-        content = json.loads(text, parse_constant=refuse)
+        return json.loads(text, parse_constant=refuse)
     except ValueError as error:
         raise RequestError(f"{path} is not valid JSON ({error}); {REMEDY}") from None
+
+
+def _json(text: str, schema: str, path: Path) -> dict[str, Any]:
+    content = _parsed(text, path)
     if not isinstance(content, dict):
         raise RequestError(f"{path}: expected a JSON object, got a {type(content).__name__}; {REMEDY}")
     expected = f"undertow.{schema}/1"
     if content.get("schema") != expected:
         raise RequestError(f"{path}: expected schema {expected!r}, got {content.get('schema')!r}; {REMEDY}")
     return content
-
-
-def _check_findings(findings: Mapping[str, Any], path: Path) -> None:
-    _check_records(findings, "candidates", ("effect", "verdict"), path)
-    for candidate in findings["candidates"]:
-        _check_records({"terms": [], **candidate}, "terms", (), path)
-    for key in ("unnamed", "failures", "advice"):
-        _check_records({key: [], **findings}, key, (), path)
-    _check_records(findings, "steps", ("acceleration_rmse", "rollout_rmse"), path)
-    if not findings["steps"]:
-        raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
-    for step in findings["steps"]:
-        _check_errors(step["acceleration_rmse"], step["rollout_rmse"], path)
-    _check_objects(findings, ("data", "criterion", "identifiability"), path)
-    if not isinstance(findings.get("missing"), list):
-        raise RequestError(f"{path}: expected a list under 'missing', got {findings.get('missing')!r}; {REMEDY}")
-
-
-def _check_comparison(comparison: Mapping[str, Any], path: Path) -> None:
-    _check_records(comparison, "models", ("name",), path)
-    for key in ("failures", "differences"):
-        _check_records({key: [], **comparison}, key, (), path)
-    _check_objects(comparison, ("best",), path)
-    if not isinstance(comparison.get("logs", []), list):
-        raise RequestError(f"{path}: expected a list under 'logs', got {comparison['logs']!r}; {REMEDY}")
-    for model in comparison["models"]:
-        acceleration = model.get("acceleration", {})
-        rmse = acceleration.get("rmse", {}) if isinstance(acceleration, dict) else acceleration
-        _check_errors(rmse, model.get("rollout", {}), path)
-        _check_records({"laws": [], **model}, "laws", ("law", "verdict"), path)
-        _check_objects(model, ("domain",), path)
 
 
 def _check_inspections(inspections: Mapping[str, Any], path: Path) -> None:
@@ -175,24 +159,6 @@ def _check_inspections(inspections: Mapping[str, Any], path: Path) -> None:
             if not isinstance(log.get(key) or {}, dict):
                 raise RequestError(f"{path}: expected an object or null under {key!r}, got {log[key]!r}; {REMEDY}")
         _check_records({"segments": [], **(log.get("plan") or {})}, "segments", (), path)
-
-
-def _check_objects(content: Mapping[str, Any], keys: tuple[str, ...], path: Path) -> None:
-    """What is optional may be missing or null, but nothing else than an object."""
-    for key in keys:
-        if content.get(key) is not None and not isinstance(content[key], dict):
-            raise RequestError(f"{path}: expected an object under {key!r}, got {content[key]!r}; {REMEDY}")
-
-
-def _check_errors(acceleration: Any, rollout: Any, path: Path) -> None:
-    """Acceleration errors by axis, and rollout errors by horizon [s], then axis."""
-    try:
-        horizons = [float(key) for key in rollout]
-        sound = all(isinstance(part, dict) for part in (acceleration, rollout, *rollout.values()))
-    except (AttributeError, TypeError, ValueError):
-        horizons, sound = [], False
-    if not sound or not np.isfinite(horizons).all():
-        raise RequestError(f"{path}: expected errors by axis, and by horizon in seconds, of every model; {REMEDY}")
 
 
 def _check_records(content: Mapping[str, Any], key: str, keys: tuple[str, ...], path: Path) -> None:

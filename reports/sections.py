@@ -1,7 +1,6 @@
 """The first sections of the report page: the verdict, and the error falling step by step."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from .figures import step_bars
 from .markup import Html, element, lines, render
@@ -11,7 +10,6 @@ from .wording import (
     ACCELERATION_UNITS,
     AXES,
     ROLLOUT_UNITS,
-    finite,
     listing,
     percent,
     step_words,
@@ -27,26 +25,26 @@ LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 
 def headline(run: RunFolder, *, title: str = "h1") -> Html:
     """The verdict in at most three sentences, and the rollout error before and after as big figures."""
-    findings, steps = run.findings, run.findings["steps"]
+    findings, steps = run.findings, run.findings.steps
     before, after, horizon, metric, _ = hero_errors(run)
-    missing = [words(str(name)) for name in findings["missing"]]
+    missing = [words(name) for name in findings.missing]
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
     sentences = []
     sentences += [did] if (did := outcome(findings, run.comparison)) else []
-    best = (run.comparison.get("best") or {}).get("sentence")
+    best = run.comparison.best.sentence
     if best:
-        sentences.append(unit_text(str(best)))
-    for place in (findings.get("failures") or [])[: 0 if best else 1]:
-        share = f"{percent(place.get('share_of_error'))} of the {place.get('axis')} error"
-        sentences.append(f"The nominal model fails most here: {place.get('where')} ({share}).")
+        sentences.append(unit_text(best))
+    for place in findings.failures[: 0 if best else 1]:
+        share = f"{percent(place.share_of_error)} of the {place.axis} error"
+        sentences.append(f"The nominal model fails most here: {place.where} ({share}).")
     changed = len(steps) > 1
     figures = [_big(before, ROLLOUT_UNITS[metric], "before", "before" if changed else "the nominal model")]
     if changed:
         figures += [element("span", ARROW, cls="arrow"), _big(after, ROLLOUT_UNITS[metric], "after", "after")]
-    ends = (steps[0], steps[-1]) if changed else (steps[0],)
+    ends = (steps[0], steps[-1])[: 1 + changed]
     by_axis = []
     for axis in AXES:
-        errors = (typeset(step["rollout_rmse"].get(horizon, {}).get(axis), 2) for step in ends)
+        errors = (typeset(step.rollout(horizon).of(axis), 2) for step in ends)
         by_axis.append(f"{axis} {f' {ARROW} '.join(errors)} {ROLLOUT_UNITS[axis]}")
     what = element(
         "div",
@@ -56,8 +54,8 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
         cls="what",
     )
     return render(
-        *(element("p", unit_text(str(text)), cls="warn") for text in findings.get("warnings") or []),
-        element(title, str(findings.get("headline") or lacking)),
+        *(element("p", unit_text(text), cls="warn") for text in findings.warnings),
+        element(title, findings.headline or lacking),
         *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
         element("div", *figures, what, cls="card numbers"),
     )
@@ -65,26 +63,26 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
 
 def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
     """The error that the page leads with: before, after, the horizon [s], what it is of, and its unit."""
-    steps = run.findings["steps"]
+    steps = run.findings.steps
     horizon, metric = hero(steps)
-    before, after = (finite(step["rollout_rmse"].get(horizon, {}).get(metric)) for step in (steps[0], steps[-1]))
+    before, after = (step.rollout(horizon).of(metric) for step in (steps[0], steps[-1]))
     return before, after, horizon, metric, ROLLOUT_UNITS[metric]
 
 
 def falling_error(run: RunFolder) -> Html:
     """Rollout and acceleration errors after each added effect."""
-    steps = run.findings["steps"]
+    steps = run.findings.steps
     horizon, _ = hero(steps)
     names = ["nominal model", *(step_words(step) for step in steps[1:])]
     names = [
         name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names
     ]
 
-    def rollout(axis: str) -> list[Any]:
-        return [step["rollout_rmse"].get(horizon, {}).get(axis) for step in steps]
+    def rollout(axis: str) -> list[float]:
+        return [step.rollout(horizon).of(axis) for step in steps]
 
-    def pointwise(axis: str) -> list[Any]:
-        return [step["acceleration_rmse"].get(axis) for step in steps]
+    def pointwise(axis: str) -> list[float]:
+        return [step.acceleration_rmse.of(axis) for step in steps]
 
     top = [step_bars("position", "m", rollout("position"), names)]
     top += [step_bars(axis, ROLLOUT_UNITS[axis], rollout(axis)) for axis in AXES]

@@ -1,12 +1,14 @@
 """The same findings as tables for the terminal: readable at 80 columns, plain when piped."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ..discovery.findings import Advice, Calibrated, FoundEffect, FoundTerm, Left, Step
+from ..discovery.price import Passivity
+from ..discovery.uncertainty import Interval
 from .layout import Fitting, Prose, bullets, glossary, plain_table, section, stacked
 from .wording import (
     ACCELERATION_UNITS,
@@ -14,11 +16,9 @@ from .wording import (
     CALIBRATED,
     ROLLOUT_UNITS,
     added_to,
-    cannot_tell,
     effect_words,
     energy_lines,
     energy_verdict,
-    finite,
     interval,
     listing,
     number,
@@ -37,45 +37,42 @@ _WORSE = 1.05
 """Share of the error before from which predictions are said to get worse."""
 
 
-def steps_table(findings: Mapping[str, Any]) -> Table:
+def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -> Table:
     """The error falling: one row per added effect, acceleration and rollout error per axis on held-out data.
 
     Parameters
     ----------
-    findings : mapping
-        The content of `findings.json`.
+    steps : the nominal model first
+    candidates : effects, which tell the thruster of one that concerns one
     """
-    steps = findings["steps"]
     horizon = _horizon(steps)
     table = plain_table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
-    calibrated = any(step.get("added") == CALIBRATED for step in steps)
+    calibrated = any(step.added == CALIBRATED for step in steps)
     table.add_column("model" if calibrated else "effect added", min_width=12)
     for axis in AXES:
         table.add_column(f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}", justify="right", no_wrap=True)
     for axis in (*AXES, "position"):
         heading = f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}"
         table.add_column(heading, justify="right", no_wrap=True)
-    names = _names(findings)
+    names = _names(candidates)
     for index, step in enumerate(steps):
-        added = step.get("added")
-        rollout = step["rollout_rmse"].get(horizon) or {}
+        added, rollout = step.added, step.rollout(horizon)
         style = "red" if index == 0 else "bold cyan" if index == len(steps) - 1 else ""
-        cells = [number(step["acceleration_rmse"].get(axis), 2) for axis in AXES]
-        cells += [number(rollout.get(axis), 2) for axis in (*AXES, "position")]
-        named = step_words(step) if step.get("thruster") else f"+ {names.get(str(added), words(str(added)))}"
+        cells = [number(step.acceleration_rmse.of(axis), 2) for axis in AXES]
+        cells += [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
+        named = step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
         label = CALIBRATED if added == CALIBRATED else named if added else "nominal model"
         table.add_row(Text(label, overflow="fold"), *cells, style=style)
     return table
 
 
-def error_left(findings: Mapping[str, Any]) -> str:
+def error_left(steps: Sequence[Step]) -> str:
     """What is left of the rollout error after the last step, by axis, as a sentence; empty when nothing was added."""
-    steps = findings["steps"]
     horizon = _horizon(steps)
-    before, after = (step["rollout_rmse"].get(horizon) or {} for step in (steps[0], steps[-1]))
-    ratios = {axis: finite(after.get(axis)) / max(finite(before.get(axis)), 1e-12) for axis in (*AXES, "position")}
-    if len(steps) < 2 or not before or not after:
+    if len(steps) < 2 or not all(horizon in step.rollout_rmse for step in (steps[0], steps[-1])):
         return ""
+    before, after = (step.rollout(horizon) for step in (steps[0], steps[-1]))
+    ratios = {axis: after.of(axis) / max(before.of(axis), 1e-12) for axis in (*AXES, "position")}
     shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
     worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
     words_of = f" Predictions of {' and '.join(worse)} get worse: the model before was the better one there."
@@ -83,20 +80,19 @@ def error_left(findings: Mapping[str, Any]) -> str:
     return f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{warning}"
 
 
-def candidates_table(findings: Mapping[str, Any], *, most: int = 12) -> RenderableType:
+def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:
     """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
-    candidates = findings["candidates"]
     rest = len(candidates) - most
     caption = f"and {rest} more in findings.json" if rest > 0 else ""
     return _effects("Effects, best first", candidates[:most], caption=caption, verdicts=True)
 
 
-def added_table(findings: Mapping[str, Any]) -> RenderableType:
+def added_table(candidates: Sequence[FoundEffect]) -> RenderableType:
     """The effects that a person added by name, with their fitted values, whatever undertow itself thinks of them."""
-    return _effects("Effects added, fitted together", findings["candidates"], caption="", verdicts=False)
+    return _effects("Effects added, fitted together", candidates, caption="", verdicts=False)
 
 
-def unnamed_table(findings: Mapping[str, Any]) -> Table:
+def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
     """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
     table = plain_table("Terms without a name", "a term here is a hint, not a cause")
     table.add_column("axis", no_wrap=True)
@@ -104,76 +100,70 @@ def unnamed_table(findings: Mapping[str, Any]) -> Table:
     table.add_column("value", no_wrap=True)
     table.add_column("95 % interval", no_wrap=True)
     table.add_column("selected in", no_wrap=True, justify="right")
-    for term in findings.get("unnamed") or []:
-        amount = within(term.get("value"), term.get("ci95"), minus="-")
-        value = f"{amount} {unit_text(str(term.get('unit') or ''))}".rstrip()
-        cells = (
-            str(term.get("axis")),
-            str(term.get("form")),
-            value,
-            _interval(term),
-            percent(term.get("inclusion"), blank=""),
-        )
+    for term in terms:
+        value = f"{within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
+        cells = (term.axis, term.form, value, _interval(term.ci95), percent(term.inclusion, blank=""))
         table.add_row(*map(Text, cells))
     return table
 
 
-def calibrated_table(rows: Sequence[Mapping[str, Any]]) -> RenderableType:
+def calibrated_table(rows: Sequence[Calibrated]) -> RenderableType:
     """Parameters before and after calibration with 95 % intervals; the unit is the first to go where it is narrow."""
     return Fitting([_calibrated_in(rows, units) for units in (True, False)])
 
 
-def left_list(findings: Mapping[str, Any]) -> RenderableType | None:
+def left_list(left: Sequence[Left], absorbed: Sequence[str] = ()) -> RenderableType | None:
     """Parameters that were to be calibrated and stay as they were, with the reason, and effects that took no part."""
-    pairs = [(str(item["symbol"]), str(item["why"])) for item in findings.get("left") or []]
+    pairs = [(item.symbol, item.why) for item in left]
     parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
-    absorbed = [words(str(name)) for name in findings.get("absorbed") or []]
     if absorbed:
-        text = f"Not judged beside the calibration, which would do the same: {listing(absorbed)}."
+        names = listing([words(name) for name in absorbed])
+        text = f"Not judged beside the calibration, which would do the same: {names}."
         parts.append(Prose(text))
     return stacked(parts) if parts else None
 
 
-def energy_text(passivity: Mapping[str, Any]) -> RenderableType | None:
+def energy_text(passivity: Passivity | None) -> RenderableType | None:
     """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
-    lines = energy_lines(passivity)
-    return section(f"Energy: {energy_verdict(passivity)}", Prose(" ".join(lines))) if lines else None
+    if passivity is None:
+        return None
+    return section(f"Energy: {energy_verdict(passivity)}", Prose(" ".join(energy_lines(passivity))))
 
 
-def missing_in_words(findings: Mapping[str, Any]) -> RenderableType | None:
+def missing_in_words(candidates: Sequence[FoundEffect]) -> RenderableType | None:
     """What each effect of the corrected model means, in a sentence; None when there is none."""
-    told = [item for item in findings["candidates"] if item.get("sentence") and _is_added(item)]
-    pairs = [(effect_words(item), unit_text(str(item["sentence"]))) for item in told]
+    told = [item for item in candidates if item.sentence and _is_added(item)]
+    pairs = [(effect_words(item), unit_text(item.sentence)) for item in told]
     return section("What is missing, in words", glossary(pairs)) if pairs else None
 
 
-def _is_added(item: Mapping[str, Any]) -> bool:
+def _is_added(item: FoundEffect) -> bool:
     """Whether an effect is missing, or in the corrected model though it is not certain."""
-    return item["verdict"] == "missing" or any(t.get("in_model") is not None for t in item.get("terms") or [])
+    return item.verdict == "missing" or any(term.in_model is not None for term in item.terms)
 
 
-def not_judged(findings: Mapping[str, Any]) -> str:
+def not_judged(candidates: Sequence[FoundEffect]) -> str:
     """The effects that this log cannot show, as a sentence; empty when there are none."""
-    names = list(dict.fromkeys(effect_words(item) for item in findings["candidates"] if cannot_tell(item)))
+    names = list(dict.fromkeys(effect_words(item) for item in candidates if item.cannot_tell))
     return f"Could not be judged in this log: {listing(names)}." if names else ""
 
 
-def advice_list(findings: Mapping[str, Any]) -> RenderableType | None:
+def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
     """Manoeuvres that would settle what this log leaves open, each said once; None when there are none."""
     reasons: dict[str, list[str]] = {}
-    for item in findings.get("advice") or []:
-        reasons.setdefault(str(item.get("manoeuvre", "")), []).append(str(item.get("why", "")))
+    for item in advice:
+        reasons.setdefault(item.manoeuvre, []).append(item.why)
     lines = [f"{manoeuvre}: {'; '.join(dict.fromkeys(why))}" for manoeuvre, why in reasons.items()]
     return section("What to record next", bullets(lines)) if lines else None
 
 
-def _effects(title: str, candidates: Sequence[Mapping[str, Any]], *, caption: str, verdicts: bool) -> RenderableType:
+def _effects(title: str, candidates: Sequence[FoundEffect], *, caption: str, verdicts: bool) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
     return Fitting([_effects_in(title, candidates, caption, verdicts, gap) for gap in (" ", "\n")])
 
 
-def _effects_in(title: str, candidates: Sequence[Mapping[str, Any]], caption: str, verdicts: bool, gap: str) -> Table:
-    told = [c for c in candidates if not cannot_tell(c) and c["verdict"] != "no evidence" and added_to(c)]
+def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, verdicts: bool, gap: str) -> Table:
+    told = [c for c in candidates if not c.cannot_tell and c.verdict != "no evidence" and added_to(c)]
     added = "values of damping, coupling, mass and trim are added to the vehicle file's" if told else ""
     table = plain_table(title, "; ".join(filter(None, (added, caption))))
     table.add_column("effect", min_width=14)
@@ -183,23 +173,23 @@ def _effects_in(title: str, candidates: Sequence[Mapping[str, Any]], caption: st
     table.add_column("error\nremoved", justify="right", no_wrap=True)
     table.add_column("sure", justify="right", no_wrap=True)
     for item in candidates:
-        unseen = cannot_tell(item)
-        verdict = "cannot tell" if unseen else str(item["verdict"])
-        terms = item.get("terms") or [] if verdict != "no evidence" else []
+        unseen = item.cannot_tell
+        verdict = "cannot tell" if unseen else item.verdict
+        terms = item.terms if verdict != "no evidence" else ()
         others = twins(item)
         effect = effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
         table.add_row(
             Text(effect),
             *[Text(verdict, style=VERDICT_STYLES.get(verdict, ""))] * verdicts,
             Text("\n".join(_value(term, gap) for term in terms)),
-            "" if unseen else percent(item.get("error_drop")),
-            "" if unseen else percent(item.get("confidence")),
+            "" if unseen else percent(item.error_drop),
+            "" if unseen else percent(item.confidence),
         )
     return table
 
 
-def _calibrated_in(rows: Sequence[Mapping[str, Any]], units: bool) -> Table:
-    held = any(row.get("held_by_law") for row in rows)
+def _calibrated_in(rows: Sequence[Calibrated], units: bool) -> Table:
+    held = any(row.held_by_law for row in rows)
     table = plain_table(
         "Calibrated parameters", "* held by the law of dissipation; the interval is the log's own" * held
     )
@@ -210,36 +200,35 @@ def _calibrated_in(rows: Sequence[Mapping[str, Any]], units: bool) -> Table:
     if units:
         table.add_column("unit", no_wrap=True)
     for row in rows:
-        mark, limit = "*" if row.get("held_by_law") else "", "at its limit" if row.get("at_limit") else ""
-        cells = [str(row["symbol"]), number(row["before"], 4), _after(row) + mark, limit or _interval(row)]
-        table.add_row(*map(Text, [*cells, *[unit_text(str(row.get("unit") or ""))] * units]))
+        mark, limit = "*" if row.held_by_law else "", "at its limit" if row.at_limit else ""
+        cells = [row.symbol, number(row.before, 4), _after(row) + mark, limit or _interval(row.ci95)]
+        table.add_row(*map(Text, [*cells, *[unit_text(row.unit)] * units]))
     return table
 
 
-def _after(row: Mapping[str, Any]) -> str:
+def _after(row: Calibrated) -> str:
     """A calibrated value, to the decimals of its interval unless a limit or a law holds it."""
-    known = None if row.get("at_limit") or row.get("held_by_law") else row.get("ci95")
-    return within(row["after"], known, minus="-") if known else number(row["after"], 4)
+    known = None if row.at_limit or row.held_by_law else row.ci95
+    return within(row.after, known, minus="-") if known else number(row.after, 4)
 
 
-def _names(findings: Mapping[str, Any]) -> dict[str, str]:
+def _names(candidates: Sequence[FoundEffect]) -> dict[str, str]:
     """Effects in words, with the thruster where only one is meant."""
     found: dict[str, list[str]] = {}
-    for item in findings.get("candidates") or []:
-        found.setdefault(str(item["effect"]), []).append(effect_words(item))
+    for item in candidates:
+        found.setdefault(item.effect, []).append(effect_words(item))
     return {effect: names[0] if len(names) == 1 else words(effect) for effect, names in found.items()}
 
 
-def _horizon(steps: Sequence[Mapping[str, Any]]) -> str:
-    return pick_horizon([key for step in steps for key in step["rollout_rmse"]])
+def _horizon(steps: Sequence[Step]) -> str:
+    return pick_horizon([key for step in steps for key in step.rollout_rmse])
 
 
-def _interval(term: Mapping[str, Any]) -> str:
-    return interval(term.get("ci95"), minus="-", blank="")
+def _interval(ends: Interval | None) -> str:
+    return interval(ends, minus="-", blank="")
 
 
-def _value(term: Mapping[str, Any], gap: str) -> str:
-    unit = unit_text(str(term.get("unit") or ""))
-    value = f"{term.get('symbol')} = {within(term.get('value'), term.get('ci95'), minus='-')} {unit}".rstrip()
-    ends = _interval(term)
+def _value(term: FoundTerm, gap: str) -> str:
+    value = f"{term.symbol} = {within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
+    ends = _interval(term.ci95)
     return f"{value}{gap}({ends})" if ends else value

@@ -14,6 +14,7 @@ from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
 from .comparison import judge, row
+from .facts import ComparedModel
 from .inputs import INPUTS_CURE, Inputs
 from .made_from import log_digests
 from .run import Say
@@ -46,7 +47,7 @@ class TrainRun:
 
     inputs: Inputs
     trained: "Trained"
-    models: tuple[dict[str, Any], ...]
+    models: tuple[ComparedModel, ...]
     distilled: "Distilled | None" = None
 
     def __repr__(self) -> str:
@@ -94,7 +95,7 @@ class TrainRun:
             "heading": model.heading,
             "logs": list(self.inputs.paths),
             "split": self.inputs.parts.judge,
-            "models": list(self.models),
+            "models": [model.to_dict() for model in self.models],
             "training": found.to_dict(),
             "distillation": None if self.distilled is None else self.distilled.to_dict(),
             "data": {
@@ -105,9 +106,9 @@ class TrainRun:
         }
 
 
-def _broken_laws(model: Mapping[str, Any]) -> list[str]:
+def _broken_laws(model: ComparedModel) -> list[str]:
     """Which laws the audit found broken, and where the states are told; nothing where it kept them all."""
-    broken = [str(law["law"]) for law in model["laws"] if law["verdict"] == "fail" and law.get("counts", True)]
+    broken = [law.law for law in model.laws if law.outcome == "fail"]
     if not broken:
         return []
     return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]

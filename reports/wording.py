@@ -1,10 +1,11 @@
 """Numbers, units and names as a reader wants to see them, the same on the page, in the figures and on the terminal."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from ..discovery.reason import Reason
+from ..discovery.findings import FoundEffect, Step
+from ..discovery.price import Passivity
 from ..physics.effects import BY_NAME
 
 MINUS = "\N{MINUS SIGN}"
@@ -25,54 +26,28 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def effect_words(candidate: Mapping[str, Any]) -> str:
-    """The effect of a candidate in words, with the thruster that is meant where it concerns one.
-
-    Examples
-    --------
-    >>> effect_words({"effect": "thruster_asymmetry", "terms": [{"symbol": "stbd_scale"}]})
-    'thruster asymmetry (stbd)'
-    """
-    name = str(candidate["effect"])
+def effect_words(candidate: FoundEffect) -> str:
+    """The effect of a candidate in words, with the thruster that is meant where it concerns one."""
+    name = candidate.effect
     effect = BY_NAME.get(name)
     if effect is None or not effect.per_thruster:
         return words(name)
     ending = effect.symbols[0].replace("{thruster}", "")
-    meant = [str(term.get("symbol")).removesuffix(ending) for term in candidate.get("terms") or []]
+    meant = [term.symbol.removesuffix(ending) for term in candidate.terms]
     return f"{words(name)} ({', '.join(meant)})" if meant else words(name)
 
 
-def added_to(candidate: Mapping[str, Any]) -> str:
-    """The symbols of a candidate whose values are added to the vehicle file's, in a phrase; else empty.
-
-    Examples
-    --------
-    >>> added_to({"effect": "surge_linear_damping", "terms": [{"symbol": "X_u"}]})
-    "X_u: added to the vehicle file's"
-    >>> added_to({"effect": "thrust_scale", "terms": [{"symbol": "thrust_scale"}]})
-    ''
-    """
-    effect = BY_NAME.get(str(candidate["effect"]))
-    symbols = ", ".join(str(term.get("symbol")) for term in candidate.get("terms") or [])
+def added_to(candidate: FoundEffect) -> str:
+    """The symbols of a candidate whose values are added to the vehicle file's, in a phrase; else empty."""
+    effect = BY_NAME.get(candidate.effect)
+    symbols = ", ".join(term.symbol for term in candidate.terms)
     return f"{symbols}: added to the vehicle file's" if effect is not None and effect.added and symbols else ""
 
 
-def twins(candidate: Mapping[str, Any]) -> list[str]:
-    """What would explain the log as well as the candidate, in words.
-
-    Examples
-    --------
-    >>> twins({"effect": "thruster_asymmetry", "indistinguishable_from": ["thrust_scale", "thruster_asymmetry"]})
-    ['thrust scale', 'another thruster']
-    """
-    names = map(str, candidate.get("indistinguishable_from") or [])
-    return ["another thruster" if name == candidate["effect"] else words(name) for name in names]
-
-
-def cannot_tell(candidate: Mapping[str, Any]) -> bool:
-    """Whether the log holds nothing that could show the effect, so that no number about it means anything."""
-    word = candidate.get("reason")
-    return word is not None and Reason(word).cannot_tell
+def twins(candidate: FoundEffect) -> list[str]:
+    """What would explain the log as well as the candidate, in words."""
+    names = candidate.indistinguishable_from
+    return ["another thruster" if name == candidate.effect else words(name) for name in names]
 
 
 def finite(value: Any) -> float:
@@ -257,47 +232,29 @@ CALIBRATED = "calibrated"
 """The step, in `steps`, at which the parameters of the nominal model were calibrated."""
 
 
-def step_words(step: Mapping[str, Any]) -> str:
-    """What a step of the falling error did, with the thruster that is meant where it concerns one.
-
-    Examples
-    --------
-    >>> step_words({"added": "munk_moment"}), step_words({"added": "calibrated"})
-    ('+ munk moment', 'calibrated')
-    >>> step_words({"added": "thruster_asymmetry", "thruster": "port"})
-    '+ thruster asymmetry (port)'
-    """
-    added = str(step.get("added"))
-    which = f" ({step['thruster']})" if step.get("thruster") else ""
+def step_words(step: Step) -> str:
+    """What a step of the falling error did, with the thruster that is meant where it concerns one."""
+    added = str(step.added)
+    which = f" ({step.thruster})" if step.thruster else ""
     return added if added == CALIBRATED else f"+ {words(added)}{which}"
 
 
-def energy_lines(passivity: Mapping[str, Any]) -> list[str]:
+def energy_lines(passivity: Passivity) -> list[str]:
     """How the law of dissipation stands in a model, as sentences: verdict and price, proof, and where it holds."""
-    if not passivity:
-        return []
-    box = passivity.get("envelope") or {}
     ends = [
-        f"{name} from {number(box[name][0])} to {number(box[name][1])} {'rad/s' if name == 'r' else 'm/s'}"
-        for name in "uvr"
-        if name in box
+        f"{name} from {number(low)} to {number(high)} {'rad/s' if name == 'r' else 'm/s'}"
+        for name, (low, high) in passivity.envelope.to_dict().items()
     ]
-    where = listing(ends) or "the velocities of the log"
-    if passivity.get("proof") == "vertex LMI":
+    where = listing(ends)
+    if passivity.proof == "vertex LMI":
         shown = f"Proved for {where}, by matrix inequalities at the corners; a random search of 100 000 states agrees."
-    elif passivity.get("verdict") == "pass":
+    elif passivity.verdict == "pass":
         shown = f"Searched, not proved, for {where}: 100 000 random states show no violation."
     else:
         shown = f"Searched for {where}."
-    return [str(passivity.get("sentence") or ""), shown]
+    return [passivity.sentence, shown]
 
 
-def energy_verdict(passivity: Mapping[str, Any]) -> str:
-    """The same in a few words.
-
-    Examples
-    --------
-    >>> energy_verdict({"verdict": "fail"})
-    'the damping creates energy'
-    """
-    return "the damping takes energy out" if passivity.get("verdict") == "pass" else "the damping creates energy"
+def energy_verdict(passivity: Passivity) -> str:
+    """The same in a few words."""
+    return "the damping takes energy out" if passivity.verdict == "pass" else "the damping creates energy"

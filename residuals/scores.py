@@ -1,14 +1,18 @@
 """Scores on held-out data: one-step acceleration errors and open-loop rollout errors, by axis."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Annotated
 
 import numpy as np
+from pydantic import BeforeValidator
 
 from ..measurements.dataset import DataSet
 from ..measurements.derive import accelerations
-from ..physics.frames import AXES, Array
+from ..physics.frames import Array
+from ..physics.record import Number, Record, Whole
 from ..physics.simulation import SPEED_LIMIT
 from .models import Model
 from .residual import same_filter
@@ -19,6 +23,52 @@ SPACING = 0.5
 """Distance between rollout starts [s]."""
 
 
+class ByAxis(Record):
+    """Three errors as files have them [m/s^2, m/s^2, rad/s^2 of an acceleration, m/s, m/s, rad/s of a velocity]."""
+
+    surge: Number = math.nan
+    sway: Number = math.nan
+    yaw: Number = math.nan
+
+    def of(self, name: str) -> float:
+        """The error by the name of its axis, or what else the record holds a number of."""
+        found: float = getattr(self, name)
+        return found
+
+
+class AccelerationRecord(Record):
+    """One-step errors on a data set as files have them."""
+
+    rmse: ByAxis = ByAxis()
+    mae: ByAxis = ByAxis()
+    r2: ByAxis = ByAxis()
+
+
+class RolloutRecord(ByAxis):
+    """Open-loop errors over one horizon as files have them: position [m], and how many predictions ran away.
+
+    `starts` is None where a file does not say how many there were.
+    """
+
+    position: Number = math.nan
+    diverged: Whole = 0
+    starts: Whole | None = None
+
+
+def _horizon(key: object) -> object:
+    try:
+        known = isinstance(key, str) and math.isfinite(float(key))
+    except ValueError:
+        known = False
+    if not known:
+        raise ValueError("errors by axis, and by horizon in seconds")
+    return key
+
+
+Rollouts = Mapping[Annotated[str, BeforeValidator(_horizon)], RolloutRecord]
+"""Open-loop errors by horizon [s]."""
+
+
 @dataclass(frozen=True, slots=True)
 class AccelerationScore:
     """One-step errors on a data set: rmse, mae [m/s^2, m/s^2, rad/s^2] and r2 [1], each (3,)."""
@@ -27,9 +77,10 @@ class AccelerationScore:
     mae: Array
     r2: Array
 
-    def to_dict(self) -> dict[str, dict[str, float]]:
-        """As `comparison.json` writes it, by axis."""
-        return {name: by_axis(getattr(self, name)) for name in ("rmse", "mae", "r2")}
+    @property
+    def record(self) -> AccelerationRecord:
+        """The same as `comparison.json` has it."""
+        return AccelerationRecord(rmse=by_axis(self.rmse), mae=by_axis(self.mae), r2=by_axis(self.r2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,14 +95,18 @@ class RolloutScore:
     diverged: int
     starts: int
 
-    def to_dict(self) -> dict[str, float]:
-        """As `comparison.json` writes it."""
-        return {**by_axis(self.velocity), "position": self.position, "diverged": self.diverged, "starts": self.starts}
+    @property
+    def record(self) -> RolloutRecord:
+        """The same as `comparison.json` has it."""
+        surge, sway, yaw = self.velocity.tolist()
+        counts = {"diverged": self.diverged, "starts": self.starts}
+        return RolloutRecord(surge=surge, sway=sway, yaw=yaw, position=self.position, **counts)
 
 
-def by_axis(values: Array) -> dict[str, float]:
-    """Three numbers as a mapping by axis name."""
-    return {axis: float(value) for axis, value in zip(AXES, values, strict=True)}
+def by_axis(values: Array) -> ByAxis:
+    """Three errors under the names of the axes."""
+    surge, sway, yaw = values.tolist()
+    return ByAxis(surge=surge, sway=sway, yaw=yaw)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

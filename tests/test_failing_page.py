@@ -1,7 +1,6 @@
 """The page's section on where models fail, its maps and what it says where there is little to say."""
 
 import io
-import json
 import re
 from dataclasses import replace
 
@@ -10,6 +9,8 @@ import pytest
 from rich.console import Console
 from sample_run import write_sample
 
+from undertow.discovery.findings import FailingPlace, Removal
+from undertow.reports.facts import Comparison
 from undertow.reports.failing.drawings import error_map, heat_steps, local_error
 from undertow.reports.failing.linking import Contributions
 from undertow.reports.failing.scene import scene
@@ -67,8 +68,8 @@ def test_noise_stays_pale_where_nothing_was_added_and_there_is_one_map(run: RunF
     for name in ("u_dot", "v_dot", "r_dot"):
         noisy = series[name] + 0.05 * series[name].std() * rng.normal(size=len(series))
         series[f"{name}_before"] = series[f"{name}_after"] = noisy
-    quiet = {"models": run.comparison["models"], "failures": [], "structure": []}
-    told = where_it_fails(replace(run, series=series, comparison=quiet, findings={**run.findings, "failures": []}))
+    quiet = run.comparison.but(failures=(), structure=())
+    told = where_it_fails(replace(run, series=series, comparison=quiet, findings=run.findings.but(failures=())))
     figure = told.split("<figcaption>")[0]
     assert figure.count("<svg") == 1
     assert set(re.findall(r"stroke: var\(--(heat\d)\)", figure)) == {"heat1"}
@@ -77,10 +78,10 @@ def test_noise_stays_pale_where_nothing_was_added_and_there_is_one_map(run: RunF
 
 def test_no_number_of_a_place_can_be_cut(run: RunFolder):
     """Before and after stand below each other, each with its unit, and words may wrap."""
-    places = [{**PLACE, "rmse": 1.51, "rmse_after": 0.0123, "unit": "m/s^2"}]
-    told = where_it_fails(replace(run, comparison={**run.comparison, "failures": places}))
+    places = (PLACE.but(rmse=1.51, rmse_after=0.0123, unit="m/s^2"),)
+    told = where_it_fails(replace(run, comparison=run.comparison.but(failures=places)))
     assert "<div>1.5 m/s\u00b2</div><div>\N{RIGHTWARDS ARROW} 0.012 m/s\u00b2</div></td>" in told
-    assert f'<td class="text">{PLACE["where"]}</td>' in told
+    assert f'<td class="text">{PLACE.where}</td>' in told
 
 
 def test_a_map_widens_where_the_error_is_large(run: RunFolder):
@@ -100,8 +101,8 @@ def test_tracks_of_two_stretches_are_not_joined(run: RunFolder):
 
 
 def test_the_section_tells_places_times_and_effects(run: RunFolder, section: str):
-    for place in run.comparison["failures"]:
-        assert place["where"].replace("\N{NO-BREAK SPACE}", " ") in section.replace("\N{NO-BREAK SPACE}", " ")
+    for place in run.comparison.failures:
+        assert place.where.replace("\N{NO-BREAK SPACE}", " ") in section.replace("\N{NO-BREAK SPACE}", " ")
     for words in ("The worst seconds", "What the error is like", "Fast or slow", "Early or late", "Over time"):
         assert words in section
     assert "surge quadratic damping (80" in section
@@ -110,29 +111,29 @@ def test_the_section_tells_places_times_and_effects(run: RunFolder, section: str
 
 
 def test_a_run_of_an_earlier_version_has_a_section_too(run: RunFolder):
-    old = {key: value for key, value in run.comparison.items() if key != "structure"}
+    old = {key: value for key, value in run.comparison.to_dict().items() if key != "structure"}
     old["failures"] = [{"where": "surge speed 1 to 2 m/s", "axis": "surge", "share_of_error": 0.4, "rows": 12}]
-    text = where_it_fails(replace(run, comparison=old))
+    text = where_it_fails(replace(run, comparison=Comparison.read(old, "comparison.json", "write it anew")))
     assert "surge speed 1 to 2 m/s" in text
     assert "What the error is like" not in text
 
 
 def test_an_even_error_is_said_to_be_even(run: RunFolder):
-    comparison, findings = ({**content, "failures": []} for content in (run.comparison, run.findings))
+    comparison, findings = run.comparison.but(failures=()), run.findings.but(failures=())
     text = where_it_fails(replace(run, comparison=comparison, findings=findings))
     assert "No regime stands out" in text
 
 
-PLACE = {
-    "model": "nominal",
-    "where": "sway speed above 0.44 m/s to either side",
-    "axis": "yaw",
-    "share_of_error": 0.79,
-    "share_of_rows": 0.29,
-    "rmse": 1.6,
-    "unit": "rad/s^2",
-    "removed_by": [{"effect": "munk_moment", "share_removed": 0.9994, "sentence": "..."}],
-}
+PLACE = FailingPlace(
+    model="nominal",
+    where="sway speed above 0.44 m/s to either side",
+    axis="yaw",
+    share_of_error=0.79,
+    share_of_rows=0.29,
+    rmse=1.6,
+    unit="rad/s^2",
+    removed_by=(Removal(effect="munk_moment", share_removed=0.9994, sentence="..."),),
+)
 
 
 def test_the_effect_has_a_column_where_there_is_room_and_a_line_where_not():
@@ -141,18 +142,18 @@ def test_the_effect_has_a_column_where_there_is_room_and_a_line_where_not():
     assert re.search(r"1\.6 rad/s²\s+munk moment >\s99", wide)
     assert re.search(r"removed by munk moment\s+>\s99\s%", narrow)
     assert not re.search(r"\n\s*%", narrow)
-    assert "removed by" not in printed(failures_table([{**PLACE, "removed_by": []}]), 120)
+    assert "removed by" not in printed(failures_table([PLACE.but(removed_by=())]), 120)
 
 
 def test_only_what_is_plain_is_told_on_the_terminal(run: RunFolder):
-    structure = json.loads(json.dumps(run.comparison["structure"]))
-    assert structure_list({}) is None
+    first = run.comparison.structure[0]
+    assert structure_list([]) is None
     for look in ("frequency", "lag", "heading", "drift"):
-        for axis in ("surge", "sway", "yaw"):
-            structure[0][look][axis]["verdict"] = "this log cannot tell"
-    assert structure_list({"structure": structure}) is None
-    structure[0]["lag"]["yaw"] |= {"verdict": "early", "sentence": "the model answers 0.3 s before the boat"}
-    text = printed(structure_list({"structure": structure}), 80)
+        told = getattr(first, look)
+        first = first.but(**{look: {axis: told[axis].but(verdict="this log cannot tell") for axis in told}})
+    assert structure_list([first]) is None
+    early = first.lag["yaw"].but(verdict="early", sentence="the model answers 0.3 s before the boat")
+    text = printed(structure_list([first.but(lag={**first.lag, "yaw": early})]), 80)
     assert "the model answers 0.3 s before the boat" in text
     assert "surge" not in text
 
@@ -164,7 +165,7 @@ def test_local_error_is_blind_at_the_edges(run: RunFolder):
 
 
 def test_why_no_effect_is_named_stands_where_its_name_would():
-    place = {**PLACE, "removed_by": [], "unlinked": "not seen on held-out rows (0.4 s of this are, 2 s are needed)"}
+    place = PLACE.but(removed_by=(), unlinked="not seen on held-out rows (0.4 s of this are, 2 s are needed)")
     for width in (80, 120):
         told = " ".join(printed(failures_table([place]), width).split())
         assert "removed by: not seen" in told
@@ -172,7 +173,7 @@ def test_why_no_effect_is_named_stands_where_its_name_would():
 
 
 def test_a_share_above_the_whole_is_no_percentage():
-    place = {**PLACE, "removed_by": [{"effect": "sway_lift", "share_removed": 1.34, "sentence": "..."}]}
+    place = PLACE.but(removed_by=(Removal(effect="sway_lift", share_removed=1.34),))
     assert "sway lift more than all" in printed(failures_table([place]), 120)
     assert "sway lift (more than all)" in str(_worst([place], ""))
 

@@ -1,35 +1,42 @@
 """What adding effects did to the predictions is told as the numbers have it, bad news first."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from sample_run import write_sample
 from verbs import done
 
+from undertow.discovery.findings import Findings, Step
+from undertow.reports.facts import Best, Comparison
 from undertow.reports.outcome import gets_worse, opening, outcome
 from undertow.reports.page import page
 from undertow.reports.run_folder import read_run
 from undertow.reports.wording import NARROW
 
-BEST = {"best": {"model": "nominal", "sentence": "Trust nominal: it keeps the laws of a hull."}}
+NOTHING = Comparison(models=())
+BEST = NOTHING.but(best=Best(model="nominal", sentence="Trust nominal: it keeps the laws of a hull."))
 
 
-def story(before: float | None, after: float | None, *missing: str) -> dict[str, Any]:
+def story(before: float | None, after: float | None, *missing: str) -> Findings:
     steps = [
-        {"added": name, "acceleration_rmse": {}, "rollout_rmse": {"10": {"surge": 0.1, "position": error}}}
+        Step.model_validate(
+            {"added": name, "acceleration_rmse": {}, "rollout_rmse": {"10": {"surge": 0.1, "position": error}}}
+        )
         for name, error in ((None, before), ("munk_moment", after))
     ]
-    return {
-        "steps": steps,
-        "missing": list(missing or ["munk_moment"]),
-        "headline": "The model is missing munk moment.",
-    }
+    return Findings(
+        verdict="missing",
+        headline="The model is missing munk moment.",
+        missing=missing or ("munk_moment",),
+        candidates=(),
+        steps=tuple(steps),
+    )
 
 
-def paired(verdict: str) -> dict[str, Any]:
+def paired(verdict: str) -> Comparison:
     keys = {"model": "corrected", "against": "nominal", "quantity": "rollout", "horizon": "10", "axis": "position"}
-    return {"differences": [{**keys, "verdict": verdict}]}
+    return NOTHING.but(differences=[{**keys, "verdict": verdict}])
 
 
 @pytest.mark.parametrize(
@@ -55,17 +62,18 @@ def test_bad_news_come_first_and_the_model_to_trust_last():
     worse, better = story(2.0, 2.6), story(2.0, 0.5)
     assert [text.split()[0] for text in opening(worse, BEST)] == ["Adding", "The", "Trust"]
     assert [text.split()[0] for text in opening(better, BEST)] == ["The", "Adding", "Trust"]
-    assert gets_worse(story(2.0, None))
-    assert not gets_worse({**better, "steps": better["steps"][:1]})
-    assert opening({**better, "steps": better["steps"][:1]}, {}) == [better["headline"]]
+    assert gets_worse(story(2.0, None).steps)
+    alone = better.but(steps=better.steps[:1])
+    assert not gets_worse(alone.steps)
+    assert opening(alone, NOTHING) == [better.headline]
 
 
 def test_the_page_leads_with_an_error_that_grew(tmp_path: Path):
     run = read_run(write_sample(tmp_path / "run", seconds=30.0))
-    steps = run.findings["steps"]
-    horizon = steps[0]["rollout_rmse"]["10"]
-    steps[-1]["rollout_rmse"]["10"] = {**horizon, "position": 1.5 * horizon["position"]}
-    text = page(run)
+    steps = run.findings.steps
+    first = steps[0].rollout("10")
+    worse = steps[-1].but(rollout_rmse={"10": first.but(position=1.5 * first.position)})
+    text = page(replace(run, findings=run.findings.but(steps=(*steps[:-1], worse))))
     assert '<p class="lead">Adding them makes the position error of 10 s predictions' in text
     assert "removes" not in text.split('class="card numbers"')[0]
 
@@ -77,7 +85,7 @@ def test_discover_prints_which_model_to_trust(tmp_path: Path, monkeypatch: pytes
         "simulate", "-v", "blueboat", "--effect", "surge_quadratic_damping=-12", "--duration", "100", "--out", "log.csv"
     )
     said = " ".join(done("discover", "log.csv", "-v", "blueboat", "--out", "run", "--no-report").split())
-    sentence = read_run(tmp_path / "run").comparison["best"]["sentence"]
+    sentence = read_run(tmp_path / "run").comparison.best.sentence
     assert sentence.replace(NARROW, " ") in said.replace(NARROW, " ")
     assert said.index("Trust ") < said.index("Effects, best first")
     assert "Adding it removes" in said.split("Trust ")[0]

@@ -90,12 +90,12 @@ def test_a_shape_that_is_gone_is_told(run):
 
 
 def test_the_picture_has_every_model_the_best_first(sample):
-    order = [rival.name for rival in rivals(read_run(sample).comparison, {})]
+    order = [rival.name for rival in rivals(read_run(sample).comparison)]
     assert order == ["tcn", "corrected", "lstm", "hold velocity", "zero acceleration", "nominal", "boats.mine:drag"]
 
 
 def test_the_picture_tells_paired_intervals_and_broken_laws(sample, text):
-    told = {rival.name: rival for rival in rivals(read_run(sample).comparison, {})}
+    told = {rival.name: rival for rival in rivals(read_run(sample).comparison)}
     base = told["corrected"].error
     assert told["lstm"].interval == pytest.approx((0.97 * base, 1.06 * base))
     assert told["nominal"].interval is None
@@ -148,7 +148,7 @@ def test_what_the_log_cannot_tell_is_said(run):
         findings["identifiability"] = {
             "groups": [["munk_moment", "sway_added_mass"]],
             "dormant": ["thrust_dead_zone"],
-            "noise_limited": [["cg_offset", "yaw_trim"]],
+            "noise_limited": ["cg_offset", "yaw_trim"],
             "absorbed": [],
             "quiet_axes": ["sway"],
             "condition": 17.2,
@@ -163,7 +163,7 @@ def test_what_the_log_cannot_tell_is_said(run):
     told = plain(chapter(write_page(run).read_text(), "What this log can tell"))
     assert "Munk moment and sway added mass move alike in this log" in told
     assert "neither found nor excluded: thrust dead zone." in told
-    assert "Sensor noise hides the difference between cg offset and yaw trim." in told
+    assert "Hardly more than sensor noise: cg offset and yaw trim." in told
     assert "Hardly moves beyond sensor noise: sway." in told
     assert re.search(r"munk moment\s*<\s1\s%\s*thrust scale\s*90\s%\s*yaw trim\s*n/a", told)
 

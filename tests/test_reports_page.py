@@ -13,6 +13,7 @@ from sample_run import edit, write_sample
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.page import write_page
 from undertow.reports.plotted import coefficient_rows, rollouts
+from undertow.reports.run_folder import read_run
 from undertow.reports.wording import typeset
 
 
@@ -90,7 +91,7 @@ def test_page_is_the_same_for_the_same_files_wherever_they_lie(run, text):
 def test_page_escapes_what_the_files_say(run):
     def spoil(findings):
         findings["headline"] = "<script>alert(1)</script> & more"
-        findings["notes"] = ["<img src=x>"]
+        findings["data"]["notes"] = ["<img src=x>"]
         findings["steps"][1]["added"] = "<b>bold</b> $x_1$"
         findings["candidates"][0]["sentence"] = "<i>sly</i>"
         findings["candidates"][0]["effect"] = "<u>odd</u>"
@@ -134,12 +135,10 @@ def test_page_shows_a_diverged_rollout(run):
 
 
 def test_intervals_of_added_amounts_stand_on_the_nominal_value(run):
-    findings = json.loads((run / "findings.json").read_text())
+    findings = read_run(run).findings
     nominal = load_vehicle(run / "nominal.yaml").with_values({"X_uu": -2.0})
     corrected = load_vehicle(run / "model.yaml").with_values({"X_uu": -9.8})
-    rows = {
-        row.symbol: row for row in coefficient_rows(findings["candidates"], findings["missing"], nominal, corrected)
-    }
+    rows = {row.symbol: row for row in coefficient_rows(findings.candidates, findings.missing, nominal, corrected)}
     assert rows["X_uu"].interval == pytest.approx((-2.0 - 7.8 * 1.04, -2.0 - 7.8 * 0.96))
     assert rows["stbd_scale"].interval == pytest.approx((0.806 * 0.96, 0.806 * 1.04))
     assert (rows["stbd_scale"].before, rows["stbd_scale"].after) == (1.0, 0.806)

@@ -46,20 +46,20 @@ def test_missing_folder_is_named(tmp_path):
         ("findings.json", "{", "is not valid JSON"),
         ("findings.json", '{"schema": NaN}', "NaN is not JSON"),
         ("findings.json", "[]", "expected a JSON object, got a list"),
-        ("findings.json", '{"schema": "undertow.findings/1"}', "expected a list of objects under 'candidates'"),
+        ("findings.json", '{"schema": "undertow.findings/1"}', "the file lacks 'verdict', 'missing', 'candidates'"),
         (
             "findings.json",
-            '{"schema": "undertow.findings/1", "candidates": [{"effect": "x"}]}',
-            r"candidates\[0\] lacks 'verdict'",
+            '{"schema": "undertow.findings/1", "candidates": [{"effect": "x"}], "verdict": "missing", "missing": []}',
+            r"candidates\[0\] lacks 'verdict', 'confidence', 'error_drop'",
         ),
         (
             "findings.json",
-            '{"schema": "undertow.findings/1", "candidates": [], "steps": []}',
+            '{"schema": "undertow.findings/1", "candidates": [], "steps": [], "verdict": "missing", "missing": []}',
             "expected at least one entry in 'steps'",
         ),
-        ("comparison.json", '{"schema": "undertow.comparison/1"}', "expected a list of objects under 'models'"),
+        ("comparison.json", '{"schema": "undertow.comparison/1"}', "the file lacks 'models'"),
         ("inspection.json", '{"schema": "undertow.inspection/1"}', "expected schema 'undertow.inspections/1'"),
-        ("audit.json", '{"schema": "undertow.audit/1"}', "expected a list of objects under 'laws'"),
+        ("audit.json", '{"schema": "undertow.audit/1"}', "the file lacks 'laws'"),
         *(
             ("inspection.json", f'{{"schema": "undertow.inspections/1", "logs": {logs}}}', message)
             for logs, message in (

@@ -6,8 +6,10 @@ import re
 import pytest
 from rich.console import Console
 
+from undertow.discovery.findings import Findings, Step
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.compared import comparison_table
+from undertow.reports.facts import Comparison
 from undertow.reports.failing.screen import failures_table
 from undertow.reports.inspected import inspection_screen
 from undertow.reports.layout import Prose, bullets
@@ -25,46 +27,61 @@ from undertow.reports.terminal import (
 ERRORS = {"surge": 0.35, "sway": 0.23, "yaw": 0.486}
 ROLLOUT = {"2": {**ERRORS, "position": 0.4}, "10": {**ERRORS, "position": 2.26, "diverged": 1, "starts": 60}}
 DORMANT = "This log cannot tell: it holds no manoeuvre in which it would show. (Small commands give no thrust.)"
-FINDINGS = {
-    "steps": [
-        {"added": None, "acceleration_rmse": ERRORS, "rollout_rmse": ROLLOUT},
-        {"added": "surge_quadratic_damping", "acceleration_rmse": ERRORS, "rollout_rmse": {"10": {"position": None}}},
-    ],
-    "candidates": [
-        {
-            "effect": "thruster_asymmetry",
-            "verdict": "missing",
-            "sentence": "One thruster pushes harder or weaker than the model says.",
-            "confidence": 0.999,
-            "error_drop": 0.41,
-            "indistinguishable_from": ["thrust_scale", "thruster_asymmetry"],
-            "terms": [{"symbol": "stbd_scale", "value": 0.806, "unit": "1", "ci95": [0.79, 0.82]}],
-        },
-        {
-            "effect": "thrust_dead_zone",
-            "verdict": "possible",
-            "sentence": DORMANT,
-            "confidence": 0.002,
-            "error_drop": 0.0,
-            "terms": [],
-        },
-        {"effect": "yaw_trim", "verdict": "no evidence", "confidence": 0.1, "error_drop": 0.07, "terms": []},
-    ],
-    "unnamed": [{"axis": "yaw", "form": "u|r|", "value": -1.2, "unit": "N m (s/m)^1 (s/rad)^1", "ci95": [-1.5, -0.9]}],
-    "advice": [
-        {"manoeuvre": "sharp steps", "why": "would show lag"},
-        {"manoeuvre": "sharp steps", "why": "would show delay"},
-    ],
-    "failures": [{"where": "surge speed 1 to 1.5 m/s [red]", "axis": "surge", "share_of_error": 0.62}],
-}
-COMPARISON = {
-    "split": "test",
-    "models": [
-        {"name": name, "acceleration": {"rmse": ERRORS}, "rollout": ROLLOUT, "audit": "pass"}
-        for name in ("nominal", "corrected [x]")
-    ],
-    "failures": [{"model": "nominal", "where": "astern", "axis": "yaw", "share_of_error": 0.5, "share_of_rows": 0.1}],
-}
+FINDINGS = Findings.model_validate(
+    {
+        "verdict": "missing",
+        "missing": ["thruster_asymmetry"],
+        "steps": [
+            {"added": None, "acceleration_rmse": ERRORS, "rollout_rmse": ROLLOUT},
+            {
+                "added": "surge_quadratic_damping",
+                "acceleration_rmse": ERRORS,
+                "rollout_rmse": {"10": {"position": None}},
+            },
+        ],
+        "candidates": [
+            {
+                "effect": "thruster_asymmetry",
+                "verdict": "missing",
+                "sentence": "One thruster pushes harder or weaker than the model says.",
+                "confidence": 0.999,
+                "error_drop": 0.41,
+                "indistinguishable_from": ["thrust_scale", "thruster_asymmetry"],
+                "terms": [{"symbol": "stbd_scale", "value": 0.806, "unit": "1", "ci95": [0.79, 0.82]}],
+            },
+            {
+                "effect": "thrust_dead_zone",
+                "verdict": "possible",
+                "reason": "not_excited",
+                "sentence": DORMANT,
+                "confidence": 0.002,
+                "error_drop": 0.0,
+                "terms": [],
+            },
+            {"effect": "yaw_trim", "verdict": "no evidence", "confidence": 0.1, "error_drop": 0.07, "terms": []},
+        ],
+        "unnamed": [
+            {"axis": "yaw", "form": "u|r|", "value": -1.2, "unit": "N m (s/m)^1 (s/rad)^1", "ci95": [-1.5, -0.9]}
+        ],
+        "advice": [
+            {"manoeuvre": "sharp steps", "why": "would show lag"},
+            {"manoeuvre": "sharp steps", "why": "would show delay"},
+        ],
+        "failures": [{"where": "surge speed 1 to 1.5 m/s [red]", "axis": "surge", "share_of_error": 0.62}],
+    }
+)
+COMPARISON = Comparison.model_validate(
+    {
+        "split": "test",
+        "models": [
+            {"name": name, "acceleration": {"rmse": ERRORS}, "rollout": ROLLOUT, "audit": "pass"}
+            for name in ("nominal", "corrected [x]")
+        ],
+        "failures": [
+            {"model": "nominal", "where": "astern", "axis": "yaw", "share_of_error": 0.5, "share_of_rows": 0.1}
+        ],
+    }
+)
 INSPECTION = {
     "schema": "undertow.inspection/1",
     "path": "B_2.csv.gz",
@@ -112,7 +129,7 @@ def printed(table, width=80):
 
 @pytest.mark.parametrize("width", [80, 100])
 def test_steps_keep_all_numbers(width):
-    text = printed(steps_table(FINDINGS), width)
+    text = printed(steps_table(FINDINGS.steps, FINDINGS.candidates), width)
     assert "nominal model" in text
     assert "+ surge quadratic damping" in text
     assert "0.49" in text
@@ -123,9 +140,9 @@ def test_steps_keep_all_numbers(width):
 
 def test_steps_fit_whatever_the_numbers_and_names():
     tiny = {"surge": 0.000123, "sway": 1.234e-7, "yaw": 0.0123, "position": 1234567.0}
-    step = {"acceleration_rmse": tiny, "rollout_rmse": {"10": tiny}}
-    steps = [{**step, "added": None}, {**step, "added": "thruster_asymmetry"}, {**step, "added": "sway:v|v||r|"}]
-    text = printed(steps_table({**FINDINGS, "steps": steps}))
+    step = Step.model_validate({"acceleration_rmse": tiny, "rollout_rmse": {"10": tiny}})
+    steps = [step, step.but(added="thruster_asymmetry"), step.but(added="sway:v|v||r|")]
+    text = printed(steps_table(steps, FINDINGS.candidates))
     assert "(stbd)" in text
     assert text.count("1.2e-07") == 6
     assert "\N{HORIZONTAL ELLIPSIS}" not in text
@@ -133,42 +150,43 @@ def test_steps_fit_whatever_the_numbers_and_names():
 
 def test_what_is_left_of_the_error():
     after = {"surge": 0.007, "sway": 0.23, "yaw": None, "position": 0.001}
-    steps = [FINDINGS["steps"][0], {"added": "yaw_trim", "acceleration_rmse": ERRORS, "rollout_rmse": {"10": after}}]
-    said = error_left({"steps": steps}).replace("\N{NO-BREAK SPACE}", " ")
+    last = Step.model_validate({"added": "yaw_trim", "acceleration_rmse": ERRORS, "rollout_rmse": {"10": after}})
+    steps = [FINDINGS.steps[0], last]
+    said = error_left(steps).replace("\N{NO-BREAK SPACE}", " ")
     assert said.endswith("as a share of before: surge 2 %, sway 100 %, yaw n/a, position < 1 %.")
-    assert error_left({"steps": steps[:1]}) == ""
+    assert error_left(steps[:1]) == ""
 
 
 def test_candidates_give_value_interval_and_twins():
-    text = printed(candidates_table(FINDINGS), 120)
+    text = printed(candidates_table(FINDINGS.candidates), 120)
     assert "stbd_scale = 0.806 (0.790 to 0.820)" in text
     assert "thruster asymmetry (stbd)" in text
     assert "(or thrust scale, another thruster)" in text
     assert "41\N{NO-BREAK SPACE}%" in text
-    assert "and 2 more in findings.json" in printed(candidates_table(FINDINGS, most=1))
-    narrow = printed(candidates_table(FINDINGS), 70).splitlines()
+    assert "and 2 more in findings.json" in printed(candidates_table(FINDINGS.candidates, most=1))
+    narrow = printed(candidates_table(FINDINGS.candidates), 70).splitlines()
     value = next(index for index, line in enumerate(narrow) if "stbd_scale = 0.806" in line)
     assert "(0.790 to 0.820)" in narrow[value + 1]
 
 
 def test_what_the_log_cannot_tell_has_no_numbers():
-    text = printed(candidates_table(FINDINGS))
+    text = printed(candidates_table(FINDINGS.candidates))
     (line,) = [line for line in text.splitlines() if "dead zone" in line]
     assert line.split() == ["thrust", "dead", "zone", "cannot", "tell"]
     assert "7\N{NO-BREAK SPACE}%" in text
-    assert not_judged(FINDINGS) == "Could not be judged in this log: thrust dead zone."
-    assert not_judged({"candidates": FINDINGS["candidates"][:1]}) == ""
+    assert not_judged(FINDINGS.candidates) == "Could not be judged in this log: thrust dead zone."
+    assert not_judged(FINDINGS.candidates[:1]) == ""
 
 
 def test_missing_effects_and_advice_are_said_in_words():
-    assert "thruster asymmetry (stbd)  One thruster pushes" in printed(missing_in_words(FINDINGS))
-    assert missing_in_words({"candidates": FINDINGS["candidates"][1:]}) is None
-    assert "- sharp steps: would show lag; would show delay" in printed(advice_list(FINDINGS))
-    assert advice_list({"advice": []}) is None
+    assert "thruster asymmetry (stbd)  One thruster pushes" in printed(missing_in_words(FINDINGS.candidates))
+    assert missing_in_words(FINDINGS.candidates[1:]) is None
+    assert "- sharp steps: would show lag; would show delay" in printed(advice_list(FINDINGS.advice))
+    assert advice_list([]) is None
 
 
 def test_terms_without_a_name_have_values():
-    text = printed(unnamed_table(FINDINGS))
+    text = printed(unnamed_table(FINDINGS.unnamed))
     assert text.splitlines()[3].split() == [
         "yaw",
         "u|r|",
@@ -184,30 +202,28 @@ def test_terms_without_a_name_have_values():
 
 
 def test_added_effects_have_values_but_no_verdict():
-    text = printed(added_table(FINDINGS), 120)
+    text = printed(added_table(FINDINGS.candidates), 120)
     assert "stbd_scale = 0.806 (0.790 to 0.820)" in text
     assert "verdict" not in text
 
 
-def test_failures_from_either_file_or_a_list():
-    assert "surge speed 1 to 1.5 m/s [red]" in printed(failures_table(FINDINGS))
-    assert printed(failures_table(COMPARISON)) == printed(failures_table(COMPARISON["failures"]))
+def test_failures_are_told_as_they_are_written():
+    assert "surge speed 1 to 1.5 m/s [red]" in printed(failures_table(FINDINGS.failures))
 
 
 def test_failures_say_which_rows_they_are_about():
-    place = COMPARISON["failures"][0]
+    place = COMPARISON.failures[0]
     for rows_of, title in (("all", "whole log"), ("test", "held-out part"), ("train", "train part")):
         assert f"Where it fails ({title})\n" in re.sub(
-            " +\n", "\n", printed(failures_table([{**place, "rows_of": rows_of}]))
+            " +\n", "\n", printed(failures_table([place.but(rows_of=rows_of)]))
         )
     assert "Where it fails\n" in re.sub(" +\n", "\n", printed(failures_table([place])))
 
 
 def test_many_models_keep_their_numbers_and_names():
-    first = COMPARISON["models"][0]
+    first = COMPARISON.models[0]
     names = [f"a_folder_with_a_long_name_{k}" for k in range(9)]
-    found = {**COMPARISON, "split": "all", "models": [first, *({**first, "name": name} for name in names)]}
-    text = printed(comparison_table(found))
+    text = printed(comparison_table([first, *(first.but(name=name) for name in names)], "all"))
     assert text.count(" on all rows") == 2
     assert "…" not in text
     assert max(map(len, text.splitlines())) <= 80
@@ -216,7 +232,7 @@ def test_many_models_keep_their_numbers_and_names():
 
 
 def test_comparison_has_a_line_per_model_in_each_table():
-    text = printed(comparison_table(COMPARISON))
+    text = printed(comparison_table(COMPARISON.models, COMPARISON.split))
     assert text.count("corrected [x]") == 4  # acceleration, 2 s, 10 s, laws
     assert "10 s" in text
     assert "1 of 60" in text
@@ -286,14 +302,14 @@ def test_words_wrap_but_a_number_keeps_its_percent_sign():
 
 def test_an_interval_never_collapses_to_one_number():
     terms = [{"symbol": "X_uu", "value": -12.0042, "ci95": [-12.0213, -11.9871], "unit": "N s^2/m^2"}]
-    candidate = {"effect": "surge_quadratic_damping", "verdict": "missing", "terms": terms}
-    text = printed(candidates_table({"candidates": [candidate]}), 120)
+    candidate = FINDINGS.candidates[0].but(effect="surge_quadratic_damping", terms=terms)
+    text = printed(candidates_table([candidate]), 120)
     assert "X_uu = -12.004 N s²/m² (-12.021 to -11.987)" in text
 
 
 def test_two_weak_thrusters_are_told_apart_in_the_steps():
-    step = {"acceleration_rmse": ERRORS, "rollout_rmse": {"10": ERRORS}}
-    added = [{**step, "added": "thruster_asymmetry", "thruster": side} for side in ("port", "stbd")]
-    text = " ".join(printed(steps_table({**FINDINGS, "steps": [{**step, "added": None}, *added]}), 120).split())
+    step = Step.model_validate({"acceleration_rmse": ERRORS, "rollout_rmse": {"10": ERRORS}})
+    added = [step.but(added="thruster_asymmetry", thruster=side) for side in ("port", "stbd")]
+    text = " ".join(printed(steps_table([step, *added], FINDINGS.candidates), 120).split())
     assert "+ thruster asymmetry (port)" in text
     assert "(stbd)" in text

@@ -1,15 +1,13 @@
 """Measured against predicted: motion over time and from above, accelerations as scatter, their errors as histograms."""
 
-from collections.abc import Mapping
-from typing import Any
-
+from ..facts import Comparison
 from ..figures import speeds, track
 from ..figures_agreement import histogram, scatter, scatter_stride
 from ..markup import Html, element, figure, render
 from ..plotted import held_out_rows, held_out_stretch
 from ..run_folder import RunFolder
 from ..sections import legend
-from ..wording import ACCELERATION_UNITS, AXES, finite, goodness, ordinal, typeset, unit_text
+from ..wording import ACCELERATION_UNITS, AXES, goodness, ordinal, typeset, unit_text
 
 ARROW = "\N{RIGHTWARDS ARROW}"
 
@@ -73,13 +71,13 @@ def _pointwise(run: RunFolder) -> list[Html]:
     return [scattered, errors]
 
 
-def _title(comparison: Mapping[str, Any], axis: str, key: str, name: str, unit: str) -> str:
+def _title(comparison: Comparison, axis: str, key: str, name: str, unit: str) -> str:
     """The axis, and the figure of the nominal and the corrected model as the comparison has it."""
     values = [
-        finite(((model.get("acceleration") or {}).get(key) or {}).get(axis))
+        (model.acceleration.r2 if key == "r2" else model.acceleration.rmse).of(axis)
         for wanted in ("nominal", "corrected")
-        for model in comparison["models"]
-        if model["name"] == wanted
+        for model in comparison.models
+        if model.name == wanted
     ]
     known = [goodness(value) if key == "r2" else typeset(value, 2) for value in values if value == value]
     return f"{axis}   {name} {f' {ARROW} '.join(known)} {unit}".rstrip() if known else axis

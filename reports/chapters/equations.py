@@ -9,7 +9,7 @@ from .. import mathml
 from ..markup import Html, element, render, table
 from ..plotted import coefficient_rows, vehicle_value
 from ..run_folder import RunFolder
-from ..wording import MINUS, finite, interval, listing, trimmed, unit_text
+from ..wording import MINUS, interval, listing, trimmed, unit_text
 
 UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
 Intervals = Mapping[str, tuple[float, float]]
@@ -44,14 +44,13 @@ def equations(run: RunFolder) -> Html:
 def intervals_of(run: RunFolder) -> dict[str, tuple[float, float]]:
     """The 95 % interval of the value in the corrected vehicle, by symbol, for every number that was fitted."""
     findings = run.findings
-    missing = [str(name) for name in findings["missing"]]
-    rows = coefficient_rows(findings["candidates"], missing, run.nominal, run.corrected)
+    rows = coefficient_rows(findings.candidates, findings.missing, run.nominal, run.corrected)
     found = {row.symbol: row.interval for row in rows if row.interval[0] < row.interval[1]}
-    for item in (*(findings.get("calibrated") or []), *(findings.get("unnamed") or [])):
-        low, high = (finite(end) for end in (item.get("ci95") or (None, None)))
-        name = str(item.get("symbol") or f"{item.get('axis')}:{item.get('form')}")
-        if low < high:
-            found.setdefault(name, (low, high))
+    told = [(item.symbol, item.ci95) for item in findings.calibrated]
+    told += [(term.symbol or f"{term.axis}:{term.form}", term.ci95) for term in findings.unnamed]
+    for name, ends in told:
+        if ends is not None and ends.lower < ends.upper:
+            found.setdefault(name, (ends.lower, ends.upper))
     return found
 
 

@@ -1,33 +1,32 @@
 """The laws of a hull: what the auditor says of every model, and the state in which each broken law is broken."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from ..facts import Amount, AuditRecord, RulingRecord
 from ..markup import Html, element, render, table
-from ..rivals import laws_of, verdict_of
+from ..rivals import laws_of
 from ..run_folder import RunFolder
 from ..wording import listing, number, typeset, unit_text
 
 SIGNS = {"pass": "\N{BULLET} pass", "fail": "\N{MULTIPLICATION SIGN} fail", "noted": "\N{WHITE CIRCLE} noted"}
 STATE_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
-Law = Mapping[str, Any]
 
 
 def laws(run: RunFolder) -> Html:
     """What is broken by any model with its counterexample, then all laws of each; nothing without an audit."""
-    audits = {"corrected": run.audit} if run.audit else {}
-    judged = {str(model["name"]): laws_of(model, audits) for model in run.comparison["models"]}
-    if run.audit and not judged.get("corrected"):
-        judged["corrected"] = run.audit["laws"]
+    audit = run.audit
+    judged = {model.name: laws_of(model, audit) for model in run.comparison.models}
+    if audit is not None and not judged.get("corrected"):
+        judged["corrected"] = audit.laws
     judged = {name: told for name, told in judged.items() if told}
     if not judged:
         return Html("")
-    units: Mapping[str, Any] = {**STATE_UNITS, **(run.audit.get("units") or {})}
+    units = {**STATE_UNITS, **({} if audit is None else audit.units)}
     broken = [
-        (name, str(law["law"]), _worst(law), _words(law, units))
+        (name, law.law, _amount(law.worst), _words(law, units))
         for name, told in judged.items()
         for law in _ordered(told)
-        if verdict_of(law) == "fail"
+        if law.outcome == "fail"
     ]
     parts: list[Html] = []
     if broken:
@@ -39,26 +38,26 @@ def laws(run: RunFolder) -> Html:
         opened = {"open": "open"} if name == "corrected" else {}
         summary = element("summary", f"all laws, {name} model")
         parts.append(element("details", summary, _table(told, units), attributes=opened))
-    notes = [_asked(run.audit)] if run.audit else []
+    notes = [] if audit is None else [_asked(audit)]
     notes.append("Margins are distances from breaking a law. What is searched is not proved.")
-    if any(verdict_of(law) == "noted" for told in judged.values() for law in told):
+    if any(law.outcome == "noted" for told in judged.values() for law in told):
         notes.append("Noted: broken, but a real boat may, so the audit does not fail by it.")
-    notes += [str(note) for note in run.audit.get("notes") or []]
+    notes += [] if audit is None else audit.notes
     parts += [element("p", note, cls="facts") for note in notes]
-    own = [verdict_of(law) for law in judged.get("corrected") or []]
-    verdict = run.audit.get("verdict") or ("fail" if "fail" in own else "pass" if own else "")
+    own = [law.outcome for law in judged.get("corrected") or []]
+    verdict = (audit.verdict if audit else "") or ("fail" if "fail" in own else "pass" if own else "")
     title = {"pass": ": the corrected model keeps them", "fail": ": the corrected model breaks one"}.get(verdict, "")
     return render(element("h2", f"Laws of a hull{title}"), element("div", *parts, cls="card"))
 
 
-def _table(told: Sequence[Law], units: Mapping[str, Any]) -> Html:
+def _table(told: Sequence[RulingRecord], units: Mapping[str, str]) -> Html:
     rows = [
         (
-            str(law["law"]),
-            element("b", SIGNS.get(verdict_of(law), verdict_of(law)), cls=verdict_of(law)),
-            _margin(law),
-            _worst(law),
-            _proof(law),
+            law.law,
+            element("b", SIGNS.get(law.outcome, law.outcome), cls=law.outcome),
+            _amount(law.margin),
+            _amount(law.worst),
+            "" if law.proof in (None, "none") else law.proof,
             _words(law, units),
         )
         for law in _ordered(told)
@@ -74,47 +73,34 @@ def _table(told: Sequence[Law], units: Mapping[str, Any]) -> Html:
     return element("div", table(head, rows, "llrrll"), cls="wordy")
 
 
-def _ordered(told: Sequence[Law]) -> list[Law]:
+def _ordered(told: Sequence[RulingRecord]) -> list[RulingRecord]:
     rank = {"fail": 0, "noted": 1}
-    return sorted(told, key=lambda law: rank.get(verdict_of(law), 2))
+    return sorted(told, key=lambda law: rank.get(law.outcome, 2))
 
 
-def _worst(law: Law) -> str:
-    worst = law.get("worst") or {}
-    return f"{typeset(worst.get('value'), 2, blank='')} {unit_text(str(worst.get('unit') or ''))}".strip()
+def _amount(found: Amount | None) -> str:
+    """A number with its unit; nothing where there is none."""
+    if found is None or found.value is None:
+        return ""
+    return f"{typeset(found.value, 2)} {unit_text(found.unit)}".rstrip()
 
 
-def _words(law: Law, units: Mapping[str, Any]) -> Html:
+def _words(law: RulingRecord, units: Mapping[str, str]) -> Html:
     """The sentence, and under it the state of the worst value."""
     state = [
-        f"{name} {typeset(amount, 2)} {unit_text(str(units.get(name) or ''))}".strip()
-        for name, amount in ((law.get("worst") or {}).get("at") or {}).items()
+        f"{name} {typeset(amount, 2)} {unit_text(units.get(name, ''))}".strip()
+        for name, amount in ({} if law.worst is None else law.worst.at).items()
     ]
-    sentence = str(law.get("sentence") or "")
-    return render(sentence, *[element("small", f"at {', '.join(state)}")] * bool(state))
+    return render(law.sentence, *[element("small", f"at {', '.join(state)}")] * bool(state))
 
 
-def _margin(law: Law) -> str:
-    margin = law.get("margin") or {}
-    if margin.get("value") is None:
-        return ""
-    return f"{typeset(margin['value'], 2)} {unit_text(str(margin.get('unit') or ''))}".rstrip()
-
-
-def _proof(law: Law) -> str:
-    proof = str(law.get("proof") or "")
-    return "" if proof == "none" else proof
-
-
-def _asked(audit: Mapping[str, Any]) -> str:
-    box: Mapping[str, Any] = audit.get("envelope") or {}
-    units: Mapping[str, Any] = audit.get("units") or {}
+def _asked(audit: AuditRecord) -> str:
     ends = [
-        f"{name} from {number(low)} to {number(high)} {unit_text(str(units.get(name) or ''))}"
-        for name, (low, high) in box.items()
+        f"{name} from {number(low)} to {number(high)} {unit_text(audit.units.get(name, ''))}"
+        for name, (low, high) in audit.envelope.items()
     ]
-    return f"Asked for {listing(ends)}: {audit.get('envelope_from', 'the envelope')}."
+    return f"Asked for {listing(ends)}: {audit.envelope_from}."
 
 
-def _listed(judged: Mapping[str, Any]) -> str:
+def _listed(judged: Mapping[str, object]) -> str:
     return listing(list(judged))

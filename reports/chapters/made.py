@@ -1,8 +1,5 @@
 """How the page was made: demands on an effect, versions, command, and digests of what it was made from."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from ..context import bullets, plain
 from ..markup import Html, element, render, table
 from ..run_folder import RunFolder
@@ -17,20 +14,17 @@ STORY = (
 
 def made(run: RunFolder) -> Html:
     """What was demanded of an effect, how to make the run again, and the files with their digests."""
-    criterion = run.findings.get("criterion") or {}
-    demands = [f"{words(str(name))}: {plain(value)}" for name, value in criterion.items()]
-    record: Mapping[str, Any] = run.record
+    demands = [f"{words(name)}: {plain(value)}" for name, value in run.findings.criterion.to_dict().items() if value]
+    record = run.record
     facts: list[tuple[str, Html]] = []
-    if record.get("command"):
-        facts.append(("made again, in the run folder, by", element("code", str(record["command"]))))
-    if "seed" in record:
-        facts.append(("seed", render(plain(record["seed"]))))
-    versions = record.get("versions") or {}
-    if versions:
-        facts.append(("versions", render(", ".join(f"{name} {number}" for name, number in versions.items()))))
+    if record.command:
+        facts.append(("made again, in the run folder, by", element("code", record.command)))
+    if record.seed is not None:
+        facts.append(("seed", render(plain(record.seed))))
+    if record.versions:
+        facts.append(("versions", render(", ".join(f"{name} {number}" for name, number in record.versions.items()))))
     logs = [
-        (element("code", str(item.get("path"))), element("code", str(item.get("sha256") or "not there any more")))
-        for item in record.get("log_sha256") or []
+        (element("code", item.path), element("code", item.sha256 or "not there any more")) for item in record.log_sha256
     ]
     files = [(element("code", name), element("code", digest)) for name, digest in sorted(run.digests.items())]
     parts = [element("p", STORY)]

@@ -1,7 +1,6 @@
 """Drawings of where models fail: the track coloured by error, spectra, and the error by heading."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -13,6 +12,8 @@ from scipy.ndimage import uniform_filter1d
 from ..markup import Html
 from ..svg import HEAT, ROLES, STYLE, canvas, drawn, panel
 from ..wording import ACCELERATION_UNITS, AXES, unit_text
+from .frequency import Frequency
+from .heading import Heading
 from .scene import Array, scene
 
 _POINTS = 900
@@ -82,16 +83,16 @@ def error_map(series: pd.DataFrame, error: Array, bounds: Array, title: str, axi
         return drawn(figure, f"track coloured by {AXES[axis]} error, {title}")
 
 
-def spectra(frequency: Sequence[Mapping[str, Any]], axis: str) -> Html:
+def spectra(frequency: Sequence[Mapping[str, Frequency]], axis: str) -> Html:
     """Power spectra of the measured acceleration and of the errors before and after, on one axis."""
     width, height = 320, 220
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, 54, 28, width - 62, height - 74)
         first = frequency[0][axis]
-        axes.loglog(first["hz"], _positive(first["measured"]), color=ROLES["measured"], linewidth=4.0)
+        axes.loglog(first.hz, _positive(first.measured), color=ROLES["measured"], linewidth=4.0)
         for role, found in zip(("before", "after"), frequency, strict=False):
-            axes.loglog(found[axis]["hz"], _positive(found[axis]["error"]), color=ROLES[role], linewidth=1.8)
+            axes.loglog(found[axis].hz, _positive(found[axis].error), color=ROLES[role], linewidth=1.8)
         axes.set_xlabel("frequency [Hz]", labelpad=3)
         axes.set_xticks([0.1, 1.0], ["0.1", "1"])
         axes.xaxis.set_minor_locator(NullLocator())
@@ -100,22 +101,22 @@ def spectra(frequency: Sequence[Mapping[str, Any]], axis: str) -> Html:
         low, high = np.log10(axes.get_ylim())
         powers = np.arange(np.ceil(low), np.floor(high) + 1, 2 if high - low > 3.0 else 1)
         axes.set_yticks(10.0**powers, ["10" + str(int(power)).translate(_RAISED) for power in powers])
-        axes.set_title(f"{axis} [{unit_text(first['unit'])}]", loc="left", fontsize=11, color=ROLES["muted"], pad=5)
+        axes.set_title(f"{axis} [{unit_text(first.unit)}]", loc="left", fontsize=11, color=ROLES["muted"], pad=5)
         return drawn(figure, f"spectra of the {axis} acceleration and its error")
 
 
-def by_heading(heading: Sequence[Mapping[str, Any]], axis: str) -> Html:
+def by_heading(heading: Sequence[Mapping[str, Heading]], axis: str) -> Html:
     """Median error on headings near each direction, before and after, with the range of its middle half."""
     width, height = 320, 190
-    sectors = heading[0][axis]["sectors"]
+    sectors = heading[0][axis].sectors
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, 54, 28, width - 62, height - 54)
         places = np.arange(len(sectors))
         axes.axhline(0.0, color=ROLES["grid"], linewidth=1.4)
         for shift, role, found in zip((-0.15, 0.15), ("before", "after"), heading, strict=False):
-            middle = np.array([np.nan if value is None else value for value in found[axis]["mean"]])
-            spread = np.array([np.nan if value is None else value for value in found[axis]["spread"]])
+            middle = np.array([np.nan if value is None else value for value in found[axis].mean])
+            spread = np.array([np.nan if value is None else value for value in found[axis].spread])
             axes.vlines(places + shift, middle - spread, middle + spread, ROLES[role], linewidth=3.0, alpha=0.4)
             axes.plot(places + shift, middle, "o", color=ROLES[role], markersize=5)
         axes.set_xticks(places, sectors)

@@ -1,9 +1,8 @@
 """Error against time: whether the model's error drifts, grows or shrinks along the log."""
 
-from typing import Any
-
 import numpy as np
 
+from ...physics.record import Number, Record
 from ..wording import ACCELERATION_UNITS, AXES, number, percent, unit_text
 from .evidence import Fitted, fit_beside, static_columns
 from .scene import Array, Scene, shorter
@@ -17,7 +16,27 @@ _MATERIAL, _GROWTH = 0.1, 0.3
 _FREE = 0.1
 
 
-def over_time(stage: Scene) -> dict[str, dict[str, Any]]:
+class Drift(Record):
+    """The trend of the error on one axis along the log, at equal motion and commands.
+
+    Attributes
+    ----------
+    per_minute, ci95 : of the error, modelled minus measured [`unit`]; None, as the next, where this log cannot tell
+    size_per_minute, size_ci95 : of its size, as shares of the mean size
+    verdict : "drifts", "grows", "shrinks", "steady", "this log cannot tell"
+    sentence : the same in words
+    """
+
+    per_minute: Number | None = None
+    ci95: tuple[Number, Number] | None = None
+    size_per_minute: Number | None = None
+    size_ci95: tuple[Number, Number] | None = None
+    unit: str
+    verdict: str = "this log cannot tell"
+    sentence: str
+
+
+def over_time(stage: Scene) -> dict[str, Drift]:
     """The trend of the error and of its size along each log, by axis, at equal motion and commands.
 
     Linear fits beside what the present speeds and commands explain (for the size: beside how much the boat moved),
@@ -25,9 +44,7 @@ def over_time(stage: Scene) -> dict[str, dict[str, Any]]:
 
     Returns
     -------
-    By axis: `per_minute` and `ci95` of the error, modelled minus measured [`unit`], `size_per_minute` and `size_ci95`
-    of its size, as shares of the mean size; null where this log cannot tell; `verdict` ("drifts", "grows", "shrinks",
-    "steady", "this log cannot tell"), `sentence`.
+    By axis.
     """
     time, span = _minutes(stage)
     moved = np.abs(static_columns(stage)[:, :12])
@@ -51,30 +68,25 @@ def over_time(stage: Scene) -> dict[str, dict[str, Any]]:
     return told
 
 
-def _judged(
-    mean: Fitted | None, grown: Fitted | None, span: float, usual: float, size: float, axis: int
-) -> dict[str, Any]:
+def _judged(mean: Fitted | None, grown: Fitted | None, span: float, usual: float, size: float, axis: int) -> Drift:
     unit = ACCELERATION_UNITS[AXES[axis]]
     if mean is None or grown is None or 60.0 * span < _SHORTEST or min(mean.free[0], grown.free[0]) < _FREE:
-        return {
-            "per_minute": None,
-            "ci95": None,
-            "size_per_minute": None,
-            "size_ci95": None,
-            "unit": unit,
-            "verdict": "this log cannot tell",
-            "sentence": "this log cannot tell: too short for a drift"
+        return Drift(
+            unit=unit,
+            sentence="this log cannot tell: too short for a drift"
             if 60.0 * span < _SHORTEST or mean is None
             else "this log cannot tell: what the boat did changed along with the time",
-        }
+        )
     slope, growth = float(mean.values[0]), float(grown.values[0]) / max(size, 1e-300)
-    found = {
-        "per_minute": shorter([slope])[0],
-        "ci95": shorter(mean.interval(0)),
-        "size_per_minute": shorter([growth])[0],
-        "size_ci95": shorter(np.array(grown.interval(0)) / max(size, 1e-300)),
-        "unit": unit,
-    }
+    ends, size_ends = shorter(mean.interval(0)), shorter(np.array(grown.interval(0)) / max(size, 1e-300))
+    found = Drift(
+        per_minute=shorter([slope])[0],
+        ci95=(ends[0], ends[1]),
+        size_per_minute=shorter([growth])[0],
+        size_ci95=(size_ends[0], size_ends[1]),
+        unit=unit,
+        sentence="",
+    )
     drifts = abs(slope) > _CLEAR * mean.errors[0] and abs(slope) * span > _MATERIAL * usual
     grows = (
         abs(grown.values[0]) > _CLEARLY_GROWN * grown.errors[0]
@@ -83,16 +95,16 @@ def _judged(
     )
     if drifts:
         sentence = f"the error drifts by {number(slope, 2)} {unit_text(unit)} a minute at equal speeds and commands"
-        return found | {"verdict": "drifts", "sentence": sentence}
+        return found.but(verdict="drifts", sentence=sentence)
     if grows:
         verdict = "grows" if growth > 0.0 else "shrinks"
-        return found | {"verdict": verdict, "sentence": f"the error {verdict} by {percent(abs(growth))} a minute"}
+        return found.but(verdict=verdict, sentence=f"the error {verdict} by {percent(abs(growth))} a minute")
     reach = max(abs(end) for end in mean.interval(0)) * span
     if reach > 2.0 * max(_MATERIAL * usual, size):
         sentence = f"this log cannot tell: the error may drift by {number(reach, 2)} {unit_text(unit)} over the log"
-        return found | {"verdict": "this log cannot tell", "sentence": sentence}
+        return found.but(sentence=sentence)
     bound = f"{number(reach, 2)} {unit_text(unit)}"
-    return found | {"verdict": "steady", "sentence": f"no drift: less than {bound} over the log"}
+    return found.but(verdict="steady", sentence=f"no drift: less than {bound} over the log")
 
 
 def _minutes(stage: Scene) -> tuple[Array, float]:

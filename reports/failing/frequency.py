@@ -1,12 +1,14 @@
 """Error against frequency: how slow it is, and whether it moves with a command or a speed."""
 
-from typing import Any
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 from scipy.signal import detrend
 from scipy.signal.windows import hann
 
+from ...physics.record import Number, Record
 from ..wording import AXES, NARROW, number
 from .evidence import contiguous
 from .scene import Array, Scene, mean_square, shorter
@@ -32,22 +34,48 @@ _HIGHEST = 2.0
 """Frequency [Hz] up to which spectra are told: preparation leaves nothing above it."""
 
 
-def against_frequency(stage: Scene) -> dict[str, dict[str, Any]]:
+class Frequency(Record):
+    """Spectra of the error on one axis, and what it moves with.
+
+    Attributes
+    ----------
+    hz, error, measured, unit : frequencies, and power spectral densities of the error and of what was measured
+    coherence, coherent_with : with the signal of the largest one; None where the error follows none
+    below_hz : 80 % of the error's power lies below
+    verdict : "slow force", "answer to commands", "slow, of unknown origin", "like noise", "negligible", "this log
+        cannot tell"
+    sentence : the same in words
+    """
+
+    hz: tuple[Number, ...] = ()
+    error: tuple[Number, ...] = ()
+    measured: tuple[Number, ...] = ()
+    unit: str = ""
+    coherence: tuple[Number, ...] = ()
+    coherent_with: str | None = None
+    below_hz: Number | None = None
+    verdict: str
+    sentence: str
+
+    @model_validator(mode="after")
+    def _one_length(self) -> Self:
+        if not len(self.hz) == len(self.error) == len(self.measured):
+            raise ValueError("as many values of 'error' and 'measured' as of 'hz'")
+        return self
+
+
+def against_frequency(stage: Scene) -> dict[str, Frequency]:
     """Spectra of error and measured acceleration by axis, and the coherence of the error with what it follows best.
 
     Welch's method (1967) over all gap-free stretches together: windows of 6 to 26 s that overlap by half.
 
     Returns
     -------
-    By axis: `hz`, `error`, `measured` (power spectral densities [unit^2/Hz]), `coherence` with `coherent_with` (the
-    signal with the largest coherence, null where there is none), `below_hz` (80 % of the error's power lies below),
-    `verdict` ("slow force", "answer to commands", "slow, of unknown origin", "like noise", "negligible", "this log
-    cannot tell"),
-    `unit` of the spectra, `sentence`.
+    By axis.
     """
     windows = _windows(stage)
     if windows is None:
-        return {axis: _untold() for axis in AXES}
+        return {axis: Frequency(verdict="this log cannot tell", sentence="too short for a spectrum") for axis in AXES}
     signals = _signals(stage)
     hz = np.asarray(np.fft.rfftfreq(windows.shape[1], stage.step), dtype=float)
     error, measured = (_transformed(np.nan_to_num(values), windows) for values in (stage.error, stage.measured))
@@ -62,18 +90,20 @@ def against_frequency(stage: Scene) -> dict[str, dict[str, Any]]:
         coherence = np.abs(cross) ** 2 / np.maximum(power[:, None] * energy, 1e-300)
         spread = (np.abs(measured[..., k]) ** 2).mean(axis=0)
         small = bool(mean_square(stage.error)[k] < (_NEGLIGIBLE * stage.spread[k]) ** 2)
-        known = _known(hz, power, coherence, windows.shape[0], list(signals), shown, small)
-        told[axis] = {
-            "hz": shorter(hz[shown], 4),
-            "error": shorter(scale * power[shown], 4),
-            "measured": shorter(scale * spread[shown], 4),
-            "unit": "(m/s^2)^2/Hz" if k < 2 else "(rad/s^2)^2/Hz",
-            **known,
-        }
+        spectra = Frequency(
+            hz=tuple(shorter(hz[shown], 4)),
+            error=tuple(shorter(scale * power[shown], 4)),
+            measured=tuple(shorter(scale * spread[shown], 4)),
+            unit="(m/s^2)^2/Hz" if k < 2 else "(rad/s^2)^2/Hz",
+            verdict="negligible",
+            sentence="there is no error to speak of",
+        )
+        told[axis] = _known(spectra, hz, power, coherence, windows.shape[0], list(signals), shown, small)
     return told
 
 
 def _known(
+    spectra: Frequency,
     hz: Array,
     power: Array,
     coherence: Array,
@@ -81,12 +111,11 @@ def _known(
     names: list[str],
     shown: NDArray[np.bool_],
     negligible: bool,
-) -> dict[str, Any]:
-    """What the spectra of one axis say."""
+) -> Frequency:
+    """The spectra of one axis with what they say."""
     total = power[shown].sum()
     if negligible or total <= 0.0:
-        nothing = {"verdict": "negligible", "sentence": "there is no error to speak of"}
-        return {"coherence": [0.0] * int(shown.sum()), "coherent_with": None, "below_hz": None, **nothing}
+        return spectra.but(coherence=(0.0,) * int(shown.sum()))
     below = float(hz[shown][np.searchsorted(np.cumsum(power[shown]) / total, _SHARE)])
     slow = below <= _SLOW
     band = shown & (hz <= below)
@@ -112,27 +141,13 @@ def _known(
     else:
         verdict = "like noise"
         sentence = f"the error reaches up to {number(below, 2)} Hz and moves with no command, as sensor noise does"
-    return {
-        "coherence": shorter(coherence[shown, best], 3),
-        "coherent_with": names[best] if follows else None,
-        "below_hz": round(below, 4),
-        "verdict": verdict,
-        "sentence": sentence,
-    }
-
-
-def _untold() -> dict[str, Any]:
-    return {
-        "hz": [],
-        "error": [],
-        "measured": [],
-        "unit": "",
-        "coherence": [],
-        "coherent_with": None,
-        "below_hz": None,
-        "verdict": "this log cannot tell",
-        "sentence": "too short for a spectrum",
-    }
+    return spectra.but(
+        coherence=shorter(coherence[shown, best], 3),
+        coherent_with=names[best] if follows else None,
+        below_hz=round(below, 4),
+        verdict=verdict,
+        sentence=sentence,
+    )
 
 
 def _windows(stage: Scene) -> NDArray[np.intp] | None:

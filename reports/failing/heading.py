@@ -1,11 +1,13 @@
 """Error against heading: what is fixed in the earth (current, wind) or in the compass turns with the boat."""
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
 from scipy.stats import f as f_distribution
 
+from ...physics.record import Number, Record
 from ..wording import ACCELERATION_UNITS, AXES, number, unit_text
 from .evidence import Fitted, fit_beside, static_columns
 from .scene import Array, Scene, shorter
@@ -23,9 +25,58 @@ _MATERIAL = 0.06
 _AGREE = np.radians(45.0)
 """Angle within which surge and sway must point in the same direction of the earth."""
 _DEPENDS, _DOES_NOT, _CANNOT = "depends on heading", "does not", "this log cannot tell"
+_UNTOLD = f"{_CANNOT}: {{}}"
 
 
-def against_heading(stage: Scene) -> dict[str, dict[str, Any]]:
+class Harmonic(Record):
+    """How the error turns with the heading: amplitude [`unit`] with its 95 % interval, and direction.
+
+    The direction [degrees from north] is in surge and sway where the boat is pushed to that the model does not know, in
+    yaw the heading at which it is turned most to starboard.
+    """
+
+    amplitude: Number
+    direction: Number
+    ci95: tuple[Number, Number]
+    unit: str
+
+
+class Heading(Record):
+    """How the error on one axis depends on the heading.
+
+    Attributes
+    ----------
+    sectors, mean, spread : directions, median and half the range of the middle half of modelled minus measured
+        acceleration on headings near each; None where the boat was not
+    harmonic : None where this log cannot tell
+    suspects : what it would point to
+    verdict : "depends on heading", "does not", "this log cannot tell"
+    sentence : the same in words
+    """
+
+    sectors: tuple[str, ...] = SECTORS
+    mean: tuple[Number | None, ...]
+    spread: tuple[Number | None, ...]
+    harmonic: Harmonic | None = None
+    suspects: tuple[str, ...] = ()
+    verdict: str = _CANNOT
+    sentence: str = ""
+
+    @model_validator(mode="after")
+    def _one_length(self) -> Self:
+        if not len(self.sectors) == len(self.mean) == len(self.spread):
+            raise ValueError("as many values of 'mean' and 'spread' as of 'sectors'")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Where the log cannot tell, files have always had the verdict before the suspects."""
+        content: dict[str, Any] = handler(self)
+        late = ("suspects", "sentence") if self.harmonic is None else ()
+        return content | {name: content.pop(name) for name in late}
+
+
+def against_heading(stage: Scene) -> dict[str, Heading]:
     """How the error depends on the heading, by axis, beside every force of the present motion and commands.
 
     The measured less the modelled acceleration is fitted by a harmonic of the heading, b cos(psi) + c sin(psi), beside
@@ -34,11 +85,7 @@ def against_heading(stage: Scene) -> dict[str, dict[str, Any]]:
 
     Returns
     -------
-    By axis: `sectors`, `mean` and `spread` (median and half the range of the middle half, of modelled minus measured
-    acceleration on headings near each; null where the boat was not), `harmonic` (`amplitude`, `ci95`, `unit`,
-    `direction` [degrees from north]: in surge and sway where the boat is pushed to that the model does not know, in yaw
-    the heading at which it is turned most to starboard; null where this log cannot tell), `verdict`, `suspects`,
-    `sentence`.
+    By axis.
     """
     psi = stage.column("psi")
     sector = np.round(np.nan_to_num(psi) / (np.pi / 4.0)).astype(np.intp) % len(SECTORS)
@@ -48,14 +95,12 @@ def against_heading(stage: Scene) -> dict[str, dict[str, Any]]:
     fits = [fit_beside(stage, -stage.error[:, k], harmonic, beside) for k in range(3)]
     told = {}
     for k, axis in enumerate(AXES):
-        told[axis] = {
-            **_by_sector(stage.error[:, k], sector, sailed),
-            **_judged(fits[k], int(sailed.sum()), float(stage.spread[k]), k),
-        }
+        known = _by_sector(stage.error[:, k], sector, sailed)
+        told[axis] = _judged(known, fits[k], int(sailed.sum()), float(stage.spread[k]), k)
     return _suspected(told, stage, psi)
 
 
-def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]) -> dict[str, Any]:
+def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]) -> Heading:
     middle: list[float | None] = []
     spread: list[float | None] = []
     for k in range(len(SECTORS)):
@@ -65,16 +110,16 @@ def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]
             continue
         low, centre, high = np.quantile(here, [0.25, 0.5, 0.75])
         middle, spread = [*middle, *shorter([centre])], [*spread, *shorter([0.5 * (high - low)])]
-    return {"sectors": list(SECTORS), "mean": middle, "spread": spread}
+    return Heading(mean=tuple(middle), spread=tuple(spread))
 
 
-def _judged(fit: Fitted | None, sectors: int, usual: float, axis: int) -> dict[str, Any]:
+def _judged(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis: int) -> Heading:
     unit = ACCELERATION_UNITS[AXES[axis]]
     if sectors < _FEWEST_SECTORS:
         why = f"the boat sailed in {sectors} of {len(SECTORS)} directions only"
-        return _untold(why)
+        return known.but(sentence=_UNTOLD.format(why))
     if fit is None or fit.free.min() < _FREE:
-        return _untold("too short" if fit is None else "heading and motion go together")
+        return known.but(sentence=_UNTOLD.format("too short" if fit is None else "heading and motion go together"))
     cosine, sine = fit.values
     amplitude = float(np.hypot(cosine, sine))
     # In the earth: a push towards chi gives A cos(psi - chi) ahead and -A sin(psi - chi) to starboard.
@@ -83,48 +128,45 @@ def _judged(fit: Fitted | None, sectors: int, usual: float, axis: int) -> dict[s
     low, high = (float(end) for end in np.quantile(drawn, [0.025, 0.975]))
     test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
     sure = test > float(f_distribution.isf(_CHANCE, 2, max(fit.blocks - 2, 3)))
-    found = {
-        "harmonic": {
-            "amplitude": shorter([amplitude])[0],
-            "direction": round(float(np.degrees(direction) % 360.0), 1),
-            "ci95": shorter([low, high]),
-            "unit": unit,
-        },
-        "suspects": [],
-    }
+    ends = shorter([low, high])
+    found = known.but(
+        harmonic=Harmonic(
+            amplitude=shorter([amplitude])[0],
+            direction=round(float(np.degrees(direction) % 360.0), 1),
+            ci95=(ends[0], ends[1]),
+            unit=unit,
+        )
+    )
     size = f"{number(amplitude, 2)} {unit_text(unit)}"
     if sure and amplitude > _MATERIAL * usual:
         towards = f"{number(float(np.degrees(direction) % 360.0), 2)} degrees"
         way = f"most to starboard on heading {towards}" if axis == 2 else f"a push towards {towards}"
-        return found | {"verdict": _DEPENDS, "sentence": f"the error turns with the heading by {size}: {way}"}
+        return found.but(verdict=_DEPENDS, sentence=f"the error turns with the heading by {size}: {way}")
     most = max(high, amplitude)
     if most <= 2.0 * _MATERIAL * usual:
         bound = f"{number(most, 2)} {unit_text(unit)}"
-        return found | {"verdict": _DOES_NOT, "sentence": f"no more than {bound} of the error turns with the heading"}
-    return found | {
-        "verdict": _CANNOT,
-        "sentence": f"this log cannot tell: up to {number(most, 2)} {unit_text(unit)} may",
-    }
+        return found.but(verdict=_DOES_NOT, sentence=f"no more than {bound} of the error turns with the heading")
+    return found.but(sentence=_UNTOLD.format(f"up to {number(most, 2)} {unit_text(unit)} may"))
 
 
-def _untold(why: str) -> dict[str, Any]:
-    return {"harmonic": None, "verdict": _CANNOT, "suspects": [], "sentence": f"this log cannot tell: {why}"}
-
-
-def _suspected(told: dict[str, dict[str, Any]], stage: Scene, psi: Array) -> dict[str, dict[str, Any]]:
+def _suspected(told: dict[str, Heading], stage: Scene, psi: Array) -> dict[str, Heading]:
     """Name suspects where the directions are plain; nothing where they are not."""
     surge, sway = told["surge"], told["sway"]
-    if surge["verdict"] == sway["verdict"] == _DEPENDS:
-        between = np.radians(surge["harmonic"]["direction"] - sway["harmonic"]["direction"])
+    both = surge.verdict == sway.verdict == _DEPENDS
+    if both and surge.harmonic is not None and sway.harmonic is not None:
+        between = np.radians(surge.harmonic.direction - sway.harmonic.direction)
         if abs((between + np.pi) % (2.0 * np.pi) - np.pi) < _AGREE:
-            for one in (surge, sway):
-                one["suspects"] = ["steady_current", "mean_wind"]
-                one["sentence"] += "; surge and sway agree, which would point to a current or a wind"
-    elif sway["harmonic"] is not None and surge["verdict"] == _DOES_NOT and _follows_speed(stage, psi):
-        sway["suspects"] = ["compass"]
-        sway["verdict"] = _DEPENDS
-        sway["sentence"] = (
-            "the error turns with the heading in proportion to speed, in sway alone, which would point to the compass"
+            agree = "; surge and sway agree, which would point to a current or a wind"
+            told |= {
+                axis: one.but(suspects=("steady_current", "mean_wind"), sentence=one.sentence + agree)
+                for axis, one in (("surge", surge), ("sway", sway))
+            }
+    elif sway.harmonic is not None and surge.verdict == _DOES_NOT and _follows_speed(stage, psi):
+        told["sway"] = sway.but(
+            suspects=("compass",),
+            verdict=_DEPENDS,
+            sentence="the error turns with the heading in proportion to speed, in sway alone, which would point to the "
+            "compass",
         )
     return told
 

@@ -1,9 +1,8 @@
 """Error against lag: whether the model answers too early or too late."""
 
-from typing import Any
-
 import numpy as np
 
+from ...physics.record import Number, Record
 from ...physics.thrusters import first_order_lag
 from ..wording import AXES, number, percent
 from .evidence import contiguous, draws, earth_columns, static_columns
@@ -16,10 +15,31 @@ _GAIN = 0.05
 _MATERIAL = 0.05
 """Error that the lag makes, as a share of the usual acceleration."""
 _FEWEST = 8
-_SUSPECTS = ["thruster_lag", "input_delay"]
+_SUSPECTS = ("thruster_lag", "input_delay")
+_CANNOT = "this log cannot tell"
 
 
-def against_lag(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
+class Lag(Record):
+    """By how much the boat answers its thrusters after the model, on one axis.
+
+    Attributes
+    ----------
+    seconds, ci95 : positive where the boat answers later than the model; None where this log cannot tell
+    correlation : of the error with the error that this lag would make, both beside the present motion and commands
+    suspects : what it would point to
+    verdict : "early" (the model is), "late", "in step", "this log cannot tell"
+    sentence : the same in words
+    """
+
+    seconds: Number | None = None
+    ci95: tuple[Number, Number] | None = None
+    correlation: Number | None = None
+    suspects: tuple[str, ...] = ()
+    verdict: str = _CANNOT
+    sentence: str = "this log cannot tell: the commands change too little to time the answer"
+
+
+def against_lag(stage: Scene, thrust: Array) -> dict[str, Lag]:
     """By how much the boat answers its thrusters after the model, by axis.
 
     The acceleration that the thrusters give is delayed, or lags (whichever fits better), with its size fixed; what
@@ -33,9 +53,7 @@ def against_lag(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
 
     Returns
     -------
-    By axis: `seconds` (positive: the boat answers later than the model; null where this log cannot tell), `ci95`,
-    `correlation` (of the error with the error that this lag would make, both beside the present motion and commands),
-    `verdict` ("early": the model is, "late", "in step", "this log cannot tell"), `suspects`, `sentence`.
+    By axis.
     """
     lags = np.arange(round(_REACH[0] / stage.step), round(_REACH[1] / stage.step) + 1)
     delays = lags[lags >= 0]
@@ -43,7 +61,7 @@ def against_lag(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
     usable = rows[np.isfinite(stage.error[rows]).all(axis=1)]
     blocks = np.unique(stage.block[usable], return_inverse=True)[1]
     if not usable.size or blocks.max() + 1 < _FEWEST:
-        return {axis: _untold() for axis in AXES}
+        return dict.fromkeys(AXES, Lag())
     beside = np.column_stack([static_columns(stage), earth_columns(stage)])[usable]
     base, size, _ = np.linalg.svd(beside / np.maximum(np.linalg.norm(beside, axis=0), 1e-12), full_matrices=False)
     base = base[:, size > 1e-8 * size[0]]
@@ -51,7 +69,7 @@ def against_lag(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
     told = {}
     for k, axis in enumerate(AXES):
         if not pushed[k]:
-            told[axis] = {**_untold(), "sentence": "the thrusters hardly push on this axis"}
+            told[axis] = Lag(sentence="the thrusters hardly push on this axis")
             continue
         now = thrust[usable, k]
         delayed = np.column_stack([thrust[usable - lag, k] for lag in lags])
@@ -77,11 +95,11 @@ def _lagged(thrust: Array, constants: Array, stage: Scene) -> Array:
     return found
 
 
-def _judged(squares: Array, left: Array, lags: Array, stage: Scene, axis: int) -> dict[str, Any]:
+def _judged(squares: Array, left: Array, lags: Array, stage: Scene, axis: int) -> Lag:
     now = int(np.flatnonzero(lags == 0)[0])
     sums = squares.sum(axis=0)
     if sums[now] <= 1e-18:
-        return {**_untold(), "verdict": "in step", "seconds": 0.0, "sentence": "there is no error to speak of"}
+        return Lag(seconds=0.0, verdict="in step", sentence="there is no error to speak of")
     best = _lowest(sums, lags)
     drawn = np.sort([_lowest(row, lags) for row in draws(squares.shape[0])[:399] @ squares])
     low, high = (float(drawn[k]) * stage.step for k in (round(0.025 * 398), round(0.975 * 398)))
@@ -95,32 +113,27 @@ def _judged(squares: Array, left: Array, lags: Array, stage: Scene, axis: int) -
     # A boat may answer late, but hardly early: less than a row early is the filter's and the noise's.
     early = -stage.step < seconds <= 0.0
     clear = not low <= 0.0 <= high and not early and gain > _GAIN and size > _MATERIAL * stage.spread[axis] and not ends
-    found = {
-        "seconds": round(seconds, 3),
-        "ci95": [round(low, 3), round(high, 3)],
-        "correlation": round(correlation, 3),
-        "suspects": [],
-    }
+    found = Lag(seconds=round(seconds, 3), ci95=(round(low, 3), round(high, 3)), correlation=round(correlation, 3))
     if clear and seconds > 0.0:
-        return found | {
-            "verdict": "early",
-            "suspects": _SUSPECTS,
-            "sentence": f"the model answers {number(seconds, 2)} s before the boat, which makes {percent(gain)} of the "
+        return found.but(
+            verdict="early",
+            suspects=_SUSPECTS,
+            sentence=f"the model answers {number(seconds, 2)} s before the boat, which makes {percent(gain)} of the "
             "squared error that the present speeds and commands leave: would point to thruster lag, input delay, or "
             "channels out of step",
-        }
+        )
     if clear:
-        return found | {
-            "verdict": "late",
-            "sentence": f"the model answers {number(-seconds, 2)} s after the boat, which no boat does: "
+        return found.but(
+            verdict="late",
+            sentence=f"the model answers {number(-seconds, 2)} s after the boat, which no boat does: "
             "look for channels that are out of step",
-        }
+        )
     if high - low > 0.5 or ends:
-        return found | {"seconds": None, **_cannot()}
-    return found | {
-        "verdict": "in step",
-        "sentence": f"the model is in step to {number(max(abs(low), abs(high), stage.step / 2), 1)} s",
-    }
+        return Lag(ci95=found.ci95, correlation=found.correlation)
+    return found.but(
+        verdict="in step",
+        sentence=f"the model is in step to {number(max(abs(low), abs(high), stage.step / 2), 1)} s",
+    )
 
 
 def _lowest(sums: Array, lags: Array) -> float:
@@ -131,14 +144,3 @@ def _lowest(sums: Array, lags: Array) -> float:
     before, here, after = sums[k - 1 : k + 2]
     bend = before - 2.0 * here + after
     return float(lags[k] + (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
-
-
-def _cannot() -> dict[str, Any]:
-    return {
-        "verdict": "this log cannot tell",
-        "sentence": "this log cannot tell: the commands change too little to time the answer",
-    }
-
-
-def _untold() -> dict[str, Any]:
-    return {"seconds": None, "ci95": None, "correlation": None, "suspects": [], **_cannot()}

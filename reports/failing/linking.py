@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from math import factorial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...discovery.findings import Removal
 from ...physics.effects import EFFECTS
 from ...physics.errors import VehicleError
 from ...physics.vehicle import Vehicle
@@ -49,8 +49,8 @@ class Contributions:
     removed: Array
     missed: Array
 
-    def to(self, stage: Scene, rows: NDArray[np.bool_], axis: int) -> tuple[list[dict[str, Any]], str]:
-        """The effects that remove the error of a place on one axis: `effect`, `share_removed`, `sentence`; or why none.
+    def to(self, stage: Scene, rows: NDArray[np.bool_], axis: int) -> tuple[tuple[Removal, ...], str]:
+        """The effects that remove the error of a place on one axis; or why none.
 
         An effect is named when it removes a tenth of the squared error there and the 95 % interval of that share, over
         blocks, lies above zero; and when, on the held-out rows of the place alone, at least 2 s of them, it removes
@@ -62,10 +62,10 @@ class Contributions:
         total, unseen_total = square[inside].sum(), square[unseen].sum()
         seconds = float(unseen.sum() * stage.step)
         if seconds < _HELD_OUT_SECONDS:
-            return [], _UNSEEN.format(seconds=seconds, least=_HELD_OUT_SECONDS)
+            return (), _UNSEEN.format(seconds=seconds, least=_HELD_OUT_SECONDS)
         if total <= 0.0 or unseen_total <= 0.0:
-            return [], ""
-        found = []
+            return (), ""
+        found: list[Removal] = []
         blocks = np.unique(stage.block[inside])
         for k, effect in enumerate(self.effects):
             removed, missed = self.removed[k, :, axis], self.missed[k, :, axis]
@@ -78,9 +78,8 @@ class Contributions:
                 sentence = (
                     f"{words(effect)} ({self.changes[k]}) removes {share_removed(share)} of the squared error here"
                 )
-                told = {"effect": effect, "share_removed": round(float(share), 4), "sentence": sentence}
-                found.append(told)
-        return sorted(found, key=lambda one: -one["share_removed"]), "" if found else _NONE_ALONE
+                found.append(Removal(effect=effect, share_removed=round(float(share), 4), sentence=sentence))
+        return tuple(sorted(found, key=lambda one: -one.share_removed)), "" if found else _NONE_ALONE
 
 
 def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Contributions | None:

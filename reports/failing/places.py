@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
-from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ...discovery.findings import FailingPlace
 from ..wording import ACCELERATION_UNITS, AXES
 from .evidence import draws
 from .features import features
@@ -50,23 +50,24 @@ class Failure:
     place: Place
     axis: int
 
-    def told(self, stage: Scene) -> dict[str, Any]:
-        """As `comparison.json` has it: `where`, `axis`, `share_of_error`, `share_of_rows`, `rows`, `rmse`, `unit`."""
+    def told(self, stage: Scene, model: str) -> FailingPlace:
+        """As `comparison.json` has it, without what becomes of the error."""
         error = stage.error[:, self.axis]
         usable = np.isfinite(error)
         inside, squares = self.place.inside & usable, np.square(np.where(usable, error, 0.0))
-        return {
-            "where": self.place.where,
-            "axis": AXES[self.axis],
-            "share_of_error": round(float(squares[inside].sum() / squares.sum()), 4),
-            "share_of_rows": round(float(inside.sum() / usable.sum()), 4),
-            "rows": int(inside.sum()),
-            "rmse": round(float(np.sqrt(squares[inside].mean())), 6),
-            "unit": ACCELERATION_UNITS[AXES[self.axis]],
-        }
+        return FailingPlace(
+            model=model,
+            where=self.place.where,
+            axis=AXES[self.axis],
+            share_of_error=round(float(squares[inside].sum() / squares.sum()), 4),
+            share_of_rows=round(float(inside.sum() / usable.sum()), 4),
+            rows=int(inside.sum()),
+            rmse=round(float(np.sqrt(squares[inside].mean())), 6),
+            unit=ACCELERATION_UNITS[AXES[self.axis]],
+        )
 
 
-def failures(series: pd.DataFrame, model: str = "before", *, limit: int = LIMIT) -> list[dict[str, Any]]:
+def failures(series: pd.DataFrame, model: str = "before", *, limit: int = LIMIT) -> list[FailingPlace]:
     """The few regimes that hold far more of the squared acceleration error than of the time.
 
     Parameters
@@ -80,11 +81,11 @@ def failures(series: pd.DataFrame, model: str = "before", *, limit: int = LIMIT)
 
     Returns
     -------
-    list of dict
-        Worst first: `model`, and as `Failure.told`.
+    list of FailingPlace
+        Worst first.
     """
     stage = scene(series, model)
-    return [{"model": model, **found.told(stage)} for found in worst_places(stage, limit)]
+    return [found.told(stage, model) for found in worst_places(stage, limit)]
 
 
 def worst_places(stage: Scene, limit: int = LIMIT) -> list[Failure]:

@@ -1,54 +1,47 @@
 """Where the models fail, on the terminal: the worst places with what removes them, and what the error is like."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ...discovery.findings import FailingPlace
 from ..layout import Fitting, Prose, glossary, plain_table, section
 from ..wording import AXES, number, percent, share_removed, unit_text, words
-from .whose import told_of
+from .tell import Structure
 
-_WORTH_TELLING = {
-    "frequency": {"slow force", "answer to commands", "slow, of unknown origin"},
-    "lag": {"early", "late"},
-    "heading": {"depends on heading"},
-    "drift": {"drifts", "grows", "shrinks"},
+_NEWS = {
+    *("slow force", "answer to commands", "slow, of unknown origin"),
+    *("early", "late"),
+    "depends on heading",
+    *("drifts", "grows", "shrinks"),
 }
 """Verdicts of the looks at an error that are news."""
 
 
-def failures_table(failures: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> RenderableType:
-    """Where the models fail: the content of `comparison.json` (or `findings.json`), or its list of failures.
+def failures_table(places: Sequence[FailingPlace], whose: str = "") -> RenderableType:
+    """Where the models fail; `whose` says of which models that is told.
 
     What removes the error stands in a column of its own where there is room, else below the place.
     """
-    places = (failures.get("failures") or []) if isinstance(failures, Mapping) else failures
-    whose = told_of(failures) if isinstance(failures, Mapping) else ""
     return Fitting([_failures_in(places, whose, beside) for beside in (True, False)])
 
 
-def structure_list(comparison: Mapping[str, Any]) -> RenderableType | None:
+def structure_list(structure: Sequence[Structure]) -> RenderableType | None:
     """What is plain about the error of the first model by frequency, lag, heading and time; None when nothing is."""
-    structure = comparison.get("structure") or []
     if not structure:
         return None
     first = structure[0]
-    pairs = []
-    for axis in AXES:
-        for look, news in _WORTH_TELLING.items():
-            found = first[look][axis]
-            if found["verdict"] in news:
-                pairs.append((axis, unit_text(str(found["sentence"]))))
-    return section(f"What the error of the {first['model']} model is like", glossary(pairs)) if pairs else None
+    looks = (first.frequency, first.lag, first.heading, first.drift)
+    pairs = [(axis, unit_text(told[axis].sentence)) for axis in AXES for told in looks if told[axis].verdict in _NEWS]
+    return section(f"What the error of the {first.model} model is like", glossary(pairs)) if pairs else None
 
 
-def _failures_in(places: Sequence[Mapping[str, Any]], whose: str, beside: bool) -> Table:
-    rows_of = {str(place["rows_of"]) for place in places if "rows_of" in place}
+def _failures_in(places: Sequence[FailingPlace], whose: str, beside: bool) -> Table:
+    rows_of = {place.rows_of for place in places if place.rows_of is not None}
     title = f"Where it fails ({', '.join(map(_rows_in_words, sorted(rows_of)))})" if rows_of else "Where it fails"
-    known = any(place.get("removed_by") for place in places)
+    known = any(place.removed_by for place in places)
     caption = "Removed by: adding it lowers the error there on held-out rows too." if known else ""
     caption = caption if places else "The error is spread evenly: no regime stands out."
     table = plain_table(title, " ".join(filter(None, (whose, caption))))
@@ -62,21 +55,17 @@ def _failures_in(places: Sequence[Mapping[str, Any]], whose: str, beside: bool) 
     if known and beside:
         table.add_column("removed by", no_wrap=True)
     for place in places:
-        removed = [
-            f"{words(str(one['effect']))} {share_removed(one['share_removed'])}"
-            for one in place.get("removed_by") or []
-        ]
-        where = str(place.get("where", ""))
+        removed = [f"{words(one.effect)} {share_removed(one.share_removed)}" for one in place.removed_by]
         below = [] if beside or not removed else [f"removed by {', '.join(removed)}"]
-        if place.get("unlinked"):
-            below.append(f"removed by: {place['unlinked']}")
+        if place.unlinked:
+            below.append(f"removed by: {place.unlinked}")
         table.add_row(
-            Text(str(place.get("model", "nominal"))),
-            Group(*map(Prose, [where, *below])),
-            Text(str(place.get("axis", ""))),
-            percent(place.get("share_of_error")),
-            percent(place.get("share_of_rows"), blank=""),
-            Text(f"{number(place['rmse'], 2)} {unit_text(str(place.get('unit', '')))}" if "rmse" in place else ""),
+            Text(place.model),
+            Group(*map(Prose, [place.where, *below])),
+            Text(place.axis),
+            percent(place.share_of_error),
+            percent(place.share_of_rows, blank=""),
+            Text("" if place.rmse is None else f"{number(place.rmse, 2)} {unit_text(place.unit)}"),
             *[Text("\n".join(removed))] * (known and beside),
         )
     return table

@@ -1,11 +1,11 @@
 """The page's section on where the models fail: map before and after, regimes, times, and the structure of the error."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
+from ...discovery.findings import FailingPlace
 from ..figures import regime_bars
 from ..markup import Html, element, figure, lines, render, table
 from ..plotted import regime_rows
@@ -16,20 +16,16 @@ from ..wording import ACCELERATION_UNITS, AXES, NARROW, percent, share_removed, 
 from .drawings import by_heading, error_map, heat_steps, local_error, spectra
 from .regimes import regime_table
 from .scene import scene
+from .segments import FailingSeconds
+from .tell import Structure
 from .whose import told_of
 
-_LOOKS = (
-    ("frequency", "Fast or slow"),
-    ("lag", "Early or late"),
-    ("heading", "With the heading"),
-    ("drift", "Over time"),
-)
+_LOOKS = ("Fast or slow", "Early or late", "With the heading", "Over time")
 
 
 def where_it_fails(run: RunFolder) -> Html:
     """Where the error gathers before and after: from above, by regime, in time, by frequency and heading."""
-    places = run.comparison.get("failures") or run.findings.get("failures") or []
-    structure = run.comparison.get("structure") or []
+    places, structure = run.comparison.failures or run.findings.failures, run.comparison.structure
     rows, held_out = regime_rows(run.series)
     source = (
         "held-out data" if held_out else "all parts of the log, because the held-out part alone is too short for a map"
@@ -44,7 +40,7 @@ def where_it_fails(run: RunFolder) -> Html:
     return render(
         element("h2", "Where it fails"),
         _maps(run.series, places),
-        _worst(places, told_of(run.comparison)),
+        _worst(places, told_of(run.comparison.models, structure)),
         legend(("before", "after")),
         bars,
         _times(structure),
@@ -52,9 +48,9 @@ def where_it_fails(run: RunFolder) -> Html:
     )
 
 
-def _maps(series: pd.DataFrame, places: Sequence[Mapping[str, Any]]) -> Html:
+def _maps(series: pd.DataFrame, places: Sequence[FailingPlace]) -> Html:
     """The longest log from above, before and after, on one scale of colour."""
-    axis = AXES.index(str(places[0]["axis"])) if places and places[0].get("axis") in AXES else _worst_axis(series)
+    axis = AXES.index(places[0].axis) if places and places[0].axis in AXES else _worst_axis(series)
     longest = series[series["log"] == series["log"].value_counts(sort=False).idxmax()]
     errors = [local_error(longest, model, axis) for model in ("before", "after")]
     bounds = heat_steps(float(scene(longest).spread[axis]), errors)
@@ -97,18 +93,18 @@ def _worst_axis(series: pd.DataFrame) -> int:
     return int(np.argmax([e / max(float(np.nanstd(series[n])), 1e-12) for e, n in zip(error, names, strict=True)]))
 
 
-def _worst(places: Sequence[Mapping[str, Any]], whose: str) -> Html:
+def _worst(places: Sequence[FailingPlace], whose: str) -> Html:
     """The regimes in which the error gathers, and what removes it; `whose` says of which models that is told."""
     if not places:
         text = f"No regime stands out: what error there is, is spread evenly. {whose}".rstrip()
         return element("p", text, cls="facts")
     rows = [
         (
-            str(place.get("model", "nominal")),
-            str(place.get("where")),
-            str(place.get("axis")),
-            percent(place.get("share_of_error")),
-            percent(place["share_of_rows"]) if "share_of_rows" in place else f"{place.get('rows', '')} rows",
+            place.model,
+            place.where,
+            place.axis,
+            percent(place.share_of_error),
+            f"{place.rows} rows" if place.share_of_rows is None else percent(place.share_of_rows),
             _fall(place),
             _removed(place),
         )
@@ -133,22 +129,21 @@ def _worst(places: Sequence[Mapping[str, Any]], whose: str) -> Html:
     )
 
 
-def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
+def _times(structure: Sequence[Structure]) -> Html:
     """The stretches of time with the largest error."""
-    linked = any(place.get("removed_by") or place.get("unlinked") for one in structure for place in one["segments"])
+    linked = any(place.removed_by or place.unlinked for one in structure for place in one.segments)
     rows = [
         (
-            str(one["model"]),
-            f"{place['from']:.0f} to {place['to']:.0f} s".replace(" ", NARROW)
-            + f", log {place['log'] + 1}" * bool(place["log"]),
-            str(place["doing"]),
-            str(place["axis"]),
-            percent(place["share_of_error"]),
+            one.model,
+            f"{place.begin:.0f} to {place.end:.0f} s".replace(" ", NARROW) + f", log {place.log + 1}" * bool(place.log),
+            place.doing,
+            place.axis,
+            percent(place.share_of_error),
             _fall(place),
             *[_removed(place)] * linked,
         )
         for one in structure
-        for place in one["segments"]
+        for place in one.segments
     ]
     if not rows:
         return Html("")
@@ -166,12 +161,12 @@ def _times(structure: Sequence[Mapping[str, Any]]) -> Html:
     return element("div", element("h3", "The worst seconds"), table(head, rows, "llllrrl"), *note, cls="card")
 
 
-def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
+def _structure(structure: Sequence[Structure]) -> Html:
     """What the errors are like: spectra, headings, and in words."""
-    known = [one for one in structure if one["frequency"][AXES[0]]["hz"]]
+    known = [one for one in structure if one.frequency[AXES[0]].hz]
     if not known:
         return Html("")
-    frequency, heading = [one["frequency"] for one in known], [one["heading"] for one in known]
+    frequency, heading = [one.frequency for one in known], [one.heading for one in known]
     fast = figure(
         [spectra(frequency, axis) for axis in AXES],
         "Power of the measured acceleration and of the errors by frequency. An orange line as high as the measured one "
@@ -186,28 +181,27 @@ def _structure(structure: Sequence[Mapping[str, Any]]) -> Html:
     )
     first = structure[0]
     told = []
-    for key, title in _LOOKS:
-        sentences = [f"{axis}: {first[key][axis]['sentence']}" for axis in AXES]
+    for title, look in zip(_LOOKS, (first.frequency, first.lag, first.heading, first.drift), strict=True):
+        sentences = [f"{axis}: {look[axis].sentence}" for axis in AXES]
         told += [element("dt", title), *(element("dd", text) for text in sentences)]
-    name = str(first["model"])
     in_words = element(
-        "div", element("h3", f"The error of the {name} model in words"), element("dl", *told, cls="told"), cls="card"
+        "div",
+        element("h3", f"The error of the {first.model} model in words"),
+        element("dl", *told, cls="told"),
+        cls="card",
     )
     key = legend(("measured", "before", "after") if len(known) > 1 else ("measured", "before"))
     return render(element("h3", "What the error is like"), key, fast, turned, in_words)
 
 
-def _fall(place: Mapping[str, Any]) -> Html:
+def _fall(place: FailingPlace | FailingSeconds) -> Html:
     """Error in a place, before and below it after where both are known: a cell so narrow that none cuts it."""
-    if "rmse" not in place:
-        return Html("")
-    ends = [place["rmse"], *([place["rmse_after"]] if "rmse_after" in place else [])]
-    unit, signs = unit_text(str(place.get("unit", ""))), ("", "\N{RIGHTWARDS ARROW} ")
+    ends = [end for end in (place.rmse, place.rmse_after) if end is not None]
+    unit, signs = unit_text(place.unit), ("", "\N{RIGHTWARDS ARROW} ")
     return render(*lines(f"{sign}{typeset(end, 2)} {unit}" for sign, end in zip(signs, ends, strict=False)))
 
 
-def _removed(place: Mapping[str, Any]) -> Html:
-    found = place.get("removed_by") or []
-    if not found and place.get("unlinked"):
-        return element("span", str(place["unlinked"]), cls="facts")
-    return render(*lines(f"{words(str(one['effect']))} ({share_removed(one['share_removed'])})" for one in found))
+def _removed(place: FailingPlace | FailingSeconds) -> Html:
+    if not place.removed_by and place.unlinked:
+        return element("span", place.unlinked, cls="facts")
+    return render(*lines(f"{words(one.effect)} ({share_removed(one.share_removed)})" for one in place.removed_by))

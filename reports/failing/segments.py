@@ -1,11 +1,13 @@
 """When a model fails: the few seconds with the largest error, and what the boat was doing then."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AliasChoices, Field
 
+from ...discovery.findings import Removal
+from ...physics.record import Number, Record, Whole, absent
 from ..wording import ACCELERATION_UNITS, AXES
 from .evidence import contiguous
 from .features import doing
@@ -25,6 +27,32 @@ _MEMORY = 3.0
 """Lags [s] up to which the error's colour is looked at."""
 
 
+class FailingSeconds(Record):
+    """Some seconds with a large error, as `comparison.json` has them.
+
+    Attributes
+    ----------
+    log : its number
+    begin, end : times [s]; `from` and `to` in the file
+    axis, rmse, unit : of the error
+    share_of_error : of the squared error of the axis in the whole log
+    doing : what the boat was doing
+    rmse_after, removed_by, unlinked : as of a `FailingPlace`
+    """
+
+    log: Whole
+    begin: Number = Field(validation_alias=AliasChoices("begin", "from"), serialization_alias="from")
+    end: Number = Field(validation_alias=AliasChoices("end", "to"), serialization_alias="to")
+    axis: str
+    rmse: Number
+    unit: str = ""
+    share_of_error: Number
+    doing: str
+    rmse_after: Number | None = absent()
+    removed_by: tuple[Removal, ...] = ()
+    unlinked: str | None = absent()
+
+
 @dataclass(frozen=True, slots=True)
 class Segment:
     """Some seconds on one axis (0 to 2): the rows in it (n,)."""
@@ -32,21 +60,21 @@ class Segment:
     rows: NDArray[np.bool_]
     axis: int
 
-    def told(self, stage: Scene) -> dict[str, Any]:
+    def told(self, stage: Scene) -> FailingSeconds:
         """As `comparison.json` has it, without what removes its error."""
         index = np.flatnonzero(self.rows)
         time, error = stage.column("time"), stage.error[:, self.axis]
         squares = np.square(np.where(np.isfinite(error), error, 0.0))
-        return {
-            "log": int(stage.log[index[0]]),
-            "from": round(float(time[index[0]]), 2),
-            "to": round(float(time[index[-1]]), 2),
-            "axis": AXES[self.axis],
-            "rmse": round(float(np.sqrt(squares[index].mean())), 6),
-            "unit": ACCELERATION_UNITS[AXES[self.axis]],
-            "share_of_error": round(float(squares[index].sum() / squares.sum()), 4),
-            "doing": doing(stage, self.rows),
-        }
+        return FailingSeconds(
+            log=int(stage.log[index[0]]),
+            begin=round(float(time[index[0]]), 2),
+            end=round(float(time[index[-1]]), 2),
+            axis=AXES[self.axis],
+            rmse=round(float(np.sqrt(squares[index].mean())), 6),
+            unit=ACCELERATION_UNITS[AXES[self.axis]],
+            share_of_error=round(float(squares[index].sum() / squares.sum()), 4),
+            doing=doing(stage, self.rows),
+        )
 
 
 def segments(stage: Scene, limit: int = LIMIT) -> list[Segment]:

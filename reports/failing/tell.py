@@ -1,28 +1,55 @@
 """Everything about where two models fail, as `comparison.json` says it."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, TypeVar
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from pydantic import BeforeValidator
 
+from ...discovery.findings import FailingPlace
 from ...measurements.dataset import DataSet
+from ...physics.record import Record
 from ...residuals.models import Model
 from ..plotted import ENOUGH_SECONDS
 from ..wording import AXES
 from .along import Along
-from .drift import over_time
-from .frequency import NOISE, against_frequency
-from .heading import against_heading
-from .lag import against_lag
+from .drift import Drift, over_time
+from .frequency import NOISE, Frequency, against_frequency
+from .heading import Heading, against_heading
+from .lag import Lag, against_lag
 from .linking import Contributions, contributions
 from .places import worst_places
 from .scene import Array, Scene, scene
-from .segments import segments
+from .segments import FailingSeconds, segments
 
 _FALLS = 0.9
 """Share of an error below which it is told why no effect is named for its fall."""
+
+
+def _of_every_axis(content: object) -> object:
+    if isinstance(content, Mapping) and not set(AXES) <= set(content):
+        raise ValueError(f"an entry for each of {', '.join(AXES)}")
+    return content
+
+
+_EVERY = BeforeValidator(_of_every_axis)
+
+
+class Structure(Record):
+    """In what the errors of a model are alike: the worst seconds, and the looks at its error by axis."""
+
+    model: str
+    rows_of: str = ""
+    segments: tuple[FailingSeconds, ...] = ()
+    frequency: Annotated[Mapping[str, Frequency], _EVERY]
+    lag: Annotated[Mapping[str, Lag], _EVERY]
+    heading: Annotated[Mapping[str, Heading], _EVERY]
+    drift: Annotated[Mapping[str, Drift], _EVERY]
+
+
+Told = TypeVar("Told", FailingPlace, FailingSeconds)
 
 
 def where_they_fail(
@@ -33,7 +60,7 @@ def where_they_fail(
     judge: str,
     *,
     link: bool = True,
-) -> dict[str, list[dict[str, Any]]]:
+) -> tuple[tuple[FailingPlace, ...], tuple[Structure, ...]]:
     """Where the first and the last model of a series fail, in what their errors are alike, and what removes them.
 
     Parameters
@@ -48,7 +75,7 @@ def where_they_fail(
 
     Returns
     -------
-    `failures` and `structure` of `comparison.json`.
+    The failures, and the structure of the errors.
     """
     judged, rows_of = judged_rows(table, judge)
     names = [(before, "before"), *([(after, "after")] if after is not None else [])]
@@ -56,35 +83,38 @@ def where_they_fail(
     along = Along(parts)
     effects = contributions(before, after, along, whole) if after is not None and link else None
     later = np.square(scene(table, "after").error) if after is not None else None
-    failures: list[dict[str, Any]] = []
-    structure: list[dict[str, Any]] = []
+    failures: list[FailingPlace] = []
+    structure: list[Structure] = []
     for model, which in names:
         stage = scene(table[judged], which)
         first = which == "before"
         fate = _Fate(whole, judged, effects if first else None, later if first else None)
-        looks = structure_of(stage, along.thrust(model.vehicle)[judged])
-        heard = [looks["frequency"][axis]["verdict"] not in NOISE for axis in AXES]
+        looks = structure_of(stage, along.thrust(model.vehicle)[judged], model.name, rows_of)
+        heard = [looks.frequency[axis].verdict not in NOISE for axis in AXES]
         for found in (place for place in worst_places(stage) if heard[place.axis]):
-            told = {"model": model.name, **found.told(stage), "rows_of": rows_of}
-            failures.append({**told, **fate.of(found.place.inside, found.axis)})
-        seconds = [{**one.told(stage), **fate.of(one.rows, one.axis)} for one in segments(stage) if heard[one.axis]]
-        structure.append({"model": model.name, "rows_of": rows_of, "segments": seconds, **looks})
-    return {"failures": failures, "structure": structure}
+            told = found.told(stage, model.name).but(rows_of=rows_of)
+            failures.append(fate.of(told, found.place.inside, found.axis))
+        seconds = [fate.of(one.told(stage), one.rows, one.axis) for one in segments(stage) if heard[one.axis]]
+        structure.append(looks.but(segments=tuple(seconds)))
+    return tuple(failures), tuple(structure)
 
 
-def structure_of(stage: Scene, thrust: Array) -> dict[str, dict[str, Any]]:
-    """The looks at one model's error by axis: `frequency`, `lag`, `heading`, `drift`.
+def structure_of(stage: Scene, thrust: Array, model: str, rows_of: str) -> Structure:
+    """The looks at one model's error by axis, without its worst seconds.
 
     Parameters
     ----------
     thrust : (n, 3) the part of the modelled acceleration that the thrusters give
+    model, rows_of : its name, and the part that was looked at
     """
-    return {
-        "frequency": against_frequency(stage),
-        "lag": against_lag(stage, thrust),
-        "heading": against_heading(stage),
-        "drift": over_time(stage),
-    }
+    return Structure(
+        model=model,
+        rows_of=rows_of,
+        frequency=against_frequency(stage),
+        lag=against_lag(stage, thrust),
+        heading=against_heading(stage),
+        drift=over_time(stage),
+    )
 
 
 def judged_rows(table: pd.DataFrame, judge: str) -> tuple[NDArray[np.bool_], str]:
@@ -104,13 +134,14 @@ class _Fate:
     ) -> None:
         self._whole, self._judged, self._effects, self._later = whole, np.flatnonzero(judged), effects, later
 
-    def of(self, inside: NDArray[np.bool_], axis: int) -> dict[str, Any]:
+    def of(self, told: Told, inside: NDArray[np.bool_], axis: int) -> Told:
+        """What is told of a place, with that."""
         rows = np.zeros(len(self._whole.table), bool)
         rows[self._judged[inside]] = True
-        removed, why = ([], "") if self._effects is None else self._effects.to(self._whole, rows, axis)
+        removed, why = ((), "") if self._effects is None else self._effects.to(self._whole, rows, axis)
         if self._later is None:
-            return {"removed_by": removed}
+            return told.but(removed_by=removed)
         after = float(np.sqrt(np.nanmean(self._later[rows, axis])))
         before = float(np.sqrt(np.nanmean(np.square(self._whole.error[rows, axis]))))
-        told = {"rmse_after": round(after, 6), "removed_by": removed}
-        return told | ({"unlinked": why} if why and after < _FALLS * before else {})
+        unlinked = why if why and after < _FALLS * before else None
+        return told.but(rmse_after=round(after, 6), removed_by=removed, unlinked=unlinked)

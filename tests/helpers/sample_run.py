@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from undertow.discovery.findings import Removal
 from undertow.reports.failing.places import failures
 from undertow.reports.failing.scene import scene
 from undertow.reports.failing.segments import segments
-from undertow.reports.failing.tell import structure_of
+from undertow.reports.failing.tell import Structure, structure_of
 
 RATE = 10
 NOMINAL = {"X_u": -15.0, "X_uu": 0.0, "N_r": -6.0, "N_rr": 0.0, "Y_v": -40.0, "Y_vv": 0.0, "stbd": 1.0}
@@ -25,14 +26,14 @@ EFFECTS = {
 }
 
 
-def structure(series: pd.DataFrame, name: str, which: str) -> dict[str, Any]:
-    """What the error of a model is like, as `comparison.json` has it."""
+def structure(series: pd.DataFrame, name: str, which: str) -> Structure:
+    """What the error of a model is like."""
     stage = scene(series, which)
     push = series[["newton_port", "newton_stbd"]].to_numpy()
     thrust = np.column_stack([push.sum(axis=1), 0.0 * push[:, 0], 0.3 * (push[:, 0] - push[:, 1])]) / 30.0
-    removed = [{"effect": "surge_quadratic_damping", "share_removed": 0.8, "sentence": "it removes 80 % of it"}]
-    worst = [{**one.told(stage), "removed_by": removed if which == "before" else []} for one in segments(stage)]
-    return {"model": name, "rows_of": "all", "segments": worst, **structure_of(stage, thrust)}
+    removed = (Removal(effect="surge_quadratic_damping", share_removed=0.8, sentence="it removes 80 % of it"),)
+    worst = [one.told(stage).but(removed_by=removed if which == "before" else ()) for one in segments(stage)]
+    return structure_of(stage, thrust, name, "all").but(segments=tuple(worst))
 
 
 def acceleration(state, command, p):
@@ -172,20 +173,19 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
         "headline": "The model lacks quadratic drag in surge, sway and yaw, and the starboard thruster is weak (81 %).",
         "criterion": {
             "materiality": 0.02,
-            "text": "a held-out gain in every block, and 2 % of the force scale of its axis",
+            "material": "a held-out gain in every block, and 2 % of the force scale of its axis",
         },
-        "notes": ["commands lead the velocities by 0.02 s"],
         "missing": list(EFFECTS),
         "candidates": candidates,
         "unnamed": [{"axis": "yaw", "form": "u|r|", "value": -1.2, "ci95": [-1.5, -0.9]}],
         "steps": steps,
-        "failures": places["nominal"],
+        "failures": [place.to_dict() for place in places["nominal"]],
         "advice": [{"manoeuvre": "20/20 zigzag astern", "why": "would tell u|r| from ur"}],
         "data": {
             "rows": count,
             "seconds": seconds,
             "split": "chronological 70/15/15",
-            "notes": ["frame ENU, converted"],
+            "notes": ["frame ENU, converted", "commands lead the velocities by 0.02 s"],
         },
     }
     comparison = {
@@ -204,8 +204,8 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
             }
             for name, step in (("nominal", steps[0]), ("corrected", steps[-1]))
         ],
-        "failures": [{**place, "model": name} for name, found in places.items() for place in found],
-        "structure": [structure(series, *pair) for pair in (("nominal", "before"), ("corrected", "after"))],
+        "failures": [place.but(model=name).to_dict() for name, found in places.items() for place in found],
+        "structure": [structure(series, *pair).to_dict() for pair in (("nominal", "before"), ("corrected", "after"))],
     }
     thruster = {
         "x": -0.488,
