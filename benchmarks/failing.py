@@ -51,31 +51,29 @@ def judged(found: Run, effect: str | None) -> dict[str, Any]:
         name for c in findings.candidates if c.effect == effect for name in (*c.indistinguishable_from, c.effect)
     }
     alike |= {c.effect for c in findings.candidates if effect in c.indistinguishable_from}
-    nominal = comparison["structure"][0]
-    places = [place for place in comparison["failures"] if place["model"] == "nominal"]
-    after = [place for place in comparison["failures"] if place["model"] != "nominal"]
-    links = [[one["effect"] for one in place["removed_by"]] for place in (*places, *nominal["segments"])]
+    nominal = comparison.structure[0]
+    places = [place for place in comparison.failures if place.model == "nominal"]
+    after = [place for place in comparison.failures if place.model != "nominal"]
+    links = [[one.effect for one in place.removed_by] for place in (*places, *nominal.segments)]
     top = links[0] if places else []
-    odd = [f"heading:{axis}" for axis, one in nominal["heading"].items() if one["verdict"] == "depends on heading"]
+    odd = [f"heading:{axis}" for axis, one in nominal.heading.items() if one.verdict == "depends on heading"]
     odd = [] if effect in OUTSIDE else odd
     if effect not in LATE:
-        odd += [f"lag:{axis}" for axis, one in nominal["lag"].items() if one["suspects"]]
-    odd += [
-        f"drift:{axis}" for axis, one in nominal["drift"].items() if one["verdict"] in ("drifts", "grows", "shrinks")
-    ]
+        odd += [f"lag:{axis}" for axis, one in nominal.lag.items() if one.suspects]
+    odd += [f"drift:{axis}" for axis, one in nominal.drift.items() if one.verdict in ("drifts", "grows", "shrinks")]
     named = {name for link in links for name in link}
     return {
         "effect": effect,
         "missing": findings.missing,
         "told": len(places),
-        "where": f"{places[0]['where']} ({places[0]['axis']})" if places else "",
+        "where": f"{places[0].where} ({places[0].axis})" if places else "",
         "top": "true" if effect in top else "none" if not top else "look-alike" if set(top) <= alike else "wrong",
         "wrong": sorted(named - alike),
         "odd": odd,
         "after": len(after),
-        "segments": len(nominal["segments"]),
-        "heading": [nominal["heading"][axis]["verdict"] for axis in ("surge", "sway")],
-        "lag": [nominal["lag"][axis]["seconds"] for axis in ("surge", "yaw")],
+        "segments": len(nominal.segments),
+        "heading": [nominal.heading[axis].verdict for axis in ("surge", "sway")],
+        "lag": [nominal.lag[axis].seconds for axis in ("surge", "yaw")],
     }
 
 

@@ -66,8 +66,8 @@ def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str) -
         for part, inputs in (("own", case.train), ("held", case.held)):
             data = inputs.parts.judged
             record[part] = {
-                "acceleration": acceleration_score(model, data).to_dict(),
-                "rollout": {h: s.to_dict() for h, s in rollout_scores(model, data).items()},
+                "acceleration": acceleration_score(model, data).record.to_dict(),
+                "rollout": {h: s.record.to_dict() for h, s in rollout_scores(model, data).items()},
             }
         records[name] = record
         target.parent.mkdir(parents=True, exist_ok=True)

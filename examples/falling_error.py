@@ -46,8 +46,8 @@ STYLE: dict[Any, Any] = {
 def main(picture: Path) -> None:
     data = Path(undertow.__file__).parent / "data"
     run = undertow.discover(undertow.read_inputs(data / "gazebo_blueboat.csv.gz", data / "demo.yaml"))
-    errors = pd.DataFrame([step["rollout_rmse"]["10"] for step in run.findings.steps])
-    added = [step["added"] for step in run.findings.steps]
+    errors = pd.DataFrame([step.rollout_rmse["10"].to_dict() for step in run.findings.steps])
+    added = [step.added for step in run.findings.steps]
     names = [f"+ {effect.replace('_', ' ')}" if effect else "nominal model" for effect in added]
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(WIDTH, HEIGHT), facecolor="white")

@@ -154,7 +154,8 @@ def tell(found: Discovery) -> None:
             print(f"  {effect.effect}: {effect.verdict}; {terms}")
     for note in found.notes:
         print(f"  note: {note}")
-    print(f"  {findings.passivity['sentence']}")
+    if findings.passivity is not None:
+        print(f"  {findings.passivity.sentence}")
 
 
 def interval(ci95: object) -> str:

@@ -107,6 +107,9 @@ def _in_words(error: ValidationError) -> str:
     found = error.errors(include_url=False)
     first = found[0]
     place, context = first["loc"], first.get("ctx", {})
+    if first["type"] == "too_long" or (first["type"] == "missing" and isinstance(place[-1], int)):
+        ends = place[:-1] if first["type"] == "missing" else place
+        return f"expected {_EXPECTED['named_tuple_type']} under {_place(ends)!r}, got {shown(first['input'])}"
     if first["type"] == "missing":
         lacking = [repr(one["loc"][-1]) for one in found if one["type"] == "missing" and one["loc"][:-1] == place[:-1]]
         return f"{_place(place[:-1]) or 'the file'} lacks {', '.join(lacking)}"

@@ -217,7 +217,7 @@ def test_a_log_that_asks_for_energy_gets_a_lawful_model_and_its_price():
     assert worst_dissipation(found.vehicle, passivity.envelope, samples=100_000, seed=7).power == 0.0
     assert passivity.price > 0.01
     assert "held at" in passivity.sentence
-    assert any(p.held for p in found.parameters)
+    assert any(p.held_by_law for p in found.parameters)
 
 
 def test_a_model_that_cannot_be_made_lawful_is_not_written():

@@ -23,7 +23,9 @@ from undertow.reports.assess import Parts, series
 from undertow.reports.best import best
 from undertow.reports.compare import compare, compare_run
 from undertow.reports.comparison import calibrated_model, comparison, ends, judge, reference_models
+from undertow.reports.facts import Comparison
 from undertow.reports.failing.screen import failures_table
+from undertow.reports.failing.whose import told_of
 from undertow.reports.folder import write_run
 from undertow.reports.inputs import Inputs, read_inputs
 from undertow.reports.run import discover
@@ -61,7 +63,7 @@ def files(inputs: Inputs, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def found(inputs: Inputs, files: Path) -> dict[str, Any]:
-    return compare(inputs, [files / "true.yaml", files / "unlawful.yaml"])
+    return compare(inputs, [files / "true.yaml", files / "unlawful.yaml"]).to_dict()
 
 
 def by_name(comparison: dict[str, Any]) -> dict[str, Any]:
@@ -188,8 +190,9 @@ def test_the_recommended_model_is_told_of_and_the_others_are_named(found: dict[s
     assert found["best"]["model"] == "true"
     assert [one["model"] for one in found["structure"]] == ["nominal", "true"]
     assert {place["model"] for place in found["failures"]} <= {"nominal", "true"}
+    told = Comparison.read(found, "comparison.json", "")
     printed = io.StringIO()
-    Console(file=printed, width=200).print(failures_table(found))
+    Console(file=printed, width=200).print(failures_table(told.failures, told_of(told.models, told.structure)))
     assert "Told of nominal and true; not looked at: calibrated and unlawful." in printed.getvalue()
 
 
@@ -206,9 +209,9 @@ def test_failures_are_told_of_the_recommended_model_or_else_of_the_last():
 def test_an_unlawful_model_is_only_trusted_where_all_are_and_that_is_said(inputs: Inputs):
     wild = VehicleModel(HULL.with_values({"N_r": 0.5}), "wild", "physics")
     told = best([(j.model, j.errors, j.audit) for j in (judge(wild, inputs.parts),)])
-    assert told["model"] == "wild"
-    assert "breaks" in told["sentence"]
-    assert "no model here keeps all laws" in told["sentence"]
+    assert told.model == "wild"
+    assert "breaks" in told.sentence
+    assert "no model here keeps all laws" in told.sentence
 
 
 def with_noise(errors: Errors, seed: int, share: float) -> Errors:
@@ -228,7 +231,7 @@ def test_noise_is_never_recommended_over_a_simpler_model(inputs: Inputs):
         dear = VehicleModel(HULL, "dear", "hybrid", 5000)
         field = [(nominal.model, nominal.errors, nominal.audit)]
         field.append((dear, with_noise(nominal.errors, seed, 0.3), nominal.audit))
-        wins += best(field)["model"] == "dear"
+        wins += best(field).model == "dear"
     assert wins <= 4
 
 
@@ -240,14 +243,14 @@ def test_ties_are_named_beside_a_lawless_temptation_and_a_twin_is_not(inputs: In
     field = [(nominal.model, nominal.errors, nominal.audit)]
     field.append((VehicleModel(HULL, "calibrated", parameters=5), with_noise(nominal.errors, 1, 0.3), nominal.audit))
     field.append((VehicleModel(HULL, "corrected"), nominal.errors, nominal.audit))
-    assert best(field)["sentence"].endswith("These rows cannot tell calibrated from nominal.")
+    assert best(field).sentence.endswith("These rows cannot tell calibrated from nominal.")
     field.append((wild.model, small, wild.audit))
     told = best(field)
-    assert told["model"] == "nominal"
+    assert told.model == "nominal"
     assert re.search(
-        r"\. wild errs .* less but breaks .*; these rows cannot tell calibrated from nominal\.$", told["sentence"]
+        r"\. wild errs .* less but breaks .*; these rows cannot tell calibrated from nominal\.$", told.sentence
     )
-    assert told["sentence"].count(". ") == 1
+    assert told.sentence.count(". ") == 1
 
 
 def test_what_decides_is_named_with_its_horizon_and_the_reason_for_a_short_one(inputs: Inputs):
@@ -255,27 +258,27 @@ def test_what_decides_is_named_with_its_horizon_and_the_reason_for_a_short_one(i
         judge(VehicleModel(hull, name), inputs.parts) for hull, name in ((HULL, "nominal"), (TRUE, "true"))
     )
     field = [(j.model, j.errors, j.audit) for j in (nominal, true)]
-    assert "in the speeds predicted over 10 s it errs" in best(field)["sentence"]
+    assert "in the speeds predicted over 10 s it errs" in best(field).sentence
     data = DataSet((inputs.parts.judged.motions[0].slice(0, 250),), (), inputs.parts.judged.recipe)
     field = [(j.model, evaluate(j.model, data), j.audit) for j in (nominal, true)]
-    assert "in the speeds predicted over 2 s (the rows are too few for 10 s) it errs" in best(field)["sentence"]
+    assert "in the speeds predicted over 2 s (the rows are too few for 10 s) it errs" in best(field).sentence
 
 
 def test_where_no_model_beats_a_baseline_none_is_trusted(inputs: Inputs):
     bad = VehicleModel(HULL.with_values({"X_u": -400.0, "Y_v": -900.0, "N_r": -200.0}), "nominal")
     field = [judge(model, inputs.parts) for model in (bad, *baselines(HULL))]
     told = best([(j.model, j.errors, j.audit) for j in field])
-    assert told["model"] in ("zero acceleration", "hold velocity")
-    assert told["sentence"].startswith("Trust none of the models on these rows")
+    assert told.model in ("zero acceleration", "hold velocity")
+    assert told.sentence.startswith("Trust none of the models on these rows")
 
 
 def test_rows_that_are_too_few_for_anything_are_said_to_be(inputs: Inputs):
     data = DataSet((inputs.parts.judged.motions[0].slice(0, 20),), (), WEAK)
     models = (VehicleModel(HULL, "nominal"), VehicleModel(TRUE, "true"))
     told = best([(model, evaluate(model, data), None) for model in models])
-    assert told["model"] == "true"
-    assert "too few to tell models apart" in told["sentence"]
-    assert "may be chance" in told["sentence"]
+    assert told.model == "true"
+    assert "too few to tell models apart" in told.sentence
+    assert "may be chance" in told.sentence
 
 
 def test_calibration_leaves_the_judged_part_alone(inputs: Inputs):
@@ -308,7 +311,7 @@ def test_why_nothing_is_calibrated_is_told(inputs: Inputs):
 
 
 def test_a_run_is_compared_again_with_more_models(found: dict[str, Any], files: Path):
-    again = compare_run(files / "run", [files / "true.yaml"])
+    again = compare_run(files / "run", [files / "true.yaml"]).to_dict()
     written = json.loads((files / "run" / "comparison.json").read_text())
     names = ["nominal", "calibrated", "corrected", "zero acceleration", "hold velocity"]
     assert [model["name"] for model in written["models"]] == names
@@ -366,7 +369,7 @@ def test_a_model_far_from_its_training_is_said_to_be(inputs: Inputs):
     models, _ = reference_models(inputs)
     judged = [judge(model, inputs.parts) for model in (*models, Narrow())]
     table = series(judged[0].model, judged[-1].model, inputs.parts, inputs.channels)
-    told = comparison(judged, inputs, table)
+    told = comparison(judged, inputs, table).to_dict()
     (note,) = told["notes"]
     assert note.startswith("narrow is judged far from what it was trained on at")
     assert by_name(told)["narrow"]["seconds_to_fit"] is None

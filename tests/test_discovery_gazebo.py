@@ -93,8 +93,8 @@ def test_drag_that_drives_is_left_unnamed_rather_than_given_a_wrong_name():
 @pytest.mark.parametrize("run", [*QUADRATIC, *PLAIN])
 def test_the_rollout_error_falls_to_a_third_or_less(run: str):
     steps = discovered(run).findings.steps
-    before, after = (step["rollout_rmse"]["10"] for step in (steps[0], steps[-1]))
-    shares = {name: after[name] / before[name] for name in ("surge", "sway", "yaw", "position")}
+    before, after = (step.rollout("10") for step in (steps[0], steps[-1]))
+    shares = {name: after.of(name) / before.of(name) for name in ("surge", "sway", "yaw", "position")}
     assert max(shares.values()) <= 1 / 3, shares
 
 
@@ -102,8 +102,8 @@ def test_the_rollout_error_falls_to_a_third_or_less(run: str):
 def test_adding_the_named_effects_by_hand_gives_the_same_model(run: str):
     found = discovered(run)
     again = add(found.findings.missing, found.inputs)
-    before, after = (step["rollout_rmse"]["10"] for step in (again.findings.steps[0], again.findings.steps[-1]))
-    assert after["position"] <= before["position"] / 3
+    before, after = (step.rollout("10") for step in (again.findings.steps[0], again.findings.steps[-1]))
+    assert after.position <= before.position / 3
     for symbol, term in terms(found).items():
         assert again.discovery.corrected.value(symbol) == pytest.approx(
             found.discovery.corrected.value(symbol), rel=0.01, abs=0.005

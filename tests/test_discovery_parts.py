@@ -180,7 +180,7 @@ def test_a_log_without_an_astern_run_cannot_tell_reverse_thrust():
     reverse = next(c for c in found.candidates if c.effect == "reverse_thrust_loss")
     assert reverse.verdict == "possible"
     assert "This log cannot tell" in reverse.sentence
-    assert any("astern" in item["manoeuvre"] for item in found.advice)
+    assert any("astern" in item.manoeuvre for item in found.advice)
 
 
 def test_nothing_hidden_gives_nothing_missing():

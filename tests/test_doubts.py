@@ -10,6 +10,7 @@ from undertow.discovery.lawful import lawful_refit
 from undertow.discovery.options import Candidate, candidates
 from undertow.discovery.search import Search, SearchSettings
 from undertow.discovery.uncertainty import Interval
+from undertow.discovery.visible import Identifiability
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import simulate_world
@@ -87,7 +88,7 @@ def test_what_is_in_doubt_stays_in_the_model_and_is_not_called_missing(monkeypat
 
 
 def test_what_moves_alike_and_was_told_apart_all_the_same_is_said_to_be():
-    told = {"groups": [["surge_linear_damping", "surge_quadratic_damping"], ["sway:ur|u|", "sway_lift"]]}
+    told = Identifiability(groups=(("surge_linear_damping", "surge_quadratic_damping"), ("sway:ur|u|", "sway_lift")))
     text = str(_facts(told, ["surge_quadratic_damping"]))
     assert "surge quadratic damping fits held-out data clearly better than any of the others alone" in text
     assert text.count("a mixture of them may fit as well as one") == 1

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from undertow.discovery.findings import FailingPlace
 from undertow.physics.hidden_effects import apply_effects
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle
@@ -16,7 +17,7 @@ from undertow.reports.assess import series
 from undertow.reports.failing.along import Along
 from undertow.reports.failing.linking import contributions
 from undertow.reports.failing.scene import scene
-from undertow.reports.failing.tell import judged_rows, where_they_fail
+from undertow.reports.failing.tell import Structure, judged_rows, where_they_fail
 from undertow.reports.inputs import Inputs, read_inputs
 from undertow.residuals.models import VehicleModel
 
@@ -29,7 +30,11 @@ def world(folder: Path, effects: dict[str, Any], seed: int, noise: str = "field"
     return read_inputs(log.write(folder / f"{seed}.csv"), HULL)
 
 
-def told(inputs: Inputs, after: Vehicle, judge: str = "test") -> tuple[dict[str, list[dict[str, Any]]], pd.DataFrame]:
+Found = tuple[tuple[FailingPlace, ...], tuple[Structure, ...]]
+"""What `where_they_fail` finds: the places, and the structure of the errors."""
+
+
+def told(inputs: Inputs, after: Vehicle, judge: str = "test") -> tuple[Found, pd.DataFrame]:
     """Where the nominal and another vehicle fail, and the series of both."""
     models = VehicleModel(inputs.vehicle, "nominal"), VehicleModel(after, "corrected", "symbolic")
     table = series(*models, inputs.parts, inputs.channels)
@@ -40,8 +45,8 @@ def parts(inputs: Inputs):
     return [inputs.parts.data(part) for part in ("train", "validation", "test")]
 
 
-def own(found: dict[str, list[dict[str, Any]]], model: str) -> list[dict[str, Any]]:
-    return [place for place in found["failures"] if place["model"] == model]
+def own(found: Found, model: str) -> list[FailingPlace]:
+    return [place for place in found[0] if place.model == model]
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +60,7 @@ def two(folder: Path) -> Inputs:
 
 
 @pytest.fixture(scope="module")
-def told_of_two(two: Inputs) -> tuple[dict[str, list[dict[str, Any]]], pd.DataFrame]:
+def told_of_two(two: Inputs) -> tuple[Found, pd.DataFrame]:
     return told(two, apply_effects(HULL, TWO))
 
 
@@ -64,32 +69,34 @@ def told_of_two(two: Inputs) -> tuple[dict[str, list[dict[str, Any]]], pd.DataFr
 def test_no_failure_of_a_perfect_model_is_told_from_noise(folder: Path, programme: str, noise: str):
     inputs = world(folder, {}, 40 + len(programme) + len(noise), noise, programme)
     found, _ = told(inputs, HULL)
-    assert found["failures"] == []
-    assert found["structure"][0]["segments"] == []
-    assert {one["verdict"] for one in found["structure"][0]["lag"].values()} <= {"in step", "this log cannot tell"}
+    assert found[0] == ()
+    assert found[1][0].segments == ()
+    assert {one.verdict for one in found[1][0].lag.values()} <= {"in step", "this log cannot tell"}
     for look, verdicts in (("heading", {"depends on heading"}), ("drift", {"drifts", "grows", "shrinks"})):
-        assert {one["verdict"] for one in found["structure"][0][look].values()}.isdisjoint(verdicts)
-    assert all(not one["suspects"] for one in found["structure"][0]["lag"].values())
-    assert {one["verdict"] for one in found["structure"][0]["frequency"].values()} <= {"like noise", "negligible"}
+        assert {one.verdict for one in getattr(found[1][0], look).values()}.isdisjoint(verdicts)
+    assert all(not one.suspects for one in found[1][0].lag.values())
+    assert {one.verdict for one in found[1][0].frequency.values()} <= {"like noise", "negligible"}
 
 
 def test_each_failure_is_linked_to_the_effect_that_is_hidden_on_its_axis(told_of_two):
     found, _ = told_of_two
     places = own(found, "nominal")
-    assert {place["axis"] for place in places} >= {"surge", "yaw"}
+    assert {place.axis for place in places} >= {"surge", "yaw"}
     for place in places:
-        wanted = {"surge": "surge_quadratic_damping", "yaw": "munk_moment"}.get(place["axis"])
-        if wanted is not None and place["removed_by"]:
-            assert [one["effect"] for one in place["removed_by"]] == [wanted]
-            assert place["removed_by"][0]["share_removed"] > 0.9
-            assert place["rmse_after"] < 0.4 * place["rmse"]
-    assert any(place["removed_by"] for place in places)
+        wanted = {"surge": "surge_quadratic_damping", "yaw": "munk_moment"}.get(place.axis)
+        if wanted is not None and place.removed_by:
+            assert [one.effect for one in place.removed_by] == [wanted]
+            assert place.removed_by[0].share_removed > 0.9
+            assert place.rmse is not None
+            assert place.rmse_after is not None
+            assert place.rmse_after < 0.4 * place.rmse
+    assert any(place.removed_by for place in places)
     assert own(found, "corrected") == []
 
 
 def test_a_link_says_what_changes_and_by_how_much(told_of_two):
-    links = [one for place in told_of_two[0]["failures"] for one in place["removed_by"]]
-    sentence = next(one["sentence"] for one in links if one["effect"] == "munk_moment")
+    links = [one for place in told_of_two[0][0] for one in place.removed_by]
+    sentence = next(one.sentence for one in links if one.effect == "munk_moment")
     assert sentence.startswith("munk moment (N_uv from 0 to -20.0 N s²/m) removes ")
 
 
@@ -107,7 +114,7 @@ def test_what_the_effects_remove_adds_up_to_what_all_remove(two: Inputs, told_of
 
 def test_an_effect_that_makes_the_error_worse_is_never_named(two: Inputs):
     found, _ = told(two, apply_effects(HULL, {**TWO, "yaw_linear_damping": -6.0}))
-    named = {one["effect"] for place in found["failures"] for one in place["removed_by"]}
+    named = {one.effect for place in found[0] for one in place.removed_by}
     assert "yaw_linear_damping" not in named
 
 
@@ -117,14 +124,14 @@ def test_no_effect_is_named_for_a_place_without_held_out_rows(two: Inputs, told_
     models = VehicleModel(HULL, "nominal"), VehicleModel(apply_effects(HULL, TWO), "corrected")
     found = where_they_fail(table, *models, parts(two), "all")
     assert own(found, "nominal")
-    assert all(not place["removed_by"] for place in found["failures"])
+    assert all(not place.removed_by for place in found[0])
 
 
 def test_no_effect_is_named_where_nobody_added_one(two: Inputs, told_of_two):
     models = VehicleModel(HULL, "nominal"), VehicleModel(apply_effects(HULL, TWO), "calibrated")
     found = where_they_fail(told_of_two[1], *models, parts(two), "test", link=False)
     assert own(found, "nominal")
-    assert all(not place["removed_by"] for place in found["failures"])
+    assert all(not place.removed_by for place in found[0])
 
 
 def test_a_vehicle_with_another_thrust_curve_is_not_explained_by_parameters(two: Inputs, told_of_two):
@@ -139,52 +146,57 @@ def test_a_vehicle_with_another_thrust_curve_is_not_explained_by_parameters(two:
 
 def test_the_worst_seconds_are_told_with_what_the_boat_was_doing(told_of_two):
     found, table = told_of_two
-    segments = found["structure"][0]["segments"]
+    segments = found[1][0].segments
     assert 1 <= len(segments) <= 5
     for one in segments:
-        rows = table[(table["time"] >= one["from"]) & (table["time"] <= one["to"])]
-        error = rows[{"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}[one["axis"]] + "_before"]
-        error = error - rows[{"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}[one["axis"]]]
-        assert one["rmse"] == pytest.approx(float(np.sqrt((error**2).mean())), rel=0.05)
-        assert one["rmse_after"] < one["rmse"]
-        assert ("turning" in one["doing"]) == (abs(rows["r"].median()) > 0.1)
+        rows = table[(table["time"] >= one.begin) & (table["time"] <= one.end)]
+        error = rows[{"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}[one.axis] + "_before"]
+        error = error - rows[{"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}[one.axis]]
+        assert one.rmse == pytest.approx(float(np.sqrt((error**2).mean())), rel=0.05)
+        assert one.rmse_after is not None
+        assert one.rmse_after < one.rmse
+        assert ("turning" in one.doing) == (abs(rows["r"].median()) > 0.1)
 
 
 def test_a_missing_force_is_slow_and_what_is_left_of_it_is_noise(told_of_two):
-    before, after = (one["frequency"] for one in told_of_two[0]["structure"])
-    assert before["yaw"]["verdict"] == "slow force"
-    assert before["yaw"]["below_hz"] < 0.4
-    assert "a slow force is missing, not noise" in before["yaw"]["sentence"]
-    assert after["yaw"]["verdict"] == "like noise"
-    assert len(before["yaw"]["hz"]) == len(before["yaw"]["error"]) == len(before["yaw"]["coherence"])
+    before, after = (one.frequency for one in told_of_two[0][1])
+    assert before["yaw"].verdict == "slow force"
+    assert before["yaw"].below_hz < 0.4
+    assert "a slow force is missing, not noise" in before["yaw"].sentence
+    assert after["yaw"].verdict == "like noise"
+    assert len(before["yaw"].hz) == len(before["yaw"].error) == len(before["yaw"].coherence)
 
 
 def test_a_current_is_seen_to_turn_with_the_heading_and_where_it_sets(folder: Path):
     found, _ = told(world(folder, {"steady_current": [0.2, 0.15]}, 4), HULL)
-    heading = found["structure"][0]["heading"]
+    heading = found[1][0].heading
     for axis in ("surge", "sway"):
-        assert heading[axis]["verdict"] == "depends on heading"
-        assert heading[axis]["suspects"] == ["steady_current", "mean_wind"]
-        assert heading[axis]["harmonic"]["direction"] == pytest.approx(np.degrees(np.arctan2(0.15, 0.2)), abs=15.0)
-        low, high = heading[axis]["harmonic"]["ci95"]
-        assert low <= heading[axis]["harmonic"]["amplitude"] <= high
+        assert heading[axis].verdict == "depends on heading"
+        assert heading[axis].suspects == ("steady_current", "mean_wind")
+        harmonic = heading[axis].harmonic
+        assert harmonic is not None
+        assert harmonic.direction == pytest.approx(np.degrees(np.arctan2(0.15, 0.2)), abs=15.0)
+        low, high = harmonic.ci95
+        assert low <= harmonic.amplitude <= high
 
 
 @pytest.mark.parametrize("effect", ["thruster_lag", "input_delay"])
 def test_a_late_boat_is_timed(folder: Path, effect: str):
     found, _ = told(world(folder, {effect: 0.4}, 5), HULL)
     for axis in ("surge", "yaw"):
-        lag = found["structure"][0]["lag"][axis]
-        assert lag["verdict"] == "early"
-        assert lag["seconds"] == pytest.approx(0.4, abs=0.06)
-        assert lag["ci95"][0] <= lag["seconds"] <= lag["ci95"][1]
-        assert lag["suspects"] == ["thruster_lag", "input_delay"]
+        lag = found[1][0].lag[axis]
+        assert lag.verdict == "early"
+        assert lag.seconds == pytest.approx(0.4, abs=0.06)
+        assert lag.seconds is not None
+        assert lag.ci95 is not None
+        assert lag.ci95[0] <= lag.seconds <= lag.ci95[1]
+        assert lag.suspects == ("thruster_lag", "input_delay")
 
 
 def test_a_missing_drag_is_no_lag_and_no_heading(told_of_two):
-    first = told_of_two[0]["structure"][0]
-    assert [one["verdict"] for one in first["lag"].values() if one["seconds"] is not None].count("early") == 0
-    assert {one["verdict"] for one in first["heading"].values()} == {"does not"}
+    first = told_of_two[0][1][0]
+    assert [one.verdict for one in first.lag.values() if one.seconds is not None].count("early") == 0
+    assert {one.verdict for one in first.heading.values()} == {"does not"}
 
 
 def test_two_models_of_four_minutes_are_told_in_time(two: Inputs, told_of_two):

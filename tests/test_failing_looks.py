@@ -60,9 +60,9 @@ def test_smooth_noise_is_no_failure_of_any_kind(seed: int):
     stage = at(table(seed))
     assert worst_places(stage) == []
     assert segments(stage) == []
-    assert not {one["verdict"] for one in against_heading(stage).values()} & {"depends on heading"}
-    assert not {one["verdict"] for one in over_time(stage).values()} & {"drifts", "grows", "shrinks"}
-    assert not [one for one in against_lag(stage, thrust_of(stage.table)).values() if one["suspects"]]
+    assert not {one.verdict for one in against_heading(stage).values()} & {"depends on heading"}
+    assert not {one.verdict for one in over_time(stage).values()} & {"drifts", "grows", "shrinks"}
+    assert not [one for one in against_lag(stage, thrust_of(stage.table)).values() if one.suspects]
 
 
 @pytest.mark.parametrize(
@@ -80,8 +80,8 @@ def test_a_planted_regime_is_found_in_words_that_hold(mask, words: str):
     rows = table(3)
     rows.loc[mask(rows), "u_dot_before"] += 1.0
     worst = failures(rows)[0]
-    assert (worst["axis"], worst["where"]) == ("surge", words)
-    assert worst["share_of_error"] > 0.8 > 2.0 * worst["share_of_rows"]
+    assert (worst.axis, worst.where) == ("surge", words)
+    assert worst.share_of_error > 0.8 > 2.0 * (worst.share_of_rows or 1.0)
     assert failures(rows, "after") == []
 
 
@@ -89,14 +89,14 @@ def test_the_moment_after_a_command_change_is_a_regime():
     rows = table(4)
     since = at(rows).since
     rows.loc[since < 0.55, "r_dot_before"] += 1.0
-    assert failures(rows)[0]["where"] == "within 0.5 s of a command change"
+    assert failures(rows)[0].where == "within 0.5 s of a command change"
 
 
 def test_a_failure_of_one_half_of_the_log_alone_is_not_told():
     rows = table(5)
     rows.loc[(rows["u"] > 1.2) & (rows["time"] < 40.0), "u_dot_before"] += 1.0  # two visits prove nothing
     assert (at(rows).block[(rows["u"] > 1.2) & (rows["time"] < 40.0)]).size > 0
-    assert [place["where"] for place in failures(rows) if place["where"].startswith("surge speed above")] == []
+    assert [place.where for place in failures(rows) if place.where.startswith("surge speed above")] == []
 
 
 def test_a_log_of_seconds_names_no_place():
@@ -143,15 +143,15 @@ def test_an_error_that_moves_with_a_speed_is_slow_and_coherent():
     rows = table(10)
     rows["r_dot_before"] += 0.8 * rows["v"] / rows["v"].std()
     found = against_frequency(at(rows))["yaw"]
-    assert (found["verdict"], found["coherent_with"]) == ("slow force", "sway speed")
-    assert found["sentence"].startswith("80")
+    assert (found.verdict, found.coherent_with) == ("slow force", "sway speed")
+    assert found.sentence.startswith("80")
 
 
 def test_spectra_hold_the_power_of_the_error():
     rows = table(11)
     rows["u_dot_before"] = rows["u_dot"] + np.sin(2.0 * np.pi * 0.5 * rows["time"])
     found = against_frequency(at(rows))["surge"]
-    hz, power = np.array(found["hz"]), np.array(found["error"])
+    hz, power = np.array(found.hz), np.array(found.error)
     assert hz[power.argmax()] == pytest.approx(0.5, abs=0.05)
     assert power.sum() * (hz[1] - hz[0]) == pytest.approx(0.5, rel=0.05)
 
@@ -160,33 +160,35 @@ def test_a_drift_is_measured_beside_what_the_boat_does():
     rows = table(12)
     rows["u_dot_before"] += 0.2 * rows["time"] / 60.0
     found = over_time(at(rows))["surge"]
-    assert found["verdict"] == "drifts"
-    assert found["ci95"][0] < found["per_minute"] < found["ci95"][1]
-    assert found["per_minute"] == pytest.approx(0.2, rel=0.1)
-    assert over_time(at(rows, "after"))["surge"]["verdict"] == "steady"
+    assert found.verdict == "drifts"
+    assert found.ci95 is not None
+    assert found.per_minute is not None
+    assert found.ci95[0] < found.per_minute < found.ci95[1]
+    assert found.per_minute == pytest.approx(0.2, rel=0.1)
+    assert over_time(at(rows, "after"))["surge"].verdict == "steady"
 
 
 def test_an_error_that_grows_is_told():
     rows = table(13)
     rows["v_dot_before"] = rows["v_dot"] + (rows["v_dot_before"] - rows["v_dot"]) * (1.0 + rows["time"] / 60.0)
-    assert over_time(at(rows))["sway"]["verdict"] == "grows"
+    assert over_time(at(rows))["sway"].verdict == "grows"
 
 
 def test_a_short_log_cannot_tell_a_drift_a_heading_or_a_spectrum():
     stage = at(table(14, seconds=20.0, turns=0.1))
-    assert {one["verdict"] for one in over_time(stage).values()} == {"this log cannot tell"}
-    assert {one["verdict"] for one in against_heading(stage).values()} == {"this log cannot tell"}
-    assert {one["verdict"] for one in against_frequency(stage).values()} == {"this log cannot tell"}
-    assert {one["verdict"] for one in against_lag(stage, thrust_of(stage.table)).values()} == {"this log cannot tell"}
+    assert {one.verdict for one in over_time(stage).values()} == {"this log cannot tell"}
+    assert {one.verdict for one in against_heading(stage).values()} == {"this log cannot tell"}
+    assert {one.verdict for one in against_frequency(stage).values()} == {"this log cannot tell"}
+    assert {one.verdict for one in against_lag(stage, thrust_of(stage.table)).values()} == {"this log cannot tell"}
 
 
 def test_a_boat_that_keeps_its_heading_cannot_tell_a_current():
     rows = table(15, turns=0.002)
     rows["u_dot_before"] += 0.5
     found = against_heading(at(rows))["surge"]
-    assert found["verdict"] == "this log cannot tell"
-    assert found["harmonic"] is None
-    assert found["mean"].count(None) >= 6
+    assert found.verdict == "this log cannot tell"
+    assert found.harmonic is None
+    assert found.mean.count(None) >= 6
 
 
 def test_a_push_fixed_in_the_earth_points_where_it_pushes():
@@ -196,17 +198,19 @@ def test_a_push_fixed_in_the_earth_points_where_it_pushes():
     rows["v_dot_before"] += 0.5 * np.sin(rows["psi"] - towards)
     found = against_heading(at(rows))
     for axis in ("surge", "sway"):
-        assert found[axis]["harmonic"]["direction"] == pytest.approx(70.0, abs=5.0)
-        assert found[axis]["harmonic"]["amplitude"] == pytest.approx(0.5, rel=0.1)
-        assert found[axis]["suspects"] == ["steady_current", "mean_wind"]
+        harmonic = found[axis].harmonic
+        assert harmonic is not None
+        assert harmonic.direction == pytest.approx(70.0, abs=5.0)
+        assert harmonic.amplitude == pytest.approx(0.5, rel=0.1)
+        assert found[axis].suspects == ("steady_current", "mean_wind")
 
 
 def test_a_compass_error_shows_in_sway_with_the_speed():
     rows = table(17)
     rows["v_dot_before"] += 0.6 * rows["u"] * np.cos(rows["psi"])
     found = against_heading(at(rows))
-    assert found["sway"]["suspects"] == ["compass"]
-    assert found["surge"]["suspects"] == []
+    assert found["sway"].suspects == ("compass",)
+    assert found["surge"].suspects == ()
 
 
 def test_intervals_cover_the_truth_in_noise_with_memory():

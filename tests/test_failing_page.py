@@ -185,10 +185,10 @@ def test_an_effect_is_named_only_where_held_out_rows_saw_it(run: RunFolder, time
     one = Contributions(("munk_moment",), ("N_uv from 0 to -25",), times * square, square)
     everywhere = np.ones(len(run.series), bool)
     (found,), why = one.to(stage, everywhere, 2)
-    assert words in found["sentence"]
+    assert words in found.sentence
     assert why == ""
     found, why = one.to(stage, ~stage.held_out, 2)
-    assert (found, why) == ([], "not seen on held-out rows (0.0 s of this are, 2 s are needed)")
+    assert (found, why) == ((), "not seen on held-out rows (0.0 s of this are, 2 s are needed)")
     found, why = Contributions(one.effects, one.changes, 0.01 * square, square).to(stage, everywhere, 2)
     assert found == []
     assert why.startswith("no effect removes a tenth")

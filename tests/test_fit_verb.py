@@ -8,8 +8,10 @@ import yaml
 from verbs import call, done, strict
 
 import undertow
+from undertow.discovery.price import MostPower, Passivity
+from undertow.physics.laws import Envelope
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.wording import energy_lines
+from undertow.reports.wording import energy_lines, energy_verdict
 
 HULL = load_vehicle("blueboat")
 
@@ -127,10 +129,16 @@ def test_a_run_without_refit_says_nothing_of_calibration(place: Path) -> None:
 
 
 def test_a_law_that_is_broken_is_said() -> None:
-    box = {"u": [-1.0, 2.0], "v": [-0.5, 0.5], "r": [-1.0, 1.0]}
-    given = {"verdict": "fail", "proof": "search", "envelope": box, "sentence": "It creates energy."}
+    given = Passivity(
+        verdict="fail",
+        proof="search",
+        envelope=Envelope((-1.0, -0.5, -1.0), (2.0, 0.5, 1.0)),
+        price=0.0,
+        worst=MostPower(value=3.0, at=(2.0, 0.0, 1.0)),
+        sentence="It creates energy.",
+    )
     said = " ".join(energy_lines(given))
     assert said == "It creates energy. Searched for u from -1.00 to 2.00 m/s, v from -0.500 to 0.500 m/s and r " + (
         "from -1.00 to 1.00 rad/s."
     )
-    assert energy_lines({}) == []
+    assert energy_verdict(given) == "the damping creates energy"

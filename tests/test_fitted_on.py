@@ -80,10 +80,10 @@ def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place:
     found = compare(
         read_inputs(place / "mon.csv", HULL, judge="all"), [place / "mon" / "model.yaml", place / "hand.yaml"]
     )
-    assert [model["name"] for model in found["models"]][-2:] == ["mon", "hand"]
-    assert any(note.startswith("mon was fitted to rows that are judged here") for note in found["notes"])
-    assert any(note.startswith("whether hand was fitted") for note in found["notes"])
-    assert any(note.startswith("calibrated was fitted to rows") for note in found["notes"])
+    assert [model.name for model in found.models][-2:] == ["mon", "hand"]
+    assert any(note.startswith("mon was fitted to rows that are judged here") for note in found.notes)
+    assert any(note.startswith("whether hand was fitted") for note in found.notes)
+    assert any(note.startswith("calibrated was fitted to rows") for note in found.notes)
     printed = io.StringIO()
     Console(file=printed, width=200).print(notes_list(found))
     assert "- mon was fitted to rows" in printed.getvalue()

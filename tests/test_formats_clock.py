@@ -155,7 +155,7 @@ def test_a_delay_that_the_clocks_of_a_bag_may_have_made_is_not_a_finding(tmp_pat
     assert not {"input_delay", "thruster_lag"} & set(found.missing)
     said = next(c for c in found.candidates if c.effect == "input_delay")
     assert "out of step by about 0.10 s" in said.sentence
-    assert any("topics without a header may be early by 0.100 s or more" in text for text in found.data["notes"])
+    assert any("topics without a header may be early by 0.100 s or more" in text for text in found.data.notes)
 
 
 def test_one_sensor_with_a_clock_of_its_own_is_moved_to_the_receive_times(tmp_path):

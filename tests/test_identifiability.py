@@ -1,5 +1,6 @@
 """What a log can show and tell apart, the manoeuvres advised where it cannot, and that following the advice helps."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -8,14 +9,16 @@ import pytest
 
 from undertow.discovery import advice
 from undertow.discovery.discover import find_missing
-from undertow.discovery.findings import Findings
-from undertow.discovery.identifiability import ALIAS, Identifiability, alias_groups, identify
+from undertow.discovery.findings import Advice, Findings
+from undertow.discovery.identifiability import ALIAS, alias_groups, identify
 from undertow.discovery.library import term_candidate
 from undertow.discovery.options import candidates, measurable
 from undertow.discovery.parting import Parting, part
 from undertow.discovery.rehearsal import PLAUSIBLE, plausible_amounts, rehearse
 from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.visible import Identifiability
 from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.physics.files import strict_json
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.trials import TRIALS, drive
@@ -67,7 +70,7 @@ def grouped(known: Identifiability, *keys: str) -> bool:
 
 def followed(log: Motion, truth: Vehicle, findings: Findings, most: int) -> Findings:
     """The findings after the first advised trials were driven by the true vehicle, from rest, on the log's heading."""
-    asked = [item["manoeuvre"] for item in findings.advice[:most]]
+    asked = [item.manoeuvre for item in findings.advice[:most]]
     trials = [trial for text in asked for trial in TRIALS if text.startswith(trial.text)]
     assert len(trials) == len(asked)
     runs = [run for several in drive(truth, trials, float(log.heading[0])) for run in several]
@@ -102,7 +105,7 @@ def test_a_steady_straight_log_groups_all_that_slows_the_boat():
 def test_a_rich_log_shows_everything():
     log = simulate_world(HULL, {}, duration=200.0, noise="field", seed=3).motion(0.05)
     _, known = examined([log])
-    assert (known.dormant, known.noise_limited, known.quiet) == ((), (), ())
+    assert (known.dormant, known.noise_limited, known.quiet_axes) == ((), (), ())
     assert not grouped(known, "surge_linear_damping", "surge_quadratic_damping")
     assert known.condition is not None
     assert 1.0 < known.condition < 1e5
@@ -110,7 +113,7 @@ def test_a_rich_log_shows_everything():
 
 def test_axes_and_columns_that_are_only_noise_are_flagged():
     search, known = examined([steady(HULL)])
-    assert known.quiet == ("sway", "yaw")
+    assert known.quiet_axes == ("sway", "yaw")
     np.testing.assert_array_equal(search.quiet, [False, True, True])
     assert np.sqrt(search.floor[2]) > 3.0 * search.noise_error[2]
     weaving = steady(HULL)
@@ -174,10 +177,10 @@ def partings(log: Motion, questions: dict[str, tuple[str, ...]]) -> dict[str, fl
 
 def test_reverse_thrust_asks_for_astern():
     found = find_missing([gentle(HULL)], HULL).findings
-    (item,) = [item for item in found.advice if "reverse thrust loss" in item["why"]]
-    assert "astern" in item["manoeuvre"]
-    assert "% of the" in item["why"]
-    assert "(in this log: 0.0 %)" in item["why"]
+    (item,) = [item for item in found.advice if "reverse thrust loss" in item.why]
+    assert "astern" in item.manoeuvre
+    assert "% of the" in item.why
+    assert "(in this log: 0.0 %)" in item.why
     gains = partings(gentle(HULL), {"reverse_thrust_loss": ()})
     assert max(gains, key=lambda name: gains[name]) in ("astern_run", "reversals", "turns_astern")
     assert gains["speed_steps"] == gains["zigzag_10"] == pytest.approx(0.0, abs=1e-6)
@@ -186,8 +189,8 @@ def test_reverse_thrust_asks_for_astern():
 @pytest.mark.parametrize("hidden", [{"wind_force_north": 6.0}, {"current_north": 0.35}], ids=["wind", "current"])
 def test_current_and_wind_on_one_heading_ask_for_several(hidden: dict[str, float]):
     found = find_missing([steady(HULL.with_values(hidden))], HULL).findings
-    item = next(item for item in found.advice if "steady current and mean wind" in item["why"])
-    (trial,) = [t for t in TRIALS if item["manoeuvre"].startswith(t.text)]
+    item = next(item for item in found.advice if "steady current and mean wind" in item.why)
+    (trial,) = [t for t in TRIALS if item.manoeuvre.startswith(t.text)]
     (runs,) = drive(HULL, [trial])
     assert max(np.ptp(run.heading) for run in runs) > np.pi or len(trial.headings) == 4
 
@@ -201,9 +204,9 @@ def test_a_trial_like_the_log_tells_nothing_that_the_log_does_not():
 
 def test_steady_running_asks_for_other_speeds():
     found = find_missing([steady(HULL.with_values({"thrust_scale": 0.75}))], HULL).findings
-    first = next(t for t in TRIALS if found.advice[0]["manoeuvre"].startswith(t.text))
+    first = next(t for t in TRIALS if found.advice[0].manoeuvre.startswith(t.text))
     assert len({common for _, common, _ in first.steps}) > 1
-    assert "apart" in found.advice[0]["why"]
+    assert "apart" in found.advice[0].why
 
 
 def test_look_alikes_name_each_other():
@@ -234,14 +237,14 @@ def test_no_more_than_six_manoeuvres_and_no_percentage_that_is_not_a_number():
 
 def test_a_question_that_no_manoeuvre_settles_is_said_to_be_one():
     parting = Parting(("a", "b"), True, np.zeros((14, 3)), np.zeros((14, 3)), np.zeros(3))
-    assert advice.unsettled([parting], 14) == {
-        "manoeuvre": "measure one of the look-alikes by other means, and give its value in the vehicle file",
-        "why": "would tell a from b: none of the 14 manoeuvres that were rehearsed would do",
-    }
+    assert advice.unsettled([parting], 14) == Advice(
+        manoeuvre="measure one of the look-alikes by other means, and give its value in the vehicle file",
+        why="would tell a from b: none of the 14 manoeuvres that were rehearsed would do",
+    )
 
 
 def test_the_findings_say_what_the_log_can_tell():
-    found = find_missing([steady(HULL)], HULL).findings.to_dict()["identifiability"]
+    found = json.loads(strict_json(find_missing([steady(HULL)], HULL).findings.to_dict()))["identifiability"]
     assert set(found) == {"groups", "dormant", "absorbed", "noise_limited", "quiet_axes", "condition", "excitation"}
     assert found["excitation"]["thrust_scale"]["signal_to_noise"] is None
     assert found["quiet_axes"] == ["sway", "yaw"]

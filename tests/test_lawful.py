@@ -210,15 +210,17 @@ def test_a_world_that_creates_energy_is_called_so():
     found = find_missing([motion], HULL, DiscoverySettings()).findings
     assert [(t.axis, t.form) for t in found.unnamed] == [("surge", "u^2")]
     assert found.unnamed[0].value == pytest.approx(-14.0, rel=0.03)
-    assert found.passivity["verdict"] == "fail"
-    assert found.passivity["price"] > 1.0
-    assert found.passivity["worst"]["value"] > 0.0
-    assert "asks for a force that creates energy (surge:u^2)" in found.passivity["sentence"]
+    assert found.passivity is not None
+    assert found.passivity.verdict == "fail"
+    assert found.passivity.price > 1.0
+    assert found.passivity.worst.value > 0.0
+    assert "asks for a force that creates energy (surge:u^2)" in found.passivity.sentence
 
 
 def test_a_ship_that_breaks_the_law_itself_is_still_corrected():
     motion = log_of(SHIP, 2, {"surge_quadratic_damping": -2.0}, 150.0)
     found = find_missing([motion], SHIP).findings
     assert found.missing == ("surge_quadratic_damping",)
-    assert found.passivity["verdict"] == "fail"
-    assert "The damping of CyberShip II creates energy" in found.passivity["sentence"]
+    assert found.passivity is not None
+    assert found.passivity.verdict == "fail"
+    assert "The damping of CyberShip II creates energy" in found.passivity.sentence

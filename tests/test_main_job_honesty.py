@@ -51,14 +51,14 @@ def test_adding_what_is_not_there_does_not_call_it_missing(inputs: Inputs):
 
 def test_what_stays_unexplained_is_said(inputs: Inputs):
     explained = discover(inputs).findings.data
-    assert not any("unexplained" in note for note in explained["notes"])
-    assert explained["unexplained"]["surge"]["force"] < 2.0 * explained["unexplained"]["surge"]["noise"]
+    assert not any("unexplained" in note for note in explained.notes)
+    assert explained.unexplained["surge"].force < 2.0 * explained.unexplained["surge"].noise
     left = add(["yaw_trim"], inputs).findings.data
-    assert any(note.startswith("surge: ") and "stay unexplained" in note for note in left["notes"])
+    assert any(note.startswith("surge: ") and "stay unexplained" in note for note in left.notes)
 
 
 def test_a_run_is_compared_with_the_numbers_it_fitted(inputs: Inputs, tmp_path: Path):
     run = discover(inputs)
     write_run(run, tmp_path / "run", report=False)
-    models = {model["name"]: model for model in compare(inputs, [tmp_path / "run"])["models"]}
-    assert (models["nominal"]["parameters"], models["run"]["parameters"]) == (0, 1)
+    models = {model.name: model for model in compare(inputs, [tmp_path / "run"]).models}
+    assert (models["nominal"].parameters, models["run"].parameters) == (0, 1)

@@ -380,16 +380,16 @@ def test_networks_stand_in_the_comparison(inputs: Inputs, motion: Motion, tmp_pa
     (tmp_path / "again").mkdir()
     twin = save_network(trained("tcn", motion), tmp_path / "again" / "lstm", {})
     found = compare(inputs, [tmp_path / "lstm", tmp_path / "mlp", twin])
-    assert found["models"][0]["name"] == "nominal"
-    models = [m for m in found["models"] if m["name"] not in ("calibrated", "zero acceleration", "hold velocity")]
-    assert [m["name"] for m in models] == ["nominal", "lstm", "mlp", str(twin)]
-    assert [m["kind"] for m in models] == ["physics", "hybrid", "network", "hybrid"]
+    assert found.models[0].name == "nominal"
+    models = [m for m in found.models if m.name not in ("calibrated", "zero acceleration", "hold velocity")]
+    assert [m.name for m in models] == ["nominal", "lstm", "mlp", str(twin)]
+    assert [m.kind for m in models] == ["physics", "hybrid", "network", "hybrid"]
     sizes = [0, *(load_network(f).parameters for f in (tmp_path / "lstm", tmp_path / "mlp", twin))]
-    assert [m["parameters"] for m in models] == sizes
+    assert [m.parameters for m in models] == sizes
     for model in models:
-        assert set(model["rollout"]) == {"2"}
-        assert all(np.isfinite(v) for v in model["acceleration"]["rmse"].values())
-    assert {place["model"] for place in found["failures"]} <= {"nominal", str(twin)}
+        assert set(model.rollout) == {"2"}
+        assert all(np.isfinite(v) for v in model.acceleration.rmse.to_dict().values())
+    assert {place.model for place in found.failures} <= {"nominal", str(twin)}
 
 
 def test_a_network_of_other_commands_or_another_rate_is_refused(inputs: Inputs, motion: Motion, tmp_path: Path):

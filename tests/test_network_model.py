@@ -284,7 +284,7 @@ def test_starts_without_room_are_refused(motion: Motion):
 def test_it_is_scored_as_every_model(motion: Motion):
     data = DataSet((motion,), (), WEAK)
     silent, physics = network_model("lstm", spread=0.0), VehicleModel(HULL, "physics")
-    assert acceleration_score(silent, data).to_dict() == acceleration_score(physics, data).to_dict()
+    assert acceleration_score(silent, data).record == acceleration_score(physics, data).record
     ours, theirs = rollout_scores(silent, data), rollout_scores(physics, data)
     assert {h: s.starts for h, s in ours.items()} == {h: s.starts for h, s in theirs.items()}
     assert PAPER.rate == 1.0 / STEP

@@ -67,10 +67,10 @@ def test_planted_failure_at_speed_is_found(series):
     ahead = (series["u"] > 1.4) & (series["newton_port"] + series["newton_stbd"] > 0.0)
     series.loc[ahead, "u_dot_before"] += 1.0
     worst = failures(series)[0]
-    assert worst["axis"] == "surge"
-    assert re.fullmatch(r"surge speed (above 1\.4|1\.4 to 1\.8) m/s, thrust ahead", worst["where"])
-    assert worst["share_of_error"] > 0.6 > 2.0 * worst["share_of_rows"]
-    assert worst["unit"] == "m/s^2"
+    assert worst.axis == "surge"
+    assert re.fullmatch(r"surge speed (above 1\.4|1\.4 to 1\.8) m/s, thrust ahead", worst.where)
+    assert worst.share_of_error > 0.6 > 2.0 * (worst.share_of_rows or 1.0)
+    assert worst.unit == "m/s^2"
     assert failures(series, "after") == []
 
 
@@ -78,15 +78,15 @@ def test_planted_failure_in_a_turn_astern_is_found(series):
     both = (series["newton_port"] < -2.0) & (series["newton_stbd"] < -2.0)
     series.loc[both & (series["r"] < -0.2) & (series["u"] < 0.0), "r_dot_after"] += 0.8
     worst = failures(series, "after")[0]
-    assert worst["axis"] == "yaw"
-    assert "(to port)" in worst["where"] or "both thrusters astern" in worst["where"]
-    assert worst["model"] == "after"
+    assert worst.axis == "yaw"
+    assert "(to port)" in worst.where or "both thrusters astern" in worst.where
+    assert worst.model == "after"
 
 
 def test_planted_failure_on_a_heading_is_found(series):
     series.loc[np.abs(series["psi"] - np.pi / 2.0) < 0.7, "v_dot_before"] += 1.0
     worst = failures(series)[0]
-    assert (worst["axis"], worst["where"]) == ("sway", "heading within 40 degrees of east")
+    assert (worst.axis, worst.where) == ("sway", "heading within 40 degrees of east")
 
 
 def test_few_places_are_named_and_none_twice(series):
@@ -94,7 +94,7 @@ def test_few_places_are_named_and_none_twice(series):
         series.loc[series["u"] > 1.4, f"{name}_before"] += 1.0
     found = failures(series)
     assert len(found) <= 4
-    assert len({(place["axis"], place["where"]) for place in found}) == len(found)
+    assert len({(place.axis, place.where) for place in found}) == len(found)
     assert failures(series, limit=1) == found[:1]
 
 

@@ -182,13 +182,17 @@ def test_gains_of_commands_that_never_came_keep_their_values() -> None:
     intervals = {term.symbol: term.ci95 for term in found.findings.candidates[0].terms}
     assert [intervals[gain] for gain in GAINS[:3]] == [None, None, None]
     assert found.corrected.value("gain_ahead_67") == pytest.approx(0.5, abs=0.1)
-    assert "reverse_thrust_loss" in found.findings.identifiability["dormant"]
+    told = found.findings.identifiability
+    assert told is not None
+    assert "reverse_thrust_loss" in told.dormant
 
 
 def test_a_curve_stands_in_no_alias_group_and_hides_no_manoeuvre() -> None:
     """Every scale is a special case of it, so that it would move with all of them, in every log and trial."""
     found = found_in({}, "zigzag").findings
     assert found.verdict == "nothing missing"
-    assert all("thrust_curve" not in group for group in found.identifiability["groups"])
-    assert "reverse_thrust_loss" in found.identifiability["dormant"]
-    assert any("reverse thrust loss" in item["why"] for item in found.advice)
+    told = found.identifiability
+    assert told is not None
+    assert all("thrust_curve" not in group for group in told.groups)
+    assert "reverse_thrust_loss" in told.dormant
+    assert any("reverse thrust loss" in item.why for item in found.advice)

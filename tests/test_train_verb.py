@@ -267,7 +267,7 @@ def test_laws_that_the_audit_finds_broken_are_named(place: Path) -> None:
         {"law": "mirror symmetry", "verdict": "fail", "counts": False},
         {"law": "dissipation", "verdict": "pass", "counts": True},
     ]
-    said = replace(run, models=(run.models[0], {**run.models[1], "audit": "fail", "laws": laws})).sentences
+    said = replace(run, models=(run.models[0], run.models[1].but(audit="fail", laws=laws))).sentences
     assert said[-1].startswith("The audit fails: it breaks bounded speed; 'undertow check' on its folder")
-    kept = replace(run, models=(run.models[0], {**run.models[1], "audit": "pass", "laws": laws[2:]})).sentences
+    kept = replace(run, models=(run.models[0], run.models[1].but(audit="pass", laws=laws[2:]))).sentences
     assert not any("audit fails" in text for text in kept)
