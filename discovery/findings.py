@@ -1,7 +1,7 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -52,9 +52,9 @@ class FoundTerm(Record):
         return self.in_model is not None and abs(self.in_model - self.value) > 0.01 * abs(self.value)
 
     @model_serializer(mode="wrap")
-    def _named_or_not(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _named_or_not(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
         """A term without a name has its inclusion, any other its value in the model."""
-        content: dict[str, Any] = handler(self)
+        content: dict[str, object] = handler(self)
         content.pop("inclusion" if self.inclusion is None else "in_model", None)
         return content
 

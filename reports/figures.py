@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from ..discovery.findings import FoundEffect
 from .markup import Html
 from .plotted import CoefficientRow, rollouts
-from .svg import ROLES, STYLE, canvas, drawn, panel
+from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 from .wording import MINUS, finite, number, percent, unit_text, words
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
 LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
-BESIDE: dict[str, Any] = {"xycoords": "data", "textcoords": "offset points", "va": "center"}
+BESIDE: Look = {"xycoords": "data", "textcoords": "offset points", "va": "center"}
 REGIME_TITLES = {"surge speed": "by surge speed [m/s]", "yaw rate": "by yaw rate [rad/s], starboard positive"}
 REGIME_LABELS = {
     "thrusters idle": "idle",
@@ -180,8 +180,8 @@ def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
         fill = [colours.get(item.verdict, ROLES["grid"]) for item in shown]
         axes.barh(np.arange(len(shown)), np.maximum(drops, 0.0), height=0.56, color=fill)
         for index, item in enumerate(shown):
-            edge: dict[str, Any] = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-            bold: dict[str, Any] = {**edge, "weight": "bold" if item.verdict == "missing" else "normal"}
+            edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
+            bold: Look = {**edge, "weight": "bold" if item.verdict == "missing" else "normal"}
             axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
             axes.annotate(percent(drops[index], minus=MINUS), (1, index), (48, 0), **bold)
             sure = percent(item.confidence, blank="")
@@ -209,7 +209,7 @@ def coefficients(rows: Sequence[CoefficientRow]) -> Html:
             axes.plot(band, [index, index], color=ROLES["after"], lw=7, alpha=0.4)
             axes.plot(before, index, "o", color=ROLES["surface"], mec=ROLES["before"], mew=2.0, ms=8)
             axes.plot(after, index, "o", color=ROLES["after"], ms=8)
-            edge: dict[str, Any] = {"xycoords": axes.get_yaxis_transform()}
+            edge: Look = {"xycoords": axes.get_yaxis_transform()}
             change = f"{number(row.before, minus=MINUS)} \N{RIGHTWARDS ARROW} {number(row.after, minus=MINUS)}"
             axes.annotate(row.symbol, (0, index), (2, 20), **BESIDE | edge, weight="bold")
             axes.annotate(f"{change} {unit_text(row.unit)}", (1, index), (-2, 20), **BESIDE | edge, ha="right")

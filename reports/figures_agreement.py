@@ -1,7 +1,5 @@
 """Drawings of measured against predicted acceleration: a scatter and a histogram of the error for each axis."""
 
-from typing import Any
-
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -11,7 +9,7 @@ from numpy.typing import NDArray
 
 from .markup import Html
 from .plotted import ACCELERATIONS
-from .svg import ROLES, STYLE, canvas, drawn, panel
+from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 from .wording import ACCELERATION_UNITS, unit_text
 
 POINTS = 400  # of each model in a scatter
@@ -88,7 +86,7 @@ def histogram(rows: pd.DataFrame, axis: str, title: str) -> Html:
 def _dots(axes: Axes, across: Floats, up: Floats, model: str) -> None:
     """Points as one path of lines without length, whose round ends are dots: a third of the bytes of markers."""
     gap = np.full_like(across, np.nan)
-    look: dict[str, Any] = {"color": ROLES[model], "linewidth": 3.4, "alpha": 0.55, "solid_capstyle": "round"}
+    look: Look = {"color": ROLES[model], "linewidth": 3.4, "alpha": 0.55, "solid_capstyle": "round"}
     axes.plot(np.column_stack([across, across, gap]).ravel(), np.column_stack([up, up, gap]).ravel(), **look)
 
 

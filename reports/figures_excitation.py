@@ -1,14 +1,13 @@
 """The drawing of how far the log excites each effect."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import matplotlib
 import numpy as np
 
 from ..discovery.visible import Excitation
 from .markup import Html
-from .svg import ROLES, STYLE, canvas, drawn, panel
+from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 from .wording import percent, words
 
 FULL = 0.5  # bars end here: half of the force at work is plenty
@@ -30,7 +29,7 @@ def excitation(told: Mapping[str, Excitation]) -> Html:
         values = np.nan_to_num(np.array([shares[name] for name in order]))
         fill = [ROLES["before"] if value < 0.02 else ROLES["between"] for value in values]
         axes.barh(np.arange(len(order)), np.minimum(values, FULL), height=0.62, color=fill)
-        beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "size": 10.5}
+        beside: Look = {"textcoords": "offset points", "va": "center", "size": 10.5}
         for row, name in enumerate(order):
             axes.annotate(words(name), (0, row), (-8, 0), xycoords=axes.get_yaxis_transform(), ha="right", **beside)
             axes.annotate(percent(shares[name]), (min(values[row], FULL), row), (6, 0), **beside)

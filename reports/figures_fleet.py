@@ -1,7 +1,6 @@
 """The drawing of the coefficients of several runs side by side."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -9,7 +8,7 @@ from matplotlib.axes import Axes
 from .fleet import Shared
 from .markup import Html
 from .plotted import CoefficientRow
-from .svg import ROLES, STYLE, canvas, drawn, panel
+from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 from .wording import interval, unit_text, within
 
 LINE, HEAD, LEFT, WIDTH, RIGHT = 22, 30, 150, 620, 200
@@ -40,7 +39,7 @@ def side_by_side(effect: Shared, names: Sequence[str]) -> Html:
 
 
 def _draw(axes: Axes, rows: Sequence[tuple[str, CoefficientRow]]) -> None:
-    beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "xycoords": axes.get_yaxis_transform()}
+    beside: Look = {"textcoords": "offset points", "va": "center", "xycoords": axes.get_yaxis_transform()}
     ends = [end for _, row in rows for end in (*row.interval, row.after)]
     margin = 0.08 * (max(ends) - min(ends)) or 0.1 * abs(ends[0]) or 0.1
     common = max(row.interval[0] for _, row in rows), min(row.interval[1] for _, row in rows)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -10,7 +9,7 @@ from matplotlib.axes import Axes
 
 from .markup import Html
 from .rivals import Rival
-from .svg import ROLES, STYLE, canvas, drawn, panel
+from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 from .wording import MINUS, number
 
 ROW = 40
@@ -54,7 +53,7 @@ def _errors(axes: Axes, rivals: Sequence[Rival], best: str) -> None:
     axes.minorticks_off()
     ticks = [base * 10.0**power for power in range(-6, 7) for base in (1, 2, 5) if low <= base * 10.0**power <= high]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    beside: dict[str, Any] = {"textcoords": "offset points", "va": "center"}
+    beside: Look = {"textcoords": "offset points", "va": "center"}
     for row, rival in enumerate(rivals):
         strong = "bold" if rival.name == best else "normal"
         at_left = {**beside, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
@@ -91,7 +90,7 @@ def _legend(axes: Axes) -> None:
         axes.annotate(text, (0.02, height), (12, 0), textcoords="offset points", va="center", color=ROLES["muted"])
 
 
-def _look(rival: Rival) -> dict[str, Any]:
+def _look(rival: Rival) -> Look:
     """A disc that grows with the number of parameters; hollow where no law was asked."""
     size = 7.0 + 1.6 * math.log10(1.0 + (rival.parameters or 0))
     colour = COLOURS.get(rival.audit, ROLES["muted"])
@@ -113,7 +112,7 @@ def _laws(axes: Axes, rivals: Sequence[Rival], laws: Sequence[str]) -> None:
     axes.spines["bottom"].set_visible(False)
     axes.spines["left"].set_visible(False)
     for column, law in enumerate(laws):
-        up: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
+        up: Look = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
         axes.annotate(law, (column, 1.0), (-3, 8), **up, rotation=52, ha="left", va="bottom", size=10.5)
     for row, rival in enumerate(rivals):
         axes.axhline(row + 0.5, color=ROLES["grid"], lw=0.6)

@@ -16,6 +16,9 @@ from matplotlib.figure import Figure
 
 from .markup import Html
 
+Look = dict[str, Any]
+"""How matplotlib is to draw something: its keyword arguments, of many types."""
+
 ROLES = {
     "ink": "#010101",
     "muted": "#020202",

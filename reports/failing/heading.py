@@ -1,6 +1,6 @@
 """Error against heading: what is fixed in the earth (current, wind) or in the compass turns with the boat."""
 
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,9 +69,9 @@ class Heading(Record):
         return self
 
     @model_serializer(mode="wrap")
-    def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
         """Where the log cannot tell, files have always had the verdict before the suspects."""
-        content: dict[str, Any] = handler(self)
+        content: dict[str, object] = handler(self)
         late = ("suspects", "sentence") if self.harmonic is None else ()
         return content | {name: content.pop(name) for name in late}
 

@@ -1,7 +1,5 @@
 """The acceleration error of a model sorted by speed, turn rate, command and heading, as the page draws it."""
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -31,7 +29,7 @@ def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:
     error = scene(series, model).error
     if not np.isfinite(error).any():
         error = acceleration_error(series, model)  # stretches so short that they are all edge
-    records: list[dict[str, Any]] = []
+    records: list[dict[str, object]] = []
     for split in splits(series):
         squares, counts = _sums(error, split.codes, len(split.labels))
         for index, label in enumerate(split.labels):

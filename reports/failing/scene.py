@@ -8,7 +8,6 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from ..wording import AXES
 from .splits import IDLE_SHARE, SLOW, scaled_commands
 
 Array = NDArray[np.float64]
@@ -131,11 +130,6 @@ def acceleration_error(series: pd.DataFrame, model: str = "before") -> Array:
 def mean_square(values: Array) -> Array:
     """Mean square over the finite rows, by column; zero where there is none."""
     return _mean(np.square(values))
-
-
-def by_axis(values: Any) -> dict[str, Any]:
-    """Three values under the names of the axes."""
-    return dict(zip(AXES, values, strict=True))
 
 
 def shorter(values: Any, digits: int = 5) -> list[float]:
