@@ -148,11 +148,7 @@ def _terms(search: Search, state: State, nominal: Vehicle, seed: int) -> dict[st
     chosen = [linear.options[key][0] for key in state.active]
     ends = intervals(search.balance, scores, search.pool, chosen, state.vehicle, seed)
     pool = {candidate.key: candidate for candidate in search.pool}
-    found = {}
-    for key in state.active:
-        terms = found_terms(pool[key], nominal, state.vehicle, ends)
-        found[key] = tuple(replace(t, inclusion=None) for t in terms)
-    return found
+    return {key: found_terms(pool[key], nominal, state.vehicle, ends) for key in state.active}
 
 
 def _memory_time(correction: Array, weight: Array, weak: WeakForm) -> float:
