@@ -1,0 +1,259 @@
+"""Kill -9 at every change of a name and at random moments: the old result or the new one stays, whole."""
+
+import random
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from queue import Queue
+
+from .forge import Forge
+from .killing import STRACE, Watched, kill_after
+from .running import Ended, Sent, undertow
+from .trial import VERBS, Attack, Contents, Ground, Job, Trial, below, contents, differences
+
+BYSTANDERS = {"thesis.txt": "mine", "mon/notes.txt": "seen in the harbour", "net/notes.txt": "mine as well"}
+"""Files of the user's own, beside a result and inside of its folder."""
+END_TO_END = 0.05
+"""Share of the kills that meet whole processes, which take 20 times as long."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A call that replaces an earlier result, or makes a new one.
+
+    Attributes
+    ----------
+    verb, words : the call
+    target : what it makes
+    resumed : words that go on with it, where it was interrupted
+    """
+
+    verb: str
+    words: tuple[str, ...]
+    target: str
+    resumed: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return f"{self.verb} --out {self.target}" if "--out" in self.words else " ".join(self.words)
+
+
+_BOAT = ("-v", "boat.yaml")
+_TRAIN = VERBS["train"][:-1]
+SCENES = (
+    Scene("discover", ("discover", "b.csv", *_BOAT, "--no-report", "--out", "mon"), "mon"),
+    Scene("discover", ("discover", "b.csv", *_BOAT, "--out", "mon"), "mon"),
+    Scene("discover", ("discover", "b.csv", *_BOAT, "--no-report", "--out", "new"), "new"),
+    Scene("train", (*_TRAIN, "net", "--seed", "1"), "net", ("--resume",)),
+    Scene("train", (*_TRAIN, "newnet"), "newnet", ("--resume",)),
+    Scene("report", ("report", "mon"), "mon/report.html"),
+    Scene("report", ("report", "mon", "--out", "page.html"), "page.html"),
+    Scene("simulate", ("simulate", *_BOAT, "--duration", "30", "--seed", "3", "--out", "log.csv.gz"), "log.csv.gz"),
+    Scene("simulate", ("simulate", *_BOAT, "--duration", "30", "--seed", "3", "--out", "new.csv"), "new.csv"),
+    Scene("inspect", ("inspect", "b.csv", *_BOAT, "--map-out", "map.yaml"), "map.yaml"),
+    Scene("check", ("check", "mon", "--out", "audit.json"), "audit.json"),
+)
+"""What is killed; those of the issue first, which share the random moments."""
+CHECKPOINT = "checkpoint.safetensors"
+"""What an interrupted training leaves on purpose."""
+
+
+def lay(ground: Ground, folder: Path) -> None:
+    """The files that a scene begins with: older results, and files of the user's own."""
+    ground.laid(folder)
+    page = folder / "mon" / "report.html"
+    page.write_text(page.read_text("utf-8").replace("</body>", "<!-- older --></body>"), "utf-8")
+    (folder / "page.html").write_bytes(page.read_bytes())
+    for name in ("log.csv.gz", "audit.json"):
+        (folder / name).write_bytes((ground.folder / "older" / name).read_bytes())
+    for name, text in BYSTANDERS.items():
+        (folder / name).write_text(text)
+
+
+def older(ground: Ground) -> None:
+    """Make what `lay` takes beside the ground's own files, once."""
+    place = ground.folder / "older"
+    place.mkdir(exist_ok=True)
+    for words in (
+        ("simulate", "-v", "blueboat", "--duration", "30", "--out", "log.csv.gz"),
+        ("check", "otter", "--out", "audit.json"),
+    ):
+        undertow(*words, cwd=place)
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A scene with its state before and after."""
+
+    scene: Scene
+    before: Contents
+    after: Contents
+    seconds: float
+
+    def judged(self, folder: Path) -> tuple[str, str]:
+        """What is lost and what is half-written, in a folder where the scene was killed."""
+        found, target = contents(folder), self.scene.target
+        own = {name: digest for name, digest in self.before.items() if name in BYSTANDERS}
+        rest = {n: d for n, d in self.before.items() if n in own or not _within(n, target)}
+        lost = "; ".join(f"{name} is {found.get(name, 'gone')}" for name in rest if found.get(name) != rest[name])
+        here = _plain(below(found, target))
+        old, new = (_plain(below(state, target)) for state in (self.before, self.after))
+        if here == old or here == new:
+            return lost, ""
+        if not here:
+            return f"{lost} {target} is gone".strip(), ""
+        if not old and here.keys() <= {target}:
+            return lost, ""  # an empty folder of a training that has just begun
+        return lost, f"neither old ({differences(here, old)}) nor new ({differences(here, new)})"
+
+    def finished(self, folder: Path) -> str:
+        """What is wrong after the next ordinary call."""
+        return differences(contents(folder), self.after)
+
+
+def _within(name: str, target: str) -> bool:
+    return name == target or name.startswith(f"{target}/")
+
+
+def _plain(found: Contents) -> Contents:
+    """Without what another call puts right: a checkpoint, and names with a leading dot."""
+    return {
+        name: digest
+        for name, digest in found.items()
+        if not any(part.startswith(".") for part in name.split("/")) and not name.endswith(f"/{CHECKPOINT}")
+    }
+
+
+class Killing:
+    """Forges that many tries share, one at a time each."""
+
+    def __init__(self, ground: Ground, scratch: Path, workers: int) -> None:
+        older(ground)
+        self.ground = ground
+        self.forges: Queue[Forge] = Queue()
+        for number in range(workers):
+            place = scratch / f"forge{number}"
+            place.mkdir()
+            lay(ground, place)
+            self.forges.put(Forge(place, [scene.words for scene in SCENES]))
+
+    @contextmanager
+    def forge(self) -> Iterator[Forge]:
+        """A forge that nobody else uses."""
+        taken = self.forges.get()
+        try:
+            yield taken
+        finally:
+            self.forges.put(taken)
+
+    def close(self) -> None:
+        """End the forges."""
+        while not self.forges.empty():
+            self.forges.get().close()
+
+    def call(self, words: Sequence[str], folder: Path) -> Ended:
+        """One call in a forked process."""
+        with self.forge() as forge:
+            forge.prepare([words], folder)
+            forge.release()
+            return ended(words, forge.collect()[0])
+
+    def stage(self, scene: Scene, folder: Path) -> tuple[Stage, list[tuple[str, int]]]:
+        """A scene played to its end, and the changes of names that it makes."""
+        lay(self.ground, folder)
+        before = contents(folder)
+        with self.forge() as forge:
+            (pid,) = forge.prepare([scene.words], folder)
+            watched = Watched(pid, folder.with_suffix(".strace")) if STRACE else None
+            forge.release()
+            (found,) = forge.collect()
+        end = ended(scene.words, found)
+        if end.code not in (0, 1):
+            raise RuntimeError(f"the calm call failed: {end}")
+        changes = watched.changes() if watched else [("any", number) for number in range(1, 25)]
+        return Stage(scene, before, contents(folder), end.seconds), changes
+
+    def killed(self, stage: Stage, folder: Path, at: tuple[str, int] | float) -> Trial:
+        """Kill a scene at a change of a name, or after seconds, and let the next ordinary call follow."""
+        scene = stage.scene
+        lay(self.ground, folder)
+        with self.forge() as forge:
+            by_hook = at[1] if not STRACE and isinstance(at, tuple) else None
+            (pid,) = forge.prepare([scene.words], folder, by_hook)
+            watched = Watched(pid, folder.with_suffix(".strace"), at) if STRACE and isinstance(at, tuple) else None
+            forge.release()
+            if isinstance(at, float):
+                kill_after(pid, at)
+            (found,) = forge.collect()
+            if watched is not None:
+                watched.changes()
+        first = ended(scene.words, found)
+        lost, torn = stage.judged(folder)
+        ends, wrong = self.resumed(scene, folder)
+        wrong = wrong or stage.finished(folder)
+        moment = f"after {at:.2f} s" if isinstance(at, float) else f"at {at[0]} {at[1]}"
+        return Trial(f"{scene.name} killed {moment} (exit {first.code})", (first, *ends), lost, torn, wrong)
+
+    def resumed(self, scene: Scene, folder: Path) -> tuple[tuple[Ended, ...], str]:
+        """The next ordinary call, with --resume where it asks for it."""
+        end = self.call(scene.words, folder)
+        ends: tuple[Ended, ...] = (end,)
+        if end.code == 2 and scene.resumed and "--resume" in end.err.decode():
+            end = self.call((*scene.words, *scene.resumed), folder)
+            ends = (*ends, end)
+        return ends, "" if end.code in (0, 1) else f"the next call fails: {end}"
+
+
+def ended(words: Sequence[str], found: tuple[int, float, int, str, str]) -> Ended:
+    """What a forge tells, as of any process."""
+    code, seconds, memory, out, err = found
+    lines = err.splitlines() or [""]
+    message = len(err) if code else max(map(len, lines))
+    return Ended((*words,), code, out.encode(), err.encode(), message, seconds, memory)
+
+
+def attacks(killing: Killing, scratch: Path, kills: int, seed: int) -> Iterator[Attack]:
+    """The rows: every change of a name, then random moments, then whole processes."""
+    draw = random.Random(seed)
+    stages: dict[Scene, Stage] = {}
+    spent = 0
+    for number, scene in enumerate(SCENES):
+        place = scratch / f"stage{number}"
+        place.mkdir()
+        stages[scene], changes = killing.stage(scene, place)
+        spent += len(changes)
+        jobs = [_at(killing, stages[scene], change) for change in changes]
+        yield Attack("kills", f"kill -9 at every change of a name: {scene.name}", jobs)
+    whole = max(4, round(END_TO_END * kills))
+    shared = [scene for scene in SCENES if scene.verb in ("discover", "train", "report", "simulate")]
+    for number, scene in enumerate(shared):
+        count = max(4, -(-(kills - spent - whole) // len(shared)))
+        moments = [draw.uniform(0.0, 1.05 * stages[scene].seconds) for _ in range(count)]
+        jobs = [_at(killing, stages[scene], moment) for moment in moments]
+        yield Attack("kills", f"kill -9 at random moments: {scene.name}", jobs)
+    jobs = [_whole(killing, stages[shared[k % len(shared)]], draw.uniform(0.2, 1.0)) for k in range(whole)]
+    yield Attack("kills", "kill -9 of whole processes, at random moments", jobs)
+
+
+def _at(killing: Killing, stage: Stage, at: tuple[str, int] | float) -> Job:
+    return lambda folder: killing.killed(stage, folder, at)
+
+
+def _whole(killing: Killing, stage: Stage, share: float) -> Job:
+    """Kill a process from its very start on, after a share of the time that its verb takes."""
+
+    def job(folder: Path) -> Trial:
+        scene = stage.scene
+        lay(killing.ground, folder)
+        after = share * killing.ground.seconds[scene.verb]
+        begun = time.perf_counter()
+        first = undertow(*scene.words, cwd=folder, sent=[Sent(after, 9)])
+        lost, torn = stage.judged(folder)
+        ends, wrong = killing.resumed(scene, folder)
+        took = time.perf_counter() - begun
+        wrong = wrong or stage.finished(folder)
+        return Trial(f"{scene.name} killed after {after:.1f} of {took:.1f} s", (first, *ends), lost, torn, wrong)
+
+    return job
