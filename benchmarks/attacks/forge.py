@@ -56,9 +56,23 @@ class Forge:
         self._say(asked)
         return self._hear()
 
-    def prepare(self, calls: Sequence[Sequence[str]], cwd: Path, kill_at: int | None = None) -> list[int]:
-        """Fork a process for each call, which waits; their numbers. `kill_at` stands in for a missing strace."""
-        return self._ask({"cwd": str(cwd), "calls": [list(words) for words in calls], "kill_at": kill_at})
+    def prepare(
+        self,
+        calls: Sequence[Sequence[str]],
+        cwd: Path,
+        kill_at: int | None = None,
+        delays: Sequence[float] | None = None,
+    ) -> list[int]:
+        """Fork a process for each call, which waits; their numbers.
+
+        Parameters
+        ----------
+        kill_at : number of the change of a name at which they kill themselves, where strace is missing
+        delays : seconds that each waits longer
+        """
+        plain = [list(words) for words in calls]
+        waits = list(delays or [0.0] * len(plain))
+        return self._ask({"cwd": str(cwd), "calls": plain, "kill_at": kill_at, "delays": waits})
 
     def release(self) -> None:
         """Let them begin."""
@@ -104,7 +118,7 @@ def _serve() -> None:
                 _warm(command_line.main, words)
             answer("warm")
         else:
-            _forked(command_line.main, asked["calls"], asked["kill_at"], answer)
+            _forked(command_line.main, asked, answer)
 
 
 def _warm(main: Any, words: list[str]) -> None:
@@ -120,15 +134,15 @@ def _warm(main: Any, words: list[str]) -> None:
             sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
 
 
-def _forked(main: Any, calls: list[list[str]], kill_at: int | None, answer: Any) -> None:
+def _forked(main: Any, asked: dict[str, Any], answer: Any) -> None:
     children = []
     wait, go = os.pipe()
-    for words in calls:
+    for words, delay in zip(asked["calls"], asked["delays"], strict=True):
         streams = [os.memfd_create("stdout"), os.memfd_create("stderr")]
         pid = os.fork()
         if not pid:
             os.close(go)
-            _verb(main, words, wait, streams, kill_at)
+            _verb(main, words, wait, streams, asked["kill_at"], delay)
         children.append((pid, streams))
     os.close(wait)
     answer([pid for pid, _ in children])
@@ -146,7 +160,7 @@ def _forked(main: Any, calls: list[list[str]], kill_at: int | None, answer: Any)
     answer(ended)
 
 
-def _verb(main: Any, words: list[str], wait: int, streams: list[int], kill_at: int | None) -> NoReturn:
+def _verb(main: Any, words: list[str], wait: int, streams: list[int], kill_at: int | None, delay: float) -> NoReturn:
     """The forked side: what a fresh interpreter would do with these words, and its end."""
     import ctypes
 
@@ -158,6 +172,7 @@ def _verb(main: Any, words: list[str], wait: int, streams: list[int], kill_at: i
     sys.argv = ["undertow", *words]
     signal.set_wakeup_fd(-1)
     os.read(wait, 1)
+    time.sleep(delay)
     if kill_at is not None:
         _kill_at(kill_at)
     code: Any = 0

@@ -11,10 +11,8 @@ from queue import Queue
 from .forge import Forge
 from .killing import STRACE, Watched, kill_after
 from .running import Ended, Sent, undertow
-from .trial import VERBS, Attack, Contents, Ground, Job, Trial, below, contents, differences
+from .trial import Attack, Contents, Ground, Job, Trial, Verdict, contents, differences, judged, sound
 
-BYSTANDERS = {"thesis.txt": "mine", "mon/notes.txt": "seen in the harbour", "net/notes.txt": "mine as well"}
-"""Files of the user's own, beside a result and inside of its folder."""
 END_TO_END = 0.05
 """Share of the kills that meet whole processes, which take 20 times as long."""
 
@@ -26,7 +24,7 @@ class Scene:
     Attributes
     ----------
     verb, words : the call
-    target : what it makes
+    target : what it makes, for its name
     resumed : words that go on with it, where it was interrupted
     """
 
@@ -41,12 +39,12 @@ class Scene:
 
 
 _BOAT = ("-v", "boat.yaml")
-_TRAIN = VERBS["train"][:-1]
+_TRAIN = ("train", "b.csv", *_BOAT, "--residual", "mlp", "--option", "units=4", "--epochs", "3", "--out")
 SCENES = (
     Scene("discover", ("discover", "b.csv", *_BOAT, "--no-report", "--out", "mon"), "mon"),
     Scene("discover", ("discover", "b.csv", *_BOAT, "--out", "mon"), "mon"),
     Scene("discover", ("discover", "b.csv", *_BOAT, "--no-report", "--out", "new"), "new"),
-    Scene("train", (*_TRAIN, "net", "--seed", "1"), "net", ("--resume",)),
+    Scene("train", (*_TRAIN, "net"), "net", ("--resume",)),
     Scene("train", (*_TRAIN, "newnet"), "newnet", ("--resume",)),
     Scene("report", ("report", "mon"), "mon/report.html"),
     Scene("report", ("report", "mon", "--out", "page.html"), "page.html"),
@@ -56,31 +54,33 @@ SCENES = (
     Scene("check", ("check", "mon", "--out", "audit.json"), "audit.json"),
 )
 """What is killed; those of the issue first, which share the random moments."""
-CHECKPOINT = "checkpoint.safetensors"
-"""What an interrupted training leaves on purpose."""
 
 
-def lay(ground: Ground, folder: Path) -> None:
+def lay(ground: Ground, folder: Path) -> Contents:
     """The files that a scene begins with: older results, and files of the user's own."""
     ground.laid(folder)
-    page = folder / "mon" / "report.html"
-    page.write_text(page.read_text("utf-8").replace("</body>", "<!-- older --></body>"), "utf-8")
-    (folder / "page.html").write_bytes(page.read_bytes())
-    for name in ("log.csv.gz", "audit.json"):
+    for name in OLDER:
         (folder / name).write_bytes((ground.folder / "older" / name).read_bytes())
-    for name, text in BYSTANDERS.items():
-        (folder / name).write_text(text)
+    return contents(folder)
+
+
+OLDER = ("log.csv.gz", "audit.json", "page.html", "mon/report.html")
+"""Results of earlier calls that are not as the scenes' own."""
 
 
 def older(ground: Ground) -> None:
     """Make what `lay` takes beside the ground's own files, once."""
     place = ground.folder / "older"
-    place.mkdir(exist_ok=True)
+    if place.exists():
+        return
+    place.mkdir()
+    ground.laid(place)
     for words in (
         ("simulate", "-v", "blueboat", "--duration", "30", "--out", "log.csv.gz"),
         ("check", "otter", "--out", "audit.json"),
+        ("report", "mon", "--model", "boat.yaml", "--out", "page.html"),
     ):
-        undertow(*words, cwd=place)
+        sound(undertow(*words, cwd=place))
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,38 +92,13 @@ class Stage:
     after: Contents
     seconds: float
 
-    def judged(self, folder: Path) -> tuple[str, str]:
+    def judged(self, folder: Path) -> Verdict:
         """What is lost and what is half-written, in a folder where the scene was killed."""
-        found, target = contents(folder), self.scene.target
-        own = {name: digest for name, digest in self.before.items() if name in BYSTANDERS}
-        rest = {n: d for n, d in self.before.items() if n in own or not _within(n, target)}
-        lost = "; ".join(f"{name} is {found.get(name, 'gone')}" for name in rest if found.get(name) != rest[name])
-        here = _plain(below(found, target))
-        old, new = (_plain(below(state, target)) for state in (self.before, self.after))
-        if here == old or here == new:
-            return lost, ""
-        if not here:
-            return f"{lost} {target} is gone".strip(), ""
-        if not old and here.keys() <= {target}:
-            return lost, ""  # an empty folder of a training that has just begun
-        return lost, f"neither old ({differences(here, old)}) nor new ({differences(here, new)})"
+        return judged(contents(folder), self.before, self.after)
 
     def finished(self, folder: Path) -> str:
         """What is wrong after the next ordinary call."""
         return differences(contents(folder), self.after)
-
-
-def _within(name: str, target: str) -> bool:
-    return name == target or name.startswith(f"{target}/")
-
-
-def _plain(found: Contents) -> Contents:
-    """Without what another call puts right: a checkpoint, and names with a leading dot."""
-    return {
-        name: digest
-        for name, digest in found.items()
-        if not any(part.startswith(".") for part in name.split("/")) and not name.endswith(f"/{CHECKPOINT}")
-    }
 
 
 class Killing:
@@ -162,16 +137,14 @@ class Killing:
 
     def stage(self, scene: Scene, folder: Path) -> tuple[Stage, list[tuple[str, int]]]:
         """A scene played to its end, and the changes of names that it makes."""
-        lay(self.ground, folder)
-        before = contents(folder)
+        before = lay(self.ground, folder)
         with self.forge() as forge:
             (pid,) = forge.prepare([scene.words], folder)
             watched = Watched(pid, folder.with_suffix(".strace")) if STRACE else None
             forge.release()
             (found,) = forge.collect()
         end = ended(scene.words, found)
-        if end.code not in (0, 1):
-            raise RuntimeError(f"the calm call failed: {end}")
+        sound(end)
         changes = watched.changes() if watched else [("any", number) for number in range(1, 25)]
         return Stage(scene, before, contents(folder), end.seconds), changes
 
@@ -190,11 +163,11 @@ class Killing:
             if watched is not None:
                 watched.changes()
         first = ended(scene.words, found)
-        lost, torn = stage.judged(folder)
+        files = stage.judged(folder)
         ends, wrong = self.resumed(scene, folder)
         wrong = wrong or stage.finished(folder)
         moment = f"after {at:.2f} s" if isinstance(at, float) else f"at {at[0]} {at[1]}"
-        return Trial(f"{scene.name} killed {moment} (exit {first.code})", (first, *ends), lost, torn, wrong)
+        return Trial(f"{scene.name} killed {moment} (exit {first.code})", (first, *ends), files.lost, files.torn, wrong)
 
     def resumed(self, scene: Scene, folder: Path) -> tuple[tuple[Ended, ...], str]:
         """The next ordinary call, with --resume where it asks for it."""
@@ -250,10 +223,12 @@ def _whole(killing: Killing, stage: Stage, share: float) -> Job:
         after = share * killing.ground.seconds[scene.verb]
         begun = time.perf_counter()
         first = undertow(*scene.words, cwd=folder, sent=[Sent(after, 9)])
-        lost, torn = stage.judged(folder)
+        files = stage.judged(folder)
         ends, wrong = killing.resumed(scene, folder)
         took = time.perf_counter() - begun
         wrong = wrong or stage.finished(folder)
-        return Trial(f"{scene.name} killed after {after:.1f} of {took:.1f} s", (first, *ends), lost, torn, wrong)
+        return Trial(
+            f"{scene.name} killed after {after:.1f} of {took:.1f} s", (first, *ends), files.lost, files.torn, wrong
+        )
 
     return job

@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import shutil
+import tempfile
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -57,9 +58,7 @@ class Row:
     attack: Attack
     trials: list[Trial] = field(default_factory=list)
 
-    HEAD = (
-        "| attack | tries | lost | half-written | tracebacks | hangs | other faults | peak memory [MB] | longest message |"
-    )
+    HEAD = "| attack | tries | lost | half-written | tracebacks | hangs | other faults | peak memory [MB] | longest message |"
 
     @property
     def bad(self) -> list[Trial]:
@@ -103,9 +102,49 @@ def contents(folder: Path) -> Contents:
     return found
 
 
-def below(found: Contents, top: str) -> Contents:
-    """What of a folder lies below one of its names, that name itself included."""
-    return {name: digest for name, digest in found.items() if name == top or name.startswith(f"{top}/")}
+CHECKPOINT = "checkpoint.safetensors"
+"""What an interrupted training leaves on purpose."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What became of the files in a folder: `left` names what nobody asked for and nobody took away."""
+
+    lost: str = ""
+    torn: str = ""
+    left: str = ""
+
+
+def judged(now: Contents, before: Contents, after: Contents) -> Verdict:
+    """Whether everything at the top of a folder is as it was or as it should become, whole.
+
+    A file that the call does not change is lost when it is gone or changed; so is a result that is there in no version.
+    A checkpoint and hidden names are what another call puts right, and an empty folder is no result.
+    """
+    lost = [name for name in before.keys() & after.keys() if before[name] == after[name] != now.get(name)]
+    torn = []
+    for top in sorted({name.split("/")[0] for name in before.keys() | after.keys()}):
+        here, old, new = (_part(state, top) for state in (now, before, after))
+        if here not in (old, new):
+            if old and not here:
+                lost.append(top)
+            else:
+                torn.append(f"{top} is neither old ({differences(here, old)}) nor new ({differences(here, new)})")
+    left = sorted(now.keys() - before.keys() - after.keys() - {n for n in now if n.endswith(f"/{CHECKPOINT}")})
+    folders = [name for name in left if now[name] == "folder" and any(n.startswith(f"{name}/") for n in now)]
+    return Verdict(_few(sorted(lost)), "; ".join(torn), _few([name for name in left if name not in folders]))
+
+
+def _part(state: Contents, top: str) -> Contents:
+    """A name and what is below it, as `judged` compares it."""
+    found = {
+        name: digest
+        for name, digest in state.items()
+        if (name == top or name.startswith(f"{top}/"))
+        and not any(part.startswith(".") for part in name.split("/")[1:])
+        and not name.endswith(f"/{CHECKPOINT}")
+    }
+    return {} if set(found.values()) == {"folder"} else found
 
 
 def differences(found: Contents, wanted: Contents) -> str:
@@ -137,42 +176,59 @@ def raw(ended: Ended) -> str:
     return f"control bytes {bytes(found)!r} were printed: {ended}" if found else ""
 
 
+NAMES = ("a.csv", "b.csv", "boat.yaml", "map.yaml", "mon", "net")
+BYSTANDERS = {"thesis.txt": "mine", "mon/notes.txt": "seen in the harbour", "net/notes.txt": "mine as well"}
+"""Files of the user's own, beside a result and inside of its folder."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """Sound files that attacks begin with: two logs, a vehicle, a map, a run folder, and a network of either log.
+    """Sound files that attacks begin with: two logs, a vehicle, a map, a run folder, and a network of the first log.
 
     Attributes
     ----------
-    folder : holds a.csv, b.csv, boat.yaml, map.yaml, mon (a run on a.csv) and net (a network trained on a.csv)
+    folder : holds a.csv, b.csv, boat.yaml, map.yaml, mon (a run on a.csv), net (a network trained on a.csv)
     seconds : how long each verb took, calm [s]
+    after : what a laid folder holds after each verb
     """
 
     folder: Path
     seconds: dict[str, float]
+    after: dict[str, Contents]
 
-    def laid(self, to: Path, names: Iterable[str] = ("a.csv", "b.csv", "boat.yaml", "map.yaml", "mon", "net")) -> Path:
-        """Copy some of it to a folder."""
+    def laid(self, to: Path, names: Iterable[str] = NAMES) -> Contents:
+        """Copy some of it to a folder, with files of the user's own when all is copied; what the folder then holds."""
         for name in names:
             source = self.folder / name
             if source.is_dir():
                 shutil.copytree(source, to / name)
             else:
                 shutil.copy(source, to / name)
-        return to
+        if names is NAMES:
+            for name, text in BYSTANDERS.items():
+                (to / name).write_text(text)
+        return contents(to)
+
+    def tried(self, verb: str, folder: Path, before: Contents, end: Ended, codes: Collection[int] = CALM) -> Trial:
+        """A try that must leave the earlier files or the new ones, nothing else, and end with one of these codes."""
+        found = judged(contents(folder), before, self.after[verb])
+        return Trial(
+            str(end), (end,), found.lost, found.torn, found.left and f"left over: {found.left}" or calm(end, codes)
+        )
 
 
 VERBS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", "-v", "boat.yaml", "--duration", "30", "--out", "out.csv"),
-    "inspect": ("inspect", "a.csv", "-v", "boat.yaml", "--map-out", "out.yaml"),
+    "inspect": ("inspect", "a.csv", "-v", "boat.yaml", "--map-out", "map.yaml"),
     "check": ("check", "boat.yaml", "--out", "out.json"),
-    "discover": ("discover", "a.csv", "-v", "boat.yaml", "--out", "out"),
-    "report": ("report", "mon"),
-    "compare": ("compare", "a.csv", "-v", "boat.yaml", "--model", "mon", "--out", "told.json", "--series", "out.mcap"),
+    "discover": ("discover", "b.csv", "-v", "boat.yaml", "--out", "mon"),
+    "report": ("report", "mon", "--model", "boat.yaml"),
+    "compare": ("compare", "a.csv", "-v", "boat.yaml", "--model", "mon", "--out", "out.json", "--series", "out.mcap"),
     "fit": ("fit", "a.csv", "-v", "boat.yaml", "--out", "fitted.yaml"),
     "add": ("add", "surge_quadratic_damping", "--run", "mon", "--out", "added.yaml"),
     "train": (
-        *("train", "a.csv", "-v", "boat.yaml", "--residual", "mlp", "--option", "units=4"),
-        *("--epochs", "3", "--out", "outnet"),
+        *("train", "b.csv", "-v", "boat.yaml", "--residual", "mlp", "--option", "units=4"),
+        *("--epochs", "3", "--out", "net"),
     ),
     "explain": ("explain", "net", "a.csv", "-v", "boat.yaml"),
 }
@@ -187,30 +243,43 @@ def ground(folder: Path) -> Ground:
     RuntimeError
         when an ordinary call fails: nothing can be attacked then.
     """
-    ready = folder / "seconds.json"
+    ready = folder / "ground.json"
     if ready.exists():
-        return Ground(folder, json.loads(ready.read_text()))
+        return Ground(folder, **json.loads(ready.read_text()))
     boat = ("-v", "boat.yaml")
     shutil.copy(_shipped("blueboat.yaml"), folder / "boat.yaml")
-    # 40 s: less than that is too short for discovery's rollouts.
-    made = {
-        "a": ("simulate", *boat, "--duration", "40", "--effect", "X_uu=-12", "--out", "a.csv"),
-        "b": ("simulate", *boat, "--duration", "40", "--effect", "X_uu=-14", "--seed", "1", "--out", "b.csv"),
-        "map": ("inspect", "a.csv", *boat, "--map-out", "map.yaml"),
-        "mon": ("discover", "a.csv", *boat, "--out", "mon"),
-        "net": (*VERBS["train"][:-1], "net"),
-    }
-    seconds = {}
-    for name, words in (*made.items(), *VERBS.items()):
-        ended = undertow(*words, cwd=folder)
-        if ended.code not in (0, 1):
-            raise RuntimeError(f"the calm call failed: {ended}")
-        seconds[name] = ended.seconds
-    for name in ("out", "outnet", "out.csv", "out.yaml", "out.json", "told.json", "out.mcap", "fitted.yaml", "added.yaml"):
-        path = folder / name
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
-    ready.write_text(json.dumps({verb: seconds[verb] for verb in VERBS}))
-    return ground(folder)
+    made = (
+        # 40 s: less than that is too short for discovery's rollouts.
+        ("simulate", *boat, "--duration", "40", "--effect", "X_uu=-12", "--out", "a.csv"),
+        ("simulate", *boat, "--duration", "40", "--effect", "X_uu=-14", "--seed", "1", "--out", "b.csv"),
+        ("inspect", "b.csv", *boat, "--map-out", "map.yaml"),
+        ("discover", "a.csv", *boat, "--out", "mon"),
+        (*("train", "a.csv", *boat, "--residual", "mlp", "--option", "units=4"), "--epochs", "3", "--out", "net"),
+    )
+    for words in made:
+        sound(undertow(*words, cwd=folder))
+    plain = Ground(folder, {}, {})
+    seconds, after = {}, {}
+    for verb, words in VERBS.items():
+        with tempfile.TemporaryDirectory() as place:
+            plain.laid(Path(place))
+            seconds[verb] = sound(undertow(*words, cwd=Path(place))).seconds
+            after[verb] = contents(Path(place))
+    ready.write_text(json.dumps({"seconds": seconds, "after": after}))
+    return Ground(folder, seconds, after)
+
+
+def sound(ended: Ended) -> Ended:
+    """The same, when it ended as it should.
+
+    Raises
+    ------
+    RuntimeError
+        when it did not.
+    """
+    if ended.code not in (0, 1):
+        raise RuntimeError(f"the calm call failed: {ended}")
+    return ended
 
 
 def _shipped(name: str) -> Path:
