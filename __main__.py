@@ -1,7 +1,12 @@
 """The command line: the verbs of undertow, each loading only what it needs."""
 
-import io
 import sys
+
+if __name__ == "__main__" or sys.argv[0].endswith(("undertow", "undertow.exe")):  # not when it is imported
+    from .reports.interruption import listen
+
+    listen()  # before anything else: what follows takes a second, in which Ctrl-C is pressed too
+
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
@@ -10,7 +15,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .physics.effects import EFFECTS
-from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show, tell_replaced
+from .reports.console import (
+    check_file,
+    failing_clearly,
+    flush,
+    interrupted,
+    open_streams,
+    print_json,
+    progress,
+    prose,
+    say,
+    show,
+    tell_replaced,
+)
 
 if TYPE_CHECKING:
     from .reports.inputs import Inputs
@@ -440,11 +457,10 @@ def train(
                     resume=resume,
                     progress=told,
                 )
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as error:
             kept = (out / trained.CHECKPOINT).exists()
             how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"
-            print(f"\nundertow: interrupted; {how}", file=sys.stderr)
-            raise typer.Exit(130) from None
+            interrupted(error, how)
         if explain:
             done = trained.explained(done, out, progress)
         if as_json:
@@ -553,10 +569,11 @@ def report(
 
 
 def main() -> None:
-    """Run the command line; exit code 0 done, 1 a check found violations, 2 wrong usage or unreadable input."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that cannot show "m/s²" gets "m/s?", not a traceback
+    """Run the command line; exit code 0 done, 1 a check found violations, 2 wrong usage or unreadable input.
+
+    130 when interrupted (Ctrl-C), 143 when terminated.
+    """
+    open_streams()
     try:
         app()
     finally:

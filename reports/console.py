@@ -1,11 +1,12 @@
 """The terminal: what verbs print, how they fail, and the files they refuse to write."""
 
+import io
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import typer
 
@@ -13,13 +14,42 @@ WIDEST = 120
 """Columns beyond which nothing is spread out."""
 
 
+def open_streams() -> None:
+    """Make streams of closed ones, and let a terminal that cannot show "m/s²" have "m/s?", not a traceback.
+
+    Where stdin, stdout or stderr is closed, the next file that is opened would take its number, and what a library
+    prints would stand in it; and `print` to a stderr that is None goes to stdout.
+    """
+    while (handle := os.open(os.devnull, os.O_RDWR)) <= 2:  # the lowest number that is free
+        pass
+    os.close(handle)
+    for number, name in enumerate(("stdout", "stderr"), start=1):
+        stream = getattr(sys, name)
+        if stream is None:
+            raw = io.FileIO(number, "w", closefd=False)
+            setattr(sys, name, io.TextIOWrapper(io.BufferedWriter(raw), encoding="utf-8"))
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
 def flush() -> None:
     """Send what is still buffered; when the reader has left (a closed pipe), end without a word, with exit code 1."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its own last flush
-        raise SystemExit(1) from None
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError as error:
+            _silence(stream)
+            if isinstance(error, BrokenPipeError):
+                raise SystemExit(1) from None
+            if stream is sys.stdout:
+                fail(f"cannot write the output: {error.strerror or error}")
+
+
+def _silence(stream: TextIO) -> None:
+    """Send what cannot be written nowhere, or Python tries again at its own end, and complains."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 def check_file(out: Path, source: Any = None, kind: str = "other") -> bool:
@@ -89,15 +119,28 @@ def print_json(data: dict[str, Any]) -> None:
 def failing_clearly() -> Iterator[None]:
     """Turn undertow's own errors, and files that cannot be opened, into one message on stderr and exit code 2."""
     from ..physics.errors import LogError, RequestError, VehicleError
+    from .interruption import interruptible
 
     try:
-        yield
+        with interruptible():
+            yield
     except (LogError, RequestError, VehicleError) as error:
         fail(str(error))
+    except KeyboardInterrupt as error:
+        interrupted(error)
     except BrokenPipeError:
         raise  # whoever read the output has left; typer ends without a word
     except OSError as error:
         fail(f"{error.filename2 or error.filename or 'output'}: {error.strerror or error}")
+
+
+def interrupted(error: KeyboardInterrupt, more: str = "") -> NoReturn:
+    """Say that the user, or the system, ended a verb, and what is kept of it; exit code 130 for Ctrl-C."""
+    from .interruption import told
+
+    text, code = told(error)
+    print(f"\nundertow: {text}{'; ' * bool(more)}{more}", file=sys.stderr)
+    raise typer.Exit(code) from None
 
 
 def fail(text: str) -> NoReturn:

@@ -168,7 +168,7 @@ def _verb(main: Any, words: list[str], wait: int, streams: list[int], kill_at: i
     ctypes.CDLL(None).prctl(_ANY_TRACER, ctypes.c_ulong(-1), 0, 0, 0)
     for number, stream in enumerate(streams, start=1):
         os.dup2(stream, number)
-    sys.stdout, sys.stderr = (open(number, "w", encoding="utf-8", closefd=False) for number in (1, 2))
+    sys.stdout, sys.stderr = (os.fdopen(os.dup(number), "w", encoding="utf-8") for number in (1, 2))
     sys.argv = ["undertow", *words]
     signal.set_wakeup_fd(-1)
     os.read(wait, 1)

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 CALLS = (
@@ -51,7 +52,5 @@ class Watched:
 def kill_after(pid: int, seconds: float) -> None:
     """Kill a process after a while, if it is still there."""
     time.sleep(seconds)
-    try:
+    with suppress(ProcessLookupError):
         os.kill(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass

@@ -201,7 +201,7 @@ def attacks(killing: Killing, scratch: Path, kills: int, seed: int) -> Iterator[
         yield Attack("kills", f"kill -9 at every change of a name: {scene.name}", jobs)
     whole = max(4, round(END_TO_END * kills))
     shared = [scene for scene in SCENES if scene.verb in ("discover", "train", "report", "simulate")]
-    for number, scene in enumerate(shared):
+    for scene in shared:
         count = max(4, -(-(kills - spent - whole) // len(shared)))
         moments = [draw.uniform(0.0, 1.05 * stages[scene].seconds) for _ in range(count)]
         jobs = [_at(killing, stages[scene], moment) for moment in moments]

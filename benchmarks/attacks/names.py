@@ -1,4 +1,4 @@
-"""File names as disks allow them: spaces, quotes, newlines, dashes, control bytes, bytes that are no text, long ones."""
+"""File names as disks allow them: spaces, quotes, newlines, dashes, control bytes, no text at all, and long ones."""
 
 import os
 import shutil

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
@@ -22,6 +23,8 @@ KEPT = 200_000
 """Bytes of a stream that are kept at either end; a bomb may print more than this machine holds."""
 STOPPED = 3 * MEMORY
 """Bytes at which a process is stopped, to save the machine."""
+UNHEARD = 2.0
+"""Seconds after which a process that has no handler of SIGTERM is taken to have begun."""
 TRACEBACK = (b"Traceback (most recent call last)", b"Exception ignored in", b"Fatal Python error")
 CALM = (0, 1, 2, 130)
 """Exit codes that the command line has: done, a violation or a reader who left, a clear error, interrupted."""
@@ -71,7 +74,10 @@ class Ended:
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """A signal to the whole process group, as a terminal sends Ctrl-C, so many seconds after the start."""
+    """A signal to the process group, as a terminal sends Ctrl-C, so many seconds after undertow's first line ran.
+
+    Before that Python itself is loading, which ends in its own way; a handler of SIGTERM tells that it is done.
+    """
 
     after: float
     signal: int = signal.SIGINT
@@ -145,29 +151,40 @@ def undertow(
 
 
 def environment(changes: Mapping[str, str | None]) -> dict[str, str]:
-    """This process's environment with changes, and one thread, since the machine is shared with other tries."""
+    """Variables of this process with changes, and one thread, since the machine is shared with other tries."""
     mixed: dict[str, str | None] = {**os.environ, "OMP_NUM_THREADS": "1", **changes}
     return {name: value for name, value in mixed.items() if value is not None}
 
 
 def watched(pid: int, begun: float, sent: Sequence[Sent], seconds: float) -> tuple[int, int, bool]:
     """Wait for a child, and send signals meanwhile: its exit code, its memory [bytes], and whether it hung."""
-    waiting, hung, most = list(sent), False, 0
+    waiting, hung, most, ready = list(sent), False, 0, None
     while True:
         found, status, usage = os.wait4(pid, os.WNOHANG)
         if found:
-            # The most that the kernel saw; it counts this process's size at the fork, which is why this one is slim.
-            most = max(most, usage.ru_maxrss * 1024) if not most else most
-            return os.waitstatus_to_exitcode(status), most, hung
+            # The kernel's figure counts this process's size at the fork, too: it is for those that were never seen.
+            return os.waitstatus_to_exitcode(status), most or usage.ru_maxrss * 1024, hung
         now = time.perf_counter() - begun
-        while waiting and now >= waiting[0].after:
+        if ready is None and waiting and (now > UNHEARD or catches(pid, signal.SIGTERM)):
+            ready = now
+        while waiting and ready is not None and now >= ready + waiting[0].after:
             _send(pid, waiting.pop(0).signal)
         held = peak(pid)
         most = max(most, held)
         if now > seconds or held > STOPPED:
             hung = hung or now > seconds
             _send(pid, signal.SIGKILL)
-        time.sleep(min(0.01, max(0.0, waiting[0].after - now)) if waiting else 0.01)
+        time.sleep(0.002 if waiting else 0.01)
+
+
+def catches(pid: int, number: int) -> bool:
+    """Whether a process has a handler for a signal."""
+    try:
+        text = Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
+    (mask,) = [line.split()[1] for line in text.splitlines() if line.startswith("SigCgt:")] or ["0"]
+    return bool(int(mask, 16) >> (number - 1) & 1)
 
 
 def peak(pid: int) -> int:
@@ -181,10 +198,8 @@ def peak(pid: int) -> int:
 
 
 def _send(pid: int, number: int) -> None:
-    try:
+    with suppress(ProcessLookupError):
         os.killpg(pid, number)
-    except ProcessLookupError:
-        pass
 
 
 def file_limit(size: int) -> Callable[[], None]:

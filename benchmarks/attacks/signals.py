@@ -8,11 +8,6 @@ from pathlib import Path
 from .running import UNDERTOW, Sent, undertow
 from .trial import CHECKPOINT, VERBS, Attack, Ground, Job, Trial, contents, judged
 
-SOONEST = 0.12
-"""Seconds after the start from which on Ctrl-C must be told in undertow's words; before, Python itself is loading."""
-TERMINATED = (143, -15)
-"""What a shell and Python tell of a process that SIGTERM ended."""
-
 
 def attacks(ground: Ground, tries: int, seed: int) -> Iterator[Attack]:
     """The rows: Ctrl-C once and twice, SIGTERM, and streams that are closed."""
@@ -25,11 +20,11 @@ def attacks(ground: Ground, tries: int, seed: int) -> Iterator[Attack]:
         jobs = []
         for verb in VERBS:
             for share in _spread(draw, tries):
-                first = SOONEST + share * (ground.seconds[verb] - SOONEST)
+                first = share * ground.seconds[verb]
                 again = [first + draw.uniform(0.01, 0.3) for _ in range(presses - 1)]
                 jobs.append(_stopped(ground, verb, [Sent(after, number) for after in (first, *again)]))
         yield Attack("signals", name, jobs)
-    imports = [draw.uniform(0.02, 0.6) for _ in range(4 * tries)]
+    imports = [draw.uniform(0.0, 0.4) for _ in range(4 * tries)]
     yield Attack("signals", "Ctrl-C while it loads", [_stopped(ground, "inspect", [Sent(after)]) for after in imports])
     for name, shell, codes in (
         ("a reader who leaves: | head -1", '"$@" | head -1; exit "${PIPESTATUS[0]}"', (0, 1)),

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -58,7 +59,9 @@ class Row:
     attack: Attack
     trials: list[Trial] = field(default_factory=list)
 
-    HEAD = "| attack | tries | lost | half-written | tracebacks | hangs | other faults | peak memory [MB] | longest message |"
+    HEAD = (
+        "| attack | tries | lost | half-written | tracebacks | hangs | other faults | memory [MB] | longest message |"
+    )
 
     @property
     def bad(self) -> list[Trial]:
@@ -83,6 +86,10 @@ class Row:
         return "| " + " | ".join(map(str, cells)) + " |"
 
 
+_TIMES = re.compile(rb'"seconds_to_\w+": [-+.e\d]+')
+"""What differs between two equal comparisons: how long they took."""
+
+
 def contents(folder: Path) -> Contents:
     """Everything below a folder, hidden and temporary names too."""
     found: Contents = {}
@@ -96,7 +103,7 @@ def contents(folder: Path) -> Contents:
                 found[key] = "folder"
             elif os.path.isfile(path):
                 with open(path, "rb") as stream:
-                    found[key] = hashlib.file_digest(stream, "sha256").hexdigest()
+                    found[key] = hashlib.sha256(_TIMES.sub(b"", stream.read())).hexdigest()
             else:
                 found[key] = "special"
     return found
@@ -172,7 +179,7 @@ def calm(ended: Ended, codes: Collection[int] = CALM) -> str:
 
 def raw(ended: Ended) -> str:
     """What control bytes reached the terminal, other than those of lines and tabs; empty when none did."""
-    found = sorted({byte for byte in ended.told if byte < 32 and byte not in b"\n\r\t" or byte == 127})
+    found = sorted({byte for byte in ended.told if (byte < 32 and byte not in b"\n\r\t") or byte == 127})
     return f"control bytes {bytes(found)!r} were printed: {ended}" if found else ""
 
 
@@ -213,7 +220,7 @@ class Ground:
         """A try that must leave the earlier files or the new ones, nothing else, and end with one of these codes."""
         found = judged(contents(folder), before, self.after[verb])
         return Trial(
-            str(end), (end,), found.lost, found.torn, found.left and f"left over: {found.left}" or calm(end, codes)
+            str(end), (end,), found.lost, found.torn, (found.left and f"left over: {found.left}") or calm(end, codes)
         )
 
 
@@ -222,7 +229,7 @@ VERBS: dict[str, tuple[str, ...]] = {
     "inspect": ("inspect", "a.csv", "-v", "boat.yaml", "--map-out", "map.yaml"),
     "check": ("check", "boat.yaml", "--out", "out.json"),
     "discover": ("discover", "b.csv", "-v", "boat.yaml", "--out", "mon"),
-    "report": ("report", "mon", "--model", "boat.yaml"),
+    "report": ("report", "mon", "--out", "page.html"),
     "compare": ("compare", "a.csv", "-v", "boat.yaml", "--model", "mon", "--out", "out.json", "--series", "out.mcap"),
     "fit": ("fit", "a.csv", "-v", "boat.yaml", "--out", "fitted.yaml"),
     "add": ("add", "surge_quadratic_damping", "--run", "mon", "--out", "added.yaml"),
