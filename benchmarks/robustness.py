@@ -82,8 +82,8 @@ def page(rows: Sequence[Row], seconds: float, seed: int) -> str:
         f"{len(trials)} tries with seed {seed}, {seconds / 60:.0f} minutes on {os.cpu_count()} cores "
         f"(Python {platform.python_version()}, {platform.system()}; killed by {knife}).",
         "A try fails when a file of the user's is lost or half-written, when a traceback is seen, when a process hangs "
-        "(60 s), holds more than 1.5 GB, says more than 4,000 characters in one message, or ends with another exit code "
-        "or other files than it should (other faults).",
+        "(60 s), holds more than 1.5 GB, says more than 4,000 characters in one message, or ends with another exit "
+        "code or other files than it should (other faults).",
         f"**{bad} of {len(trials)} tries failed.**",
         "\n".join([Row.HEAD, "| --- |" + " --- |" * 8, *map(str, rows)]),
     ]

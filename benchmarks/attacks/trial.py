@@ -59,9 +59,7 @@ class Row:
     attack: Attack
     trials: list[Trial] = field(default_factory=list)
 
-    HEAD = (
-        "| attack | tries | lost | half-written | tracebacks | hangs | other faults | memory [MB] | longest message |"
-    )
+    HEAD = "| attack | tries | lost | half-written | tracebacks | hangs | other faults | memory [MB] | message |"
 
     @property
     def bad(self) -> list[Trial]:
