@@ -18,13 +18,13 @@ from .physics.effects import EFFECTS
 from .reports.console import (
     check_file,
     failing_clearly,
-    flush,
     interrupted,
     open_streams,
     print_json,
     progress,
     prose,
     say,
+    sending,
     show,
     tell_replaced,
 )
@@ -573,11 +573,14 @@ def main() -> None:
 
     130 when interrupted (Ctrl-C), 143 when terminated.
     """
+    from .reports.interruption import finish
+
     open_streams()
     try:
-        app()
+        with sending():
+            app()
     finally:
-        flush()
+        finish()
 
 
 def _discover(

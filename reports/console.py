@@ -12,6 +12,8 @@ import typer
 
 WIDEST = 120
 """Columns beyond which nothing is spread out."""
+NARROWEST = 20
+"""Columns below which nothing is squeezed: a name and a number beside each other need them; the terminal wraps."""
 
 
 def open_streams() -> None:
@@ -30,19 +32,28 @@ def open_streams() -> None:
             setattr(sys, name, io.TextIOWrapper(io.BufferedWriter(raw), encoding="utf-8"))
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    columns = os.environ.get("COLUMNS", "")
+    if columns and not (columns.isdecimal() and len(columns) <= 4 and int(columns) >= NARROWEST):
+        del os.environ["COLUMNS"]  # the terminal knows better
 
 
-def flush() -> None:
-    """Send what is still buffered; when the reader has left (a closed pipe), end without a word, with exit code 1."""
-    for stream in (sys.stdout, sys.stderr):
+@contextmanager
+def sending() -> Iterator[None]:
+    """Send all that is printed inside; end without a word, with exit code 1, when the reader has left (a closed pipe).
+
+    Exit code 2 for a full disk.
+    """
+    try:
         try:
-            stream.flush()
-        except OSError as error:
-            _silence(stream)
-            if isinstance(error, BrokenPipeError):
-                raise SystemExit(1) from None
-            if stream is sys.stdout:
-                fail(f"cannot write the output: {error.strerror or error}")
+            yield
+        finally:
+            sys.stdout.flush()
+    except OSError as error:
+        _silence(sys.stdout)
+        if isinstance(error, BrokenPipeError):
+            raise SystemExit(1) from None
+        complain(f"undertow: cannot write the output: {error.strerror or error}")
+        raise SystemExit(2) from None
 
 
 def _silence(stream: TextIO) -> None:
@@ -81,7 +92,15 @@ def tell_replaced(out: Path, earlier: bool) -> None:
 
 def progress(line: str) -> None:
     """Print a line about work that goes on, on stderr."""
-    print(f"  {line}", file=sys.stderr, flush=True)
+    complain(f"  {line}")
+
+
+def complain(text: str) -> None:
+    """Print on stderr; where nobody can read that, the work goes on all the same."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        _silence(sys.stderr)
 
 
 def say(text: str) -> None:
@@ -101,7 +120,7 @@ def show(*parts: Any) -> None:
     from rich.console import Console
 
     console = Console()
-    console.width = min(console.width, WIDEST)
+    console.width = max(NARROWEST, min(console.width, WIDEST))
     for part in parts:
         if part is not None:
             console.print(part)
@@ -136,14 +155,15 @@ def failing_clearly() -> Iterator[None]:
 
 def interrupted(error: KeyboardInterrupt, more: str = "") -> NoReturn:
     """Say that the user, or the system, ended a verb, and what is kept of it; exit code 130 for Ctrl-C."""
-    from .interruption import told
+    from .interruption import leave, told
 
     text, code = told(error)
-    print(f"\nundertow: {text}{'; ' * bool(more)}{more}", file=sys.stderr)
+    complain(f"\nundertow: {text}{'; ' * bool(more)}{more}")
+    leave(code)
     raise typer.Exit(code) from None
 
 
 def fail(text: str) -> NoReturn:
     """Print a message on stderr and leave with exit code 2."""
-    print(f"undertow: {text}", file=sys.stderr)
+    complain(f"undertow: {text}")
     raise typer.Exit(2)

@@ -51,6 +51,27 @@ def told(error: KeyboardInterrupt) -> tuple[str, int]:
     return WORDS.get(signal.Signals(number).name, WORDS["SIGINT"]), 128 + number
 
 
+def leave(code: int) -> None:
+    """End a process that listens, now that all is tidied up and said; return in any other.
+
+    Python's own end takes its time and forgets the handlers, and after an interruption inside of `exec`, which makes
+    dataclasses, it does not give the code that it was asked for.
+    """
+    if _listening():
+        os._exit(code)
+
+
+def finish() -> None:
+    """The work is done: what is pressed while Python ends is too late."""
+    for number in _listening():
+        signal.signal(number, signal.SIG_IGN)
+
+
+def _listening() -> list[int]:
+    """The signals that this module handles in this process."""
+    return [number for number in _signals() if signal.getsignal(number) in (_leave, _interrupt)]
+
+
 def _signals() -> list[int]:
     return [getattr(signal, name) for name in WORDS if hasattr(signal, name)]
 

@@ -3,6 +3,7 @@
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from .running import Ended, Word, undertow
@@ -44,12 +45,9 @@ def attacks(ground: Ground) -> Iterator[Attack]:
 
 def _put(folder: Path, source: str, name: bytes) -> bytes:
     """A sound file under a strange name, told so that a dash is no option."""
-    target = os.path.join(os.fsencode(folder), name)
-    try:
-        source_path = os.path.join(os.fsencode(folder), source.encode())
-        shutil.copytree(source_path, target) if os.path.isdir(source_path) else shutil.copy(source_path, target)
-    except OSError:
-        pass  # a name that the disk does not take: the verb is then asked for what is not there
+    given, target = folder / source, folder / os.fsdecode(name)
+    with suppress(OSError):  # a name that the disk does not take: the verb is then asked for what is not there
+        shutil.copytree(given, target) if given.is_dir() else shutil.copy(given, target)
     return b"./" + name
 
 

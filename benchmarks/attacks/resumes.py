@@ -1,7 +1,7 @@
 """A training that was killed goes on to the same bytes, whenever it was killed."""
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from .killing import STRACE, Watched, kill_after
@@ -37,7 +37,7 @@ def attacks(killing: Killing, scratch: Path, tries: int, seed: int) -> Iterator[
     yield Attack("resume", "a training killed at every change of a name, and resumed", jobs, why)
 
 
-def _resumed(killing: Killing, after: Contents, kills: list[float] | list[tuple[str, int]]) -> Job:
+def _resumed(killing: Killing, after: Contents, kills: Sequence[float | tuple[str, int]]) -> Job:
     def job(folder: Path) -> Trial:
         killing.ground.laid(folder)
         words: tuple[str, ...] = WORDS
@@ -58,7 +58,7 @@ def _resumed(killing: Killing, after: Contents, kills: list[float] | list[tuple[
         last = ends[-1]
         wrong = "" if last.code == 0 else f"it does not go on: {last}"
         wrong = wrong or differences(contents(folder), after)
-        moments = ", ".join(f"{kill:.2f} s" if isinstance(kill, float) else f"{kill[0]} {kill[1]}" for kill in kills)
+        moments = ", ".join(f"{kill:.2f} s" if isinstance(kill, float) else "{} {}".format(*kill) for kill in kills)
         return Trial(f"killed at {moments}", tuple(ends), wrong=wrong)
 
     return job

@@ -162,8 +162,8 @@ def watched(pid: int, begun: float, sent: Sequence[Sent], seconds: float) -> tup
     while True:
         found, status, usage = os.wait4(pid, os.WNOHANG)
         if found:
-            # The kernel's figure counts this process's size at the fork, too: it is for those that were never seen.
-            return os.waitstatus_to_exitcode(status), most or usage.ru_maxrss * 1024, hung
+            # The kernel's figure counts grandchildren, and this process's size at the fork: that is why it is slim.
+            return os.waitstatus_to_exitcode(status), max(most, usage.ru_maxrss * 1024), hung
         now = time.perf_counter() - begun
         if ready is None and waiting and (now > UNHEARD or catches(pid, signal.SIGTERM)):
             ready = now
