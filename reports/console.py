@@ -1,8 +1,8 @@
-"""The terminal: what verbs print, how they fail, and the files they refuse to write."""
+"""The terminal: what verbs print, and how they fail."""
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
@@ -14,39 +14,21 @@ WIDEST = 120
 
 
 def flush() -> None:
-    """Send what is still buffered; when the reader has left (a closed pipe), end without a word, with exit code 1."""
+    """Send what is still buffered; end with exit code 1 when the reader has left (a closed pipe), 2 for a full disk."""
     try:
         sys.stdout.flush()
-    except BrokenPipeError:
+    except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its own last flush
-        raise SystemExit(1) from None
+        if isinstance(error, BrokenPipeError):
+            raise SystemExit(1) from None
+        print(f"undertow: cannot write the output: {error.strerror or error}", file=sys.stderr)
+        raise SystemExit(2) from None
 
 
-def check_file(out: Path, source: Any = None, kind: str = "other") -> bool:
-    """Refuse a file that cannot be written, is the one read, or is of another `kind`, before the work on it begins.
-
-    `check_replaced` says what kinds there are. True when a file is there, of which `tell_replaced` speaks later.
-    """
-    from ..physics.errors import RequestError
-
-    if source is not None and out.exists() and Path(source).exists() and out.samefile(source):
-        raise RequestError(f"--out {out} is the vehicle file that is read; give another name, so that it is not lost")
-    if out.is_dir():
-        raise RequestError(f"cannot write {out}: it is a folder; give the name of a file")
-    if not out.parent.is_dir():
-        raise RequestError(f"cannot write {out}: the folder {out.parent} does not exist; create it first")
-    if not out.is_file():  # a device such as /dev/stdout loses nothing
-        return out.exists()
-    from .replacing import check_replaced
-
-    check_replaced(out, kind)
-    return True
-
-
-def tell_replaced(out: Path, earlier: bool) -> None:
-    """Say on stderr that a file took the place of an earlier one, if it did."""
-    if earlier:
-        progress(f"replaced the earlier {out}")
+def tell_replaced(paths: Iterable[Path]) -> None:
+    """Say on stderr of which earlier files others took the place."""
+    for path in paths:
+        progress(f"replaced the earlier {path}")
 
 
 def progress(line: str) -> None:
@@ -97,7 +79,8 @@ def failing_clearly() -> Iterator[None]:
     except BrokenPipeError:
         raise  # whoever read the output has left; typer ends without a word
     except OSError as error:
-        fail(f"{error.filename2 or error.filename or 'output'}: {error.strerror or error}")
+        named = error.filename2 or error.filename
+        fail(f"{'cannot write the output' if named is None else named}: {error.strerror or error}")
 
 
 def fail(text: str) -> NoReturn:
