@@ -19,8 +19,8 @@ _LONGEST = 200
 """Bytes of a name that its unfinished neighbours bear: a name has at most 255."""
 _STREAM = re.compile(r"/dev/(?:std(?P<name>in|out|err)|fd/(?P<number>\d+))|/proc/self/fd/(?P<proc>\d+)")
 _NAMED = {"in": 0, "out": 1, "err": 2}
-_TRIED = 1 << 18
-"""Bytes that are written to see whether a file can be [B]: less than a small log, more than what a full disk has."""
+_TRIED = 1 << 16
+"""Bytes that are written to see whether a file can be [B]: those of a page, and more than what a full disk has."""
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> Path:
@@ -57,8 +57,8 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
     return target
 
 
-def try_out(path: str | os.PathLike[str]) -> None:
-    """Write a file's worth beside a file, and take it away again: what fails now does not fail after the work.
+def try_out(path: str | os.PathLike[str], size: int = _TRIED) -> None:
+    """Write `size` bytes beside a file, and take it away again: what fails now does not fail after the work.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def try_out(path: str | os.PathLike[str]) -> None:
             return
         clear_left(real(target))
         with _unfinished(real(target)) as (stream, _):
-            stream.write(bytes(_TRIED))
+            stream.write(bytes(size))
             stream.flush()
             os.fsync(stream.fileno())
 

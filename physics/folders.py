@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import RequestError
-from .files import LEFT, left_beside, lock, name_unfinished, real, try_out
+from .files import LEFT, left_beside, lock, name_unfinished, real, try_out, write_text
 
 Own = Callable[[Path], Collection[str]]
 """Names of the files in a folder that undertow certainly wrote and nobody changed: these alone may go."""
@@ -22,10 +22,12 @@ _UNFINISHED = ".undertow-unfinished"
 _COMMIT = f"{LEFT}commit"
 """Complete new files in a folder that cannot be renamed: they are moved to their places, now or by the next call."""
 _STALE = ".undertow-stale"
-"""File in `_COMMIT`: names that go when the new files are in place."""
+"""List of the names that go: from the folder when the files of `_COMMIT` are in place, or from an old folder."""
 _LEFT = re.compile(r"(\..+)?\.undertow-([0-9a-f]{8}|commit|unfinished|stale)")
 """Names that are not somebody's, but what a process left or is at work on."""
 _LISTED = 4
+_TRIED = 1 << 20
+"""Bytes that are written to see whether a folder can be [B]: those of a run of a few minutes."""
 _EXCHANGE = 2
 """RENAME_EXCHANGE of linux/fs.h."""
 _HERE = -100
@@ -54,15 +56,17 @@ def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False
     folders = [name for name in lost if (target / name).is_dir()]
     if lost and not force:
         raise RequestError(
-            f"{target} holds {_some(lost)}, which undertow did not write, or which was changed since; move it away, "
-            "give another folder, or --force to replace it"
+            f"cannot write {target}: it holds {_some(lost)}, which undertow did not write, or which was changed "
+            "since; move it away, give another folder, or --force to replace it"
         )
     if folders:
-        raise RequestError(f"{target} holds a folder {_some(folders)}, where a file is to be written; move it away")
+        raise RequestError(
+            f"cannot write {target}: it holds a folder {_some(folders)}, where a file is to be written; move it away"
+        )
     if others and not mine and not force:
         raise RequestError(
-            f"{target}: the folder holds other files ({_some(others)}) and nothing that this verb wrote; give a "
-            "new one, or --force to write beside them"
+            f"cannot write {target}: the folder holds other files ({_some(others)}) and nothing that this verb "
+            "wrote; give a new one, or --force to write beside them"
         )
     return [name for name in others if name not in new]
 
@@ -90,10 +94,10 @@ def check_folder(target: Path, new: Collection[str], own: Own, *, force: bool = 
     if place.exists() and not place.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, "it is a file", str(target))
     if _stays(place):
-        try_out(place / "file")
+        try_out(place / "file", _TRIED)
         return
     with _staged(place) as work:
-        try_out(work / "file")
+        try_out(work / "file", _TRIED)
 
 
 def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: Own, *, force: bool = False) -> None:
@@ -105,7 +109,7 @@ def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: 
     that is done last wins; each leaves a whole folder.
 
     A folder that cannot be renamed (a mount, the working folder, no permission beside it, a file system without the
-    exchange) gets its files one by one, out of a complete set within it; a process that is killed between two of them
+    exchange), or is another's and was forced, gets its files one by one, out of a complete set within it; a process that is killed between two of them
     leaves that set to the next call, see `finish`.
 
     Parameters
@@ -126,7 +130,8 @@ def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: 
     put_right(place, own)
     with _staged(place) as work:
         new = {name for name in build(work) if name != _UNFINISHED}
-        if not _stays(place) and _exchanged(work, place, new, own, force):
+        theirs = place.is_dir() and any(place.iterdir()) and not own(place)
+        if not theirs and not _stays(place) and _exchanged(work, place, new, own, force):
             return
         place.mkdir(exist_ok=True)
         with _at_rest(place):
@@ -207,12 +212,13 @@ def _exchanged(work: Path, place: Path, new: Collection[str], own: Own, force: b
 
 def _retire(old: Path, place: Path, own: Own, given_up: Collection[str] = ()) -> None:
     """Take away a folder that another took the place of, but nothing of another's that is not in that, too."""
-    mine = {*own(old), *given_up}
-    for path in sorted(old.iterdir()):
+    mine = {*own(old), *given_up, *_stale(old)}
+    write_text(old / _STALE, json.dumps(sorted(mine)))  # own() may know nothing more when half of the files are gone
+    for path in sorted(old.iterdir(), key=lambda path: (path.name == _STALE, path.name)):
         there = place / path.name
-        if path.name not in mine and not os.path.lexists(there):
+        if path.name not in mine and not _is_left(path.name) and not os.path.lexists(there):
             os.rename(path, there)  # it came while the folders changed names
-        elif path.name in mine or _same(path, there):
+        elif path.name in mine or _is_left(path.name) or _same(path, there):
             _take_away(path)
     with suppress(OSError):  # what is left is somebody's, and stays
         old.rmdir()
@@ -220,7 +226,7 @@ def _retire(old: Path, place: Path, own: Own, given_up: Collection[str] = ()) ->
 
 def _move_in(work: Path, place: Path, stale: list[str]) -> None:
     """Complete the new files under one name, then move them into their places."""
-    (work / _STALE).write_text(json.dumps(stale), "utf-8")
+    write_text(work / _STALE, json.dumps(stale))
     (work / _UNFINISHED).unlink()
     try:
         os.rename(work, place / _COMMIT)
@@ -237,10 +243,18 @@ def _roll_forward(place: Path) -> None:
         if path.name != _STALE:
             os.replace(path, place / path.name)
             path.unlink(missing_ok=True)  # of two links to one file, the system leaves both
-    for name in json.loads((commit / _STALE).read_text("utf-8")) if (commit / _STALE).is_file() else ():
-        (place / str(name)).unlink(missing_ok=True)
+    for name in _stale(commit):
+        (place / name).unlink(missing_ok=True)
     (commit / _STALE).unlink(missing_ok=True)
     commit.rmdir()
+
+
+def _stale(folder: Path) -> list[str]:
+    """Names that are known to be of no more use, where such a list is."""
+    try:
+        return [str(name) for name in json.loads((folder / _STALE).read_text("utf-8"))]
+    except FileNotFoundError:
+        return []
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -18,11 +18,17 @@ def flush() -> None:
     try:
         sys.stdout.flush()
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains at its own last flush
+        _drop_output()
         if isinstance(error, BrokenPipeError):
             raise SystemExit(1) from None
         print(f"undertow: cannot write the output: {error.strerror or error}", file=sys.stderr)
         raise SystemExit(2) from None
+
+
+def _drop_output() -> None:
+    """Let nothing more be written that cannot be, or Python complains at its own last flush."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def tell_replaced(paths: Iterable[Path]) -> None:
@@ -33,7 +39,8 @@ def tell_replaced(paths: Iterable[Path]) -> None:
 
 def progress(line: str) -> None:
     """Print a line about work that goes on, on stderr."""
-    print(f"  {line}", file=sys.stderr, flush=True)
+    with suppress(OSError):  # work does not end for want of somebody who hears of it
+        print(f"  {line}", file=sys.stderr, flush=True)
 
 
 def say(text: str) -> None:
@@ -80,6 +87,8 @@ def failing_clearly() -> Iterator[None]:
         raise  # whoever read the output has left; typer ends without a word
     except OSError as error:
         named = error.filename2 or error.filename
+        if named is None:
+            _drop_output()
         fail(f"{'cannot write the output' if named is None else named}: {error.strerror or error}")
 
 

@@ -76,7 +76,7 @@ def check_targets(
     wanted = [(option, kind, path) for option, kind, path in targets if path is not None]
     for k, (option, _, path) in enumerate(wanted):
         for other, _, earlier in wanted[:k]:
-            if same_place(path, earlier):
+            if same_place(path, earlier) and not is_device(path):
                 raise RequestError(f"{option} {path} is the file of {other}, too; give each a name of its own")
     inputs = list(inputs_of(reads)) if wanted else []
     for option, kind, path in wanted:
@@ -170,7 +170,10 @@ def _check(option: str, kind: Kind, path: Path, inputs: list[Path], force: bool)
         raise RequestError(f"cannot write {path}: it is a folder; give the name of a file")
     place = real(path)
     if not place.parent.is_dir():
-        raise RequestError(f"cannot write {path}: the folder {place.parent} does not exist; create it first")
+        parent = place.parent if path.is_symlink() else path.parent
+        raise RequestError(f"cannot write {path}: the folder {parent} does not exist; create it first")
+    if place.is_symlink():
+        raise RequestError(f"cannot write {path}: its links lead in a circle; give the name of a file")
     there = place.exists()
     if there and not stat.S_ISREG(place.stat().st_mode):
         raise RequestError(f"cannot write {path}: it is a pipe, a socket or a disk; give the name of a file")
