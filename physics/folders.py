@@ -54,6 +54,11 @@ def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False
     others = sorted(set(names) - mine)
     lost = [name for name in others if name in new]
     folders = [name for name in lost if (target / name).is_dir()]
+    if others and not mine and not force:
+        raise RequestError(
+            f"cannot write {target}: the folder holds other files ({_some(others)}) and nothing that this verb "
+            "wrote; give a new one, or --force to write beside them"
+        )
     if lost and not force:
         raise RequestError(
             f"cannot write {target}: it holds {_some(lost)}, which undertow did not write, or which was changed "
@@ -62,11 +67,6 @@ def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False
     if folders:
         raise RequestError(
             f"cannot write {target}: it holds a folder {_some(folders)}, where a file is to be written; move it away"
-        )
-    if others and not mine and not force:
-        raise RequestError(
-            f"cannot write {target}: the folder holds other files ({_some(others)}) and nothing that this verb "
-            "wrote; give a new one, or --force to write beside them"
         )
     return [name for name in others if name not in new]
 
@@ -109,8 +109,8 @@ def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: 
     that is done last wins; each leaves a whole folder.
 
     A folder that cannot be renamed (a mount, the working folder, no permission beside it, a file system without the
-    exchange), or is another's and was forced, gets its files one by one, out of a complete set within it; a process that is killed between two of them
-    leaves that set to the next call, see `finish`.
+    exchange), or is another's and was forced, gets its files one by one, out of a complete set within it; a process
+    that is killed between two of them leaves that set to the next call, see `finish`.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def finish(target: Path) -> None:
     """Move into a folder what a killed process had completed but not moved; nothing where there is nothing."""
     place = real(target)
     with suppress(OSError):
-        inside = [path for path in place.iterdir() if _is_left(path.name)]
+        inside = [p for p in place.iterdir() if _is_left(p.name) and p.name not in (_UNFINISHED, _STALE)]
         for path in inside:
             with _held(path) as free:
                 if free and path.name == _COMMIT:

@@ -15,6 +15,7 @@ from itertools import chain
 from typing import BinaryIO
 
 _MARK = re.compile(rb"written by undertow ([a-z]+(?: --[a-z-]+)?), sha256 ([0-9a-f]{64})")
+_LINE = re.compile(rb"(?:# |<!-- |% )" + _MARK.pattern + rb"(?: -->)?")
 _SIMULATE = "simulate"
 _HEADER = b"time,topic,field,value"
 _SPELT = 16
@@ -85,8 +86,8 @@ def _ends(stream: BinaryIO) -> tuple[bytes, bytes]:
 
 
 def _text(stream: BinaryIO, first: bytes, last: bytes) -> str | None:
-    found = _MARK.search(last[: len(last.rstrip(b"\n"))].rpartition(b"\n")[2])
-    if found is None or _MARK.search(first.partition(b"\n")[0]):
+    found = _LINE.fullmatch(last[: len(last.rstrip(b"\n"))].rpartition(b"\n")[2])
+    if found is None or _LINE.fullmatch(first.partition(b"\n")[0]):
         return _above(_chunks(stream, _MOST), first)
     size = os.fstat(stream.fileno()).st_size - len(last.rstrip(b"\n").rpartition(b"\n")[2]) - 1
     return _agreed(found, _chunks(stream, size))
@@ -95,7 +96,7 @@ def _text(stream: BinaryIO, first: bytes, last: bytes) -> str | None:
 def _above(chunks: Iterator[bytes], first: bytes) -> str | None:
     """The verb of a text whose mark is in its first line, or in its first stamps."""
     line = first.partition(b"\n")[0]
-    found = _MARK.search(line)
+    found = _LINE.fullmatch(line)
     if found is not None:
         return _agreed(found, chain([next(chunks)[len(line) + 1 :]], chunks))
     if line != _HEADER:

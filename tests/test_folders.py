@@ -36,6 +36,7 @@ def builder(content: dict[str, str]) -> Callable[[Path], list[str]]:
     def build(work: Path) -> list[str]:
         for name, text in content.items():
             write_text(work / name, text)
+        finish(work)  # whoever reads the new files to make others of them does so
         write_text(work / "list", json.dumps({name: digest(text) for name, text in content.items()}))
         return [*content, "list"]
 
