@@ -9,8 +9,10 @@ import numpy as np
 
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes
+from ..physics.marks import on_top
 from .log import Log
 
+VERB = "inspect --fix"
 _PART = 1 << 16
 """Rows that are written together; all at once, the rows of a long log would take gigabytes."""
 
@@ -62,7 +64,7 @@ def write_clean(log: Log, fixes: Sequence[str], left: Sequence[str], out: str | 
     wrong = [f"not fixed: {sentence}" for sentence in left]
     remarks = [f"repaired by undertow from {log.name}", *done, *wrong, *log.notes]
     head = "".join(f"# {' '.join(remark.split())}\n" for remark in remarks)
-    data = b"".join(part.encode("utf-8") for part in (head, *_table(log)))
+    data = on_top(VERB, "".join((head, *_table(log)))).encode("utf-8")
     return write_bytes(target, gzip.compress(data, mtime=0) if target.suffix == ".gz" else data)
 
 

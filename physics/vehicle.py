@@ -16,6 +16,7 @@ from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
 from .files import read_yaml, write_text
 from .frames import AXES
+from .marks import on_top
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
@@ -199,9 +200,15 @@ class Vehicle(BaseModel):
             return Parameter(symbol, "coupling", unit, axis=index, form=form)
         raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed."""
-        write_text(path, yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True, width=120))
+    def save(self, path: str | os.PathLike[str], by: str | None = None) -> None:
+        """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed.
+
+        Parameters
+        ----------
+        by : verb that made the vehicle, for a mark on top, by which the verb knows its own file (see `marks`)
+        """
+        text = yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True, width=120)
+        write_text(path, text if by is None else on_top(by, text))
 
     def to_dict(self) -> dict[str, Any]:
         """The content of the vehicle file, which `vehicle_from_dict` reads; what has its null value is left out."""

@@ -1,10 +1,10 @@
-"""The terminal: what verbs print, how they fail, and the files they refuse to write."""
+"""The terminal: what verbs print, and how they fail."""
 
 import io
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -59,35 +59,15 @@ def sending() -> Iterator[None]:
 def _silence(stream: TextIO) -> None:
     """Send what cannot be written nowhere, or Python tries again at its own end, and complains."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, stream.fileno())
+    with suppress(OSError, ValueError):  # a stream that is no file
+        os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
 
 
-def check_file(out: Path, source: Any = None, kind: str = "other") -> bool:
-    """Refuse a file that cannot be written, is the one read, or is of another `kind`, before the work on it begins.
-
-    `check_replaced` says what kinds there are. True when a file is there, of which `tell_replaced` speaks later.
-    """
-    from ..physics.errors import RequestError
-
-    if source is not None and out.exists() and Path(source).exists() and out.samefile(source):
-        raise RequestError(f"--out {out} is the vehicle file that is read; give another name, so that it is not lost")
-    if out.is_dir():
-        raise RequestError(f"cannot write {out}: it is a folder; give the name of a file")
-    if not out.parent.is_dir():
-        raise RequestError(f"cannot write {out}: the folder {out.parent} does not exist; create it first")
-    if not out.is_file():  # a device such as /dev/stdout loses nothing
-        return out.exists()
-    from .replacing import check_replaced
-
-    check_replaced(out, kind)
-    return True
-
-
-def tell_replaced(out: Path, earlier: bool) -> None:
-    """Say on stderr that a file took the place of an earlier one, if it did."""
-    if earlier:
-        progress(f"replaced the earlier {out}")
+def tell_replaced(paths: Iterable[Path]) -> None:
+    """Say on stderr of which earlier files others took the place."""
+    for path in paths:
+        progress(f"replaced the earlier {path}")
 
 
 def progress(line: str) -> None:
@@ -150,7 +130,10 @@ def failing_clearly() -> Iterator[None]:
     except BrokenPipeError:
         raise  # whoever read the output has left; typer ends without a word
     except OSError as error:
-        fail(f"{error.filename2 or error.filename or 'output'}: {error.strerror or error}")
+        named = error.filename2 or error.filename
+        if named is None:
+            _silence(sys.stdout)
+        fail(f"{'cannot write the output' if named is None else named}: {error.strerror or error}")
 
 
 def interrupted(error: KeyboardInterrupt, more: str = "") -> NoReturn:

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 from ..physics.errors import RequestError
+from ..physics.folders import finish
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.model_files import load_network
@@ -48,6 +49,7 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
         when there is none, a network is given and torch is missing, or a foreign model without a vehicle.
     """
     source, text = Path(path), os.fspath(path)
+    finish(source)
     if source.suffix == ".onnx":
         if vehicle is None:
             raise RequestError(f"model {text}: {NO_MASS}")

@@ -13,6 +13,7 @@ import pandas as pd
 import yaml
 
 from ..physics.errors import RequestError, VehicleError
+from ..physics.folders import finish
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from ..residuals.neural import is_network_folder
 
@@ -69,6 +70,7 @@ def read_run(folder: Path) -> RunFolder:
         When a file is missing, cannot be read, or is not of the expected schema.
     """
     folder = Path(folder)
+    finish(folder)
     if not folder.is_dir():
         raise RequestError(f"expected a run folder at {folder}, but there is none; {REMEDY}")
     if is_network_folder(folder):

@@ -7,7 +7,7 @@ stands in `model.yaml`. This module loads torch when it reads or writes a networ
 import hashlib
 import json
 import os
-import tempfile
+import re
 from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
@@ -20,9 +20,12 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
 from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError, VehicleError
 from ..physics.files import read_yaml, strict_json, write_bytes, write_text
+from ..physics.folders import finish, replace_folder
+from ..physics.marks import on_top, written_by
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from .inputs import input_names
-from .neural import SCHEMA, SETTINGS, WEIGHTS, is_network_folder, require_torch
+from .neural import SCHEMA, SETTINGS, WEIGHTS, require_torch
+from .settings import CHECKPOINT
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -32,6 +35,14 @@ if TYPE_CHECKING:
 
 _MADE_FOR = "undertow.settings_sha256"
 """Key of the digest of the settings in the metadata of the weights: weights mean nothing under other settings."""
+VERB = "train"
+DISTILLATION = "distillation.json"
+"""What a network's folder says of its correction; it goes when another network takes the folder."""
+NETWORK_FILES = (SETTINGS, WEIGHTS, CHECKPOINT, DISTILLATION)
+"""What a network's folder, or that of a training under way, may hold."""
+_BEGINNINGS = {CHECKPOINT: b"undertow.checkpoint/1", DISTILLATION: b'"schema": "undertow.distillation/1"'}
+_HEAD = 300
+"""Bytes at the beginning of a file in which its schema stands [B]."""
 _SAME = 1e-6
 """Relative difference up to which two constants are the same; weights are written in single precision."""
 
@@ -63,16 +74,37 @@ class _Settings(BaseModel):
     training: dict[str, Any]
 
 
-def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training: Mapping[str, Any]) -> Path:
+def own_network(folder: Path) -> set[str]:
+    """Names of the files of a network, or of a training under way, that undertow wrote and nobody changed since."""
+    own = {name for name, begin in _BEGINNINGS.items() if begin in _head(folder / name)}
+    if written_by(folder / SETTINGS) != VERB:
+        return own
+    said = re.search(r"^weights_sha256: ([0-9a-f]{64})$", (folder / SETTINGS).read_text("utf-8"), re.MULTILINE)
+    weights = (folder / WEIGHTS).read_bytes() if (folder / WEIGHTS).is_file() else b""
+    same = said is not None and hashlib.sha256(weights).hexdigest() == said[1]
+    return own | {SETTINGS} | ({WEIGHTS} if same else set())
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(_HEAD)
+    except OSError:
+        return b""
+
+
+def save_network(
+    model: "NetworkModel", folder: str | os.PathLike[str], training: Mapping[str, Any], *, force: bool = False
+) -> Path:
     """Write a network's folder; weights are kept in the network's own precision.
 
-    Both files are written whole under temporary names before either takes its place, `model.yaml` last; an earlier
-    network in the folder comes back when that fails.
+    The folder is replaced as a whole, see `replace_folder`: what an earlier network and its training left goes.
 
     Parameters
     ----------
     folder : made if it is missing, in a folder that exists; other files in it stay
     training : plain data: the settings and the log of the training
+    force : replace also files that undertow did not write, or that were changed since
 
     Raises
     ------
@@ -108,10 +140,14 @@ def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training
         "training": json.loads(strict_json(dict(training))),
     }
     text = yaml.safe_dump(settings, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+
+    def build(work: Path) -> tuple[str, str]:
+        write_bytes(work / WEIGHTS, weights)
+        write_text(work / SETTINGS, on_top(VERB, text))
+        return WEIGHTS, SETTINGS
+
     try:
-        target.mkdir(exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target, prefix=".undertow.", ignore_cleanup_errors=True) as scratch:
-            _replace_both(target, Path(scratch), weights, text)
+        replace_folder(target, build, own_network, force=force)
     except OSError as error:
         raise RequestError(f"cannot write the network to {target}: {error.strerror or error}") from None
     return target
@@ -127,6 +163,7 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
         another network.
     """
     source = Path(folder)
+    finish(source)
     settings = _settings(source)
     require_torch()
     from .network_model import NetworkModel, scaling_of
@@ -154,27 +191,6 @@ def _check_target(target: Path) -> None:
         raise RequestError(f"cannot write the network to {target}: it is a file; give a folder that may be made")
     if not target.absolute().parent.is_dir():
         raise RequestError(f"cannot write the network to {target}: {target.absolute().parent} does not exist; make it")
-    if (target / SETTINGS).exists() and not is_network_folder(target):
-        raise RequestError(
-            f"cannot write the network to {target}: its {SETTINGS} is not a network's; give a new folder"
-        )
-
-
-def _replace_both(target: Path, scratch: Path, weights: bytes, text: str) -> None:
-    write_bytes(scratch / WEIGHTS, weights)
-    write_text(scratch / SETTINGS, text)
-    earlier = scratch / "earlier"
-    if (target / WEIGHTS).exists():
-        os.replace(target / WEIGHTS, earlier)
-    try:
-        os.replace(scratch / WEIGHTS, target / WEIGHTS)
-        os.replace(scratch / SETTINGS, target / SETTINGS)
-    except BaseException:
-        if earlier.exists():
-            os.replace(earlier, target / WEIGHTS)
-        else:
-            (target / WEIGHTS).unlink(missing_ok=True)
-        raise
 
 
 def _settings(source: Path) -> _Settings:

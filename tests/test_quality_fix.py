@@ -178,7 +178,7 @@ def test_a_clean_log_can_be_used_by_everything_else(place: Path):
 def test_files_that_fix_must_not_write(place: Path):
     written(place / "raw.csv", table())
     written(place / "other.csv", table())
-    refused("inspect", "raw.csv", "--fix", "raw.csv", match=r"is the log that is read; give another name")
+    refused("inspect", "raw.csv", "--fix", "raw.csv", match=r"--fix raw.csv is read by this call; give another name")
     refused("inspect", "raw.csv", "--fix", "clean.mat", match=r"expected a name that ends in \.csv or \.csv\.gz")
     refused("inspect", "raw.csv", "--fix", "none/clean.csv", match=r"the folder none does not exist")
     refused("inspect", "raw.csv", "other.csv", "--fix", "c.csv", match=r"expected one log to repair, got 2")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...physics.errors import LogError
 from ...physics.frames import Array
+from ...physics.marks import is_mark
 from .base import EXPECTED, TIME_COLUMNS, Head, Name, Recording, Stream
 
 LONG = ("topic", "field", "value")
@@ -102,8 +103,9 @@ def wide_recording(frame: pd.DataFrame, path: object, unread: tuple[Name, ...] =
 
 
 def with_remarks(recording: Recording, head: Head) -> Recording:
-    """Put the remarks above a table among its notes."""
-    return replace(recording, notes=(*head.remarks, *recording.notes)) if head.remarks else recording
+    """Put the remarks above a table among its notes, but not the mark of the verb that wrote it."""
+    notes = tuple(text for text in head.remarks if not is_mark(text))
+    return replace(recording, notes=(*notes, *recording.notes)) if notes else recording
 
 
 def _unique(columns: tuple[str, ...]) -> tuple[str, ...]:
