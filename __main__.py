@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .physics.effects import EFFECTS
-from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show, tell_replaced
+from .reports.console import (
+    check_file,
+    failing_clearly,
+    flush,
+    print_json,
+    progress,
+    prose,
+    say,
+    say_lines,
+    show,
+    tell_replaced,
+)
 
 if TYPE_CHECKING:
     from .reports.inputs import Inputs
@@ -93,7 +104,8 @@ def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")
             resources.as_file(folder / "demo.yaml") as car,
         ):
             _check_folder(out)
-            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
+            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.")
+            say("")
             _discover(out, partial(_read, [log], str(car), None, None), report=True, seed=0)
 
 
@@ -139,8 +151,8 @@ def inspect(
 
             show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
             of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
-            say(f"The channel map in use{of}; edit it, and give it back with --map:\n")
-            say(map_text(read.entries))
+            say(f"The channel map in use{of}; edit it, and give it back with --map:")
+            say_lines(f"\n{map_text(read.entries)}")
 
 
 @app.command()

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import yaml
+from .printable import escaped_json
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> Path:
@@ -42,42 +42,17 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
     return target
 
 
-_SAFE_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML was built with it
-
-
-class _NoDuplicates(_SAFE_LOADER):
-    """The safe loader, which silently keeps the last of two equal keys, made to refuse them."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[str] = set()
-        for key in (key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
-            if key in seen and key != "<<":
-                raise yaml.YAMLError(
-                    f"key {key!r} stands twice in one mapping, line {node.start_mark.line + 1}; keep one"
-                )
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
-def read_yaml(text: str) -> Any:
-    """Plain data from YAML text, read safely: no object is ever made from it, and no key may stand twice.
-
-    Raises
-    ------
-    yaml.YAMLError
-        when the text is no such YAML.
-    """
-    return yaml.load(text, Loader=_NoDuplicates)
-
-
 def write_json(path: str | os.PathLike[str], data: Any) -> Path:
     """Write strict JSON: no NaN or Infinity (such a number becomes null), nine significant digits, order as given."""
     return write_text(path, strict_json(data) + "\n")
 
 
 def strict_json(data: Any) -> str:
-    """Strict JSON text of plain data; floats have nine significant digits, so that equal inputs give equal bytes."""
-    return json.dumps(_plain(data), allow_nan=False, indent=1, ensure_ascii=False)
+    """Strict JSON text of plain data; floats have nine significant digits, so that equal inputs give equal bytes.
+
+    Letters of all scripts stand as they are; what a terminal obeys or UTF-8 lacks stands as JSON's escapes.
+    """
+    return escaped_json(json.dumps(_plain(data), allow_nan=False, indent=1, ensure_ascii=False))
 
 
 def _plain(data: Any) -> Any:

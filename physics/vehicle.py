@@ -14,8 +14,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
-from .files import read_yaml, write_text
+from .files import write_text
 from .frames import AXES
+from .printable import listed, shown
+from .reading import parse_yaml, read_yaml, reason
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
@@ -270,24 +272,23 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
     text = os.fspath(path)
     source = Path(text)
     if not source.exists() and text in shipped_vehicles():
-        return vehicle_from_dict(yaml.safe_load((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
+        return vehicle_from_dict(parse_yaml((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
     if source.is_dir():
         raise VehicleError(
             f"vehicle file {text}: this is a folder; give a YAML file (a run folder's vehicle is its model.yaml; a "
             "trained network is a model, not a vehicle)"
         )
-    if not source.is_file():
+    if not source.exists():
         raise VehicleError(
             f"vehicle file {text}: no such file; give a YAML file or one of {', '.join(shipped_vehicles())}"
         )
     try:
-        data = read_yaml(source.read_text("utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise VehicleError(f"vehicle file {text}: not readable as YAML ({reason})") from None
+        data = read_yaml(source)
+    except (OSError, ValueError) as error:
+        raise VehicleError(f"vehicle file {text}: not readable as YAML ({reason(error)})") from None
     if isinstance(data, dict) and "schema" in data:
         raise VehicleError(
-            f"vehicle file {text}: this is a file of schema {data['schema']!r}, not a vehicle; give the vehicle's file"
+            f"vehicle file {text}: this is a file of schema {shown(data['schema'])}, not a vehicle; give the vehicle's file"
         )
     return vehicle_from_dict(data, f"vehicle file {text}")
 

@@ -9,8 +9,12 @@ from typing import Any, NoReturn
 
 import typer
 
+from ..physics.printable import one_line, printable, shortened
+
 WIDEST = 120
 """Columns beyond which nothing is spread out."""
+_MOST_TOLD = 3900
+"""Characters of a message, so that what stands before it fits into 4,000 as well."""
 
 
 def flush() -> None:
@@ -51,12 +55,17 @@ def tell_replaced(out: Path, earlier: bool) -> None:
 
 def progress(line: str) -> None:
     """Print a line about work that goes on, on stderr."""
-    print(f"  {line}", file=sys.stderr, flush=True)
+    print(f"  {shortened(one_line(line), _MOST_TOLD)}", file=sys.stderr, flush=True)
 
 
 def say(text: str) -> None:
-    """Print a line as it is."""
-    print(text)
+    """Print a line; what no terminal should be told is written as escapes."""
+    print(shortened(one_line(text)))
+
+
+def say_lines(text: str) -> None:
+    """Print several lines that are a whole, such as a channel map, in full."""
+    print(printable(text))
 
 
 def prose(text: str) -> None:
@@ -68,9 +77,9 @@ def prose(text: str) -> None:
 
 def show(*parts: Any) -> None:
     """Print tables and texts, each with a blank line after it; None is passed over."""
-    from rich.console import Console
+    from .layout import terminal
 
-    console = Console()
+    console = terminal()
     console.width = min(console.width, WIDEST)
     for part in parts:
         if part is not None:
@@ -98,9 +107,11 @@ def failing_clearly() -> Iterator[None]:
         raise  # whoever read the output has left; typer ends without a word
     except OSError as error:
         fail(f"{error.filename2 or error.filename or 'output'}: {error.strerror or error}")
+    except MemoryError:
+        fail("the memory of this machine does not suffice; give less at once: a shorter log, or fewer logs")
 
 
 def fail(text: str) -> NoReturn:
-    """Print a message on stderr and leave with exit code 2."""
-    print(f"undertow: {text}", file=sys.stderr)
+    """Print a message on stderr and leave with exit code 2; a long one is shortened in its middle."""
+    print(f"undertow: {shortened(one_line(text), _MOST_TOLD)}", file=sys.stderr)
     raise typer.Exit(2)

@@ -1,6 +1,5 @@
 """What a file to be written may replace: only its own kind, and nothing that a run or a network consists of."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -37,10 +36,12 @@ def check_replaced(out: Path, kind: str) -> None:
 def _holds_schema(name: str) -> Callable[[Path], bool]:
     """Whether a file is JSON of a schema of undertow."""
 
+    from ..physics.reading import read_json
+
     def is_one(path: Path) -> bool:
         try:
-            content = json.loads(path.read_text("utf-8"))
-        except (OSError, ValueError, RecursionError):
+            content = read_json(path)
+        except (OSError, ValueError):
             return False
         return isinstance(content, dict) and content.get("schema") == f"undertow.{name}/1"
 
@@ -69,13 +70,11 @@ def _is_outside(path: Path) -> bool:
 
 
 def _yaml(path: Path) -> Any:
-    import yaml
-
-    from ..physics.files import read_yaml
+    from ..physics.reading import read_yaml
 
     try:
-        return read_yaml(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError):
+        return read_yaml(path)
+    except (OSError, ValueError):
         return None
 
 
