@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from ..physics.errors import LogError
-from ..physics.printable import is_printable, shown
+from ..physics.files import yaml_text
+from ..physics.printable import shown
 from ..physics.reading import read_yaml, reason
 from .channels import COMMAND_UNITS, UNITS, is_canonical, unit_of
 
@@ -28,6 +27,8 @@ _UNITS = {
 }
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _MOST_UNUSED = 40
+_LONGEST = 300
+"""Letters of a name that stands in a remark."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,12 +152,11 @@ def map_text(entries: Mapping[str, Entry], unused: Sequence[str] = ()) -> str:
     pwm_port: {from: left}
     """
     lines = [
-        f"{name}: "
-        + yaml.safe_dump(parts, default_flow_style=True, sort_keys=False, width=math.inf, allow_unicode=True)
+        f"{name}: {yaml_text(parts, default_flow_style=True, width=math.inf)}"
         for name, parts in map_dict(entries).items()
     ]
     if unused:
-        lines.append("# Not used:\n" + "".join(f"#   {name!r}\n" for name in unused[:_MOST_UNUSED]))
+        lines.append("# Not used:\n" + "".join(f"#   {shown(name, _LONGEST)}\n" for name in unused[:_MOST_UNUSED]))
     if len(unused) > _MOST_UNUSED:
         lines.append(f"#   and {len(unused) - _MOST_UNUSED} more\n")
     return "".join(lines)

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..physics.errors import RequestError
 from ..physics.files import write_text
-from ..physics.printable import shown
-from ..physics.reading import read_json, reason
 from ..physics.frames import Array
 from ..physics.motion import Motion
+from ..physics.printable import shown
+from ..physics.reading import read_json, reason
 from .derive import feature_names, stacked
 
 SCHEMA = "undertow.standardisation/1"

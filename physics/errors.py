@@ -6,22 +6,22 @@ _MOST_TOLD = 3900
 """Characters of a text, so that "undertow: " and a path can be put before it within the 4,000 of any message."""
 
 
-class _Refusal(ValueError):
+class _BoundedError(ValueError):
     """A text that fits on a screen, whatever of a broken file it quotes: of a longer one, head and tail are kept."""
 
     def __init__(self, text: str = "") -> None:
         super().__init__(shortened(str(text), _MOST_TOLD))
 
 
-class LogError(_Refusal):
+class LogError(_BoundedError):
     """A log that cannot be read or used; the text says what was expected, what came, and what to try."""
 
 
-class VehicleError(_Refusal):
+class VehicleError(_BoundedError):
     """A vehicle file or parameter that cannot be used; the text says what was expected, what came, and what to try."""
 
 
-class RequestError(_Refusal):
+class RequestError(_BoundedError):
     """A request that cannot be met (unknown effect, unusable option, failed solve); the text says what to try."""
 
 

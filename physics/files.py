@@ -7,7 +7,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from .printable import escaped_json
+import yaml
+
+from .printable import escaped_json, printable
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> Path:
@@ -53,6 +55,14 @@ def strict_json(data: Any) -> str:
     Letters of all scripts stand as they are; what a terminal obeys or UTF-8 lacks stands as JSON's escapes.
     """
     return escaped_json(json.dumps(_plain(data), allow_nan=False, indent=1, ensure_ascii=False))
+
+
+def yaml_text(data: Any, **how: Any) -> str:
+    """YAML text of plain data, in the order given; letters of all scripts stand as they are, see `strict_json`."""
+    text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, **how)
+    if printable(text) == text:
+        return text
+    return yaml.safe_dump(data, sort_keys=False, allow_unicode=False, **how)
 
 
 def _plain(data: Any) -> Any:

@@ -38,11 +38,6 @@ def one_line(text: str) -> str:
     return _UNFIT_IN_LINE.sub(_escape, text)
 
 
-def is_printable(text: str) -> bool:
-    """Whether `one_line` would leave a text as it is."""
-    return _UNFIT_IN_LINE.search(text) is None
-
-
 def escaped_json(text: str) -> str:
     r"""JSON text with the same characters as JSON's own escapes, which read back as what they were.
 
@@ -56,7 +51,7 @@ def shortened(text: str, most: int = MOST_SHOWN) -> str:
     """The text, or its head and its tail where it has more than `most` characters.
 
     >>> shortened("0123456789" * 20, 60)
-    '012345678901234567 ... 164 characters left out ... 456789012'
+    '012345678901234567 ... 173 characters left out ... 123456789'
     """
     if len(text) <= most:
         return text

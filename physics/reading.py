@@ -9,7 +9,7 @@ import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -86,7 +86,7 @@ _NODES: dict[str, type[yaml.Node]] = {
 class _Plain(_SAFE):
     """The safe loader, of plain data only: no dates, sets or bytes, no key twice, no number without digits."""
 
-    yaml_implicit_resolvers = {
+    yaml_implicit_resolvers: ClassVar = {
         first: [(tag, pattern) for tag, pattern in rules if tag in _NODES]
         for first, rules in _SAFE.yaml_implicit_resolvers.items()
     }

@@ -35,7 +35,6 @@ def check_replaced(out: Path, kind: str) -> None:
 
 def _holds_schema(name: str) -> Callable[[Path], bool]:
     """Whether a file is JSON of a schema of undertow."""
-
     from ..physics.reading import read_json
 
     def is_one(path: Path) -> bool:

@@ -25,14 +25,19 @@ _TERM = {"symbol": str, "axis": str, "form": str, "value": float, "unit": str, "
 _STEP = {"added": str, "thruster": str, "acceleration_rmse!": _BY_AXIS, "rollout_rmse!": {"*": _BY_AXIS}}
 _REMOVED = {"effect": str, "share_removed": float, "sentence": str}
 _FAILURE = {
-    **{key: str for key in ("model", "where", "axis", "unit", "rows_of", "unlinked", "sentence", "doing")},
-    **{key: float for key in ("share_of_error", "share_of_rows", "rows", "rmse", "rmse_after", "log", "from", "to")},
+    **dict.fromkeys(("model", "where", "axis", "unit", "rows_of", "unlinked", "sentence", "doing"), str),
+    **dict.fromkeys(("share_of_error", "share_of_rows", "rows", "rmse", "rmse_after", "log", "from", "to"), float),
     "removed_by": [_REMOVED],
 }
 _STATE = {"value": float, "unit": str, "at": {"*": (float, str)}, "sentence": str}
 _LAW = {
-    **{key: str for key in ("proof", "sentence", "unit")},
-    **{"law!": str, "verdict!": str, "counts": bool, "violating_share": float, "worst": _STATE, "margin": _STATE},
+    **dict.fromkeys(("proof", "sentence", "unit"), str),
+    "law!": str,
+    "verdict!": str,
+    "counts": bool,
+    "violating_share": float,
+    "worst": _STATE,
+    "margin": _STATE,
 }
 _DOMAIN = {"rows": float, "rmse": _BY_AXIS}
 _SPEEDS = {"u": _INTERVAL, "v": _INTERVAL, "r": _INTERVAL}
@@ -72,8 +77,11 @@ FINDINGS = {
     "missing!": [str],
     "candidates!": [
         {
-            **{key: str for key in ("sentence", "family", "equation")},
-            **{"effect!": str, "verdict!": str, "confidence": float, "error_drop": float},
+            **dict.fromkeys(("sentence", "family", "equation"), str),
+            "effect!": str,
+            "verdict!": str,
+            "confidence": float,
+            "error_drop": float,
             "indistinguishable_from": [str],
             "terms": [_TERM],
         }
@@ -81,8 +89,14 @@ FINDINGS = {
     "unnamed": [_TERM],
     "calibrated": [
         {
-            **{"symbol": str, "unit": str, "at_limit": bool, "held_by_law": bool, "ci95": _INTERVAL},
-            **{"before": float, "after": float, "wanted": float},
+            "symbol": str,
+            "unit": str,
+            "at_limit": bool,
+            "held_by_law": bool,
+            "ci95": _INTERVAL,
+            "before": float,
+            "after": float,
+            "wanted": float,
         }
     ],
     "left": [{"symbol": str, "why": str}],
@@ -97,13 +111,13 @@ FINDINGS = {
         "excitation": {"*": {"share": float, "signal_to_noise": float}},
     },
     "criterion": {
-        **{key: str for key in ("certainty", "material", "rollouts", "search", "text")},
+        **dict.fromkeys(("certainty", "material", "rollouts", "search", "text"), str),
         "materiality": float,
         "unit": {"*": str},
         "force_scale": _BY_AXIS,
     },
     "passivity": {
-        **{key: str for key in ("verdict", "proof", "sentence")},
+        **dict.fromkeys(("verdict", "proof", "sentence"), str),
         "envelope": _SPEEDS,
         "price": float,
         "binding": {},
@@ -126,18 +140,23 @@ COMPARISON = {
     "best": {"model": str, "sentence": str},
     "models!": [
         {
-            **{"name!": str, "kind": str, "audit": str, "laws": [_LAW]},
+            "name!": str,
+            "kind": str,
+            "audit": str,
+            "laws": [_LAW],
             "acceleration": {"rmse": _BY_AXIS, "mae": _BY_AXIS, "r2": _BY_AXIS},
             "rollout": {"*": _BY_AXIS},
             "units": _UNITS,
             "domain": {"inside": _DOMAIN, "outside": _DOMAIN},
-            **{"parameters": float, "seconds_to_fit": float, "seconds_to_evaluate": float},
+            "parameters": float,
+            "seconds_to_fit": float,
+            "seconds_to_evaluate": float,
         }
     ],
     "differences": [
         {
-            **{key: str for key in ("model", "against", "quantity", "horizon", "axis", "unit", "verdict")},
-            **{key: float for key in ("difference", "relative", "blocks")},
+            **dict.fromkeys(("model", "against", "quantity", "horizon", "axis", "unit", "verdict"), str),
+            **dict.fromkeys(("difference", "relative", "blocks"), float),
             "ci95": _INTERVAL,
         }
     ],
@@ -145,38 +164,52 @@ COMPARISON = {
     "structure": [_STRUCTURE],
 }
 AUDIT = {
-    **{key: str for key in ("model", "kind", "verdict", "envelope_from")},
-    **{"schema!": str, "envelope": _SPEEDS, "units": {"*": str}, "laws!": [_LAW], "notes": [str]},
+    **dict.fromkeys(("model", "kind", "verdict", "envelope_from"), str),
+    "schema!": str,
+    "envelope": _SPEEDS,
+    "units": {"*": str},
+    "laws!": [_LAW],
+    "notes": [str],
 }
 INSPECTIONS = {
     "schema!": str,
     "logs!": [
         {
-            **{"path!": str, "verdict": str, "unused": [str], "notes": [str]},
+            "path!": str,
+            "verdict": str,
+            "unused": [str],
+            "notes": [str],
             "quality": [
                 {
-                    **{key: str for key in ("check", "verdict", "unit", "sentence", "consequence", "remedy")},
-                    **{"value": float, "ci95": _INTERVAL, "channels": [str], "parts": {"*": (float, str)}},
+                    **dict.fromkeys(("check", "verdict", "unit", "sentence", "consequence", "remedy"), str),
+                    "value": float,
+                    "ci95": _INTERVAL,
+                    "channels": [str],
+                    "parts": {"*": (float, str)},
                 }
             ],
             "channels": [
                 {
-                    **{key: str for key in ("name", "unit", "origin")},
-                    **{key: float for key in ("count", "start", "end", "rate", "gaps", "longest_gap")},
-                    **{key: float for key in ("minimum", "maximum", "noise")},
+                    **dict.fromkeys(("name", "unit", "origin"), str),
+                    **dict.fromkeys(("count", "start", "end", "rate", "gaps", "longest_gap"), float),
+                    **dict.fromkeys(("minimum", "maximum", "noise"), float),
                 }
             ],
             "alignment": [
                 {"first": str, "second": str, "offset": float, "correlation": float, "sentence": str, "verdict": str}
             ],
             "excitation": {
-                **{key: float for key in ("seconds", "astern", "turning_to_starboard", "turning_to_port")},
-                **{"u": _INTERVAL, "v": _INTERVAL, "r": _INTERVAL, "sentences": [str]},
+                **dict.fromkeys(("seconds", "astern", "turning_to_starboard", "turning_to_port"), float),
+                "u": _INTERVAL,
+                "v": _INTERVAL,
+                "r": _INTERVAL,
+                "sentences": [str],
             },
             "plan": {
                 "recipe": {
-                    **{key: float for key in ("rate", "cutoff", "order", "max_gap", "guard")},
-                    **{"commands": str, "shares": [float]},
+                    **dict.fromkeys(("rate", "cutoff", "order", "max_gap", "guard"), float),
+                    "commands": str,
+                    "shares": [float],
                 },
                 "rate": float,
                 "segments": [{"start": float, "end": float, "rows": float}],
@@ -190,8 +223,10 @@ INSPECTIONS = {
 RUN = {
     "schema!": str,
     "logs": [str],
-    **{key: str for key in ("frame", "channel_map", "namespace", "judged_on", "command")},
-    **{"as_is": bool, "refit": bool, "seed": float},
+    **dict.fromkeys(("frame", "channel_map", "namespace", "judged_on", "command"), str),
+    "as_is": bool,
+    "refit": bool,
+    "seed": float,
     "versions": {"*": str},
     "log_sha256": [{"path": str, "sha256": str}],
 }

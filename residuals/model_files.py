@@ -9,9 +9,8 @@ import json
 import os
 import tempfile
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 import yaml
@@ -19,8 +18,9 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
 
 from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError, VehicleError
-from ..physics.files import strict_json, write_bytes, write_text
+from ..physics.files import strict_json, write_bytes, write_text, yaml_text
 from ..physics.printable import listed, shown
+from ..physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
 from ..physics.reading import parse_json, parse_yaml, read_bytes, read_yaml, reason
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from .inputs import input_names
@@ -39,15 +39,13 @@ _MOST_WEIGHTS = 2**29
 _SAME = 1e-6
 """Relative difference up to which two constants are the same; weights are written in single precision."""
 
-Positive = Annotated[float, Field(gt=0)]
-
 
 class _Input(BaseModel):
     """One input of the network and how it is standardised."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     name: str
-    mean: float
+    mean: Number
     scale: Positive
 
 
@@ -111,7 +109,7 @@ def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training
         "weights_sha256": hashlib.sha256(weights).hexdigest(),
         "training": parse_json(strict_json(dict(training))),
     }
-    text = yaml.safe_dump(settings, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+    text = yaml_text(settings, width=120, default_flow_style=None)
     try:
         target.mkdir(exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target, prefix=".undertow.", ignore_cleanup_errors=True) as scratch:
@@ -200,7 +198,7 @@ def _settings(source: Path) -> _Settings:
     try:
         return _Settings.model_validate(content)
     except ValidationError as error:
-        raise RequestError(f"{path}: {in_words(error.errors(), _in_words)}") from None
+        raise RequestError(f"{path}: {complaints(error.errors(include_url=False), _in_words)}") from None
 
 
 def _in_words(item: Any) -> str:
@@ -208,11 +206,10 @@ def _in_words(item: Any) -> str:
     where = location(item["loc"])
     if item["type"] == "extra_forbidden":
         fields = (_Input if item["loc"][0] == "inputs" else _Settings).model_fields
-        known = [field.alias or name for name, field in fields.items()]
-        return f"unknown key {where!r}: did you mean {get_close_matches(where, known, n=1, cutoff=0.0)[0]!r}?"
+        return unknown_key(where, [field.alias or name for name, field in fields.items()])
     if item["type"] == "missing":
         return f"the key {where!r} is missing"
-    return f"{where}: {item['msg']}, got {shown(item['input'])}"
+    return complaint(item, item["loc"])
 
 
 def _check_scaling(scaling: "Scaling", vehicle: Vehicle, where: str) -> None:

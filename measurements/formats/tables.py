@@ -126,11 +126,11 @@ def _joined(parts: Iterable[pd.DataFrame], width: int, packed: int | None) -> pd
         words = sorted(codes, key=str)
         places = {word: place for place, word in enumerate(words)}
         place = np.array([*(places[word] for word in codes), -1], dtype=np.int32)
-        frame[name] = pd.Categorical.from_codes(place[frame[name].to_numpy()], categories=words)
+        frame[name] = pd.Categorical.from_codes(place[frame[name].to_numpy()], dtype=pd.CategoricalDtype(words))
     return frame
 
 
-def _numbered(column: pd.Series, known: dict[Any, int]) -> NDArray[np.int64]:
+def _numbered(column: pd.Series, known: dict[Any, int]) -> NDArray[np.int32]:
     """The words of a part of a column as numbers in the order in which `known` has met them; -1 for none."""
     for word in column.cat.categories:
         known.setdefault(word, len(known))

@@ -187,7 +187,7 @@ class TableText(io.RawIOBase):
     """
 
     def __init__(self, path: Path, gzipped: bool) -> None:
-        self._file: Any = gzip.open(path, "rb") if gzipped else path.open("rb")
+        self._file: Any = gzip.open(path, "rb") if gzipped else path.open("rb")  # noqa: SIM115 - `close` closes it
         self._packed = path.stat().st_size if gzipped else None
         self._size = 0
         self._line = 0
