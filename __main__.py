@@ -23,6 +23,7 @@ from .reports.console import (
     progress,
     prose,
     say,
+    say_lines,
     sending,
     show,
     tell_replaced,
@@ -115,7 +116,8 @@ def demo(
             resources.as_file(folder / "demo.yaml") as car,
         ):
             _check_folder(out, force=force)
-            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
+            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.")
+            say("")
             _discover(out, partial(_read, [log], str(car), None, None), report=True, seed=0, force=force)
 
 
@@ -166,8 +168,8 @@ def inspect(
 
             show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
             of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
-            say(f"The channel map in use{of}; edit it, and give it back with --map:\n")
-            say(map_text(read.entries))
+            say(f"The channel map in use{of}; edit it, and give it back with --map:")
+            say_lines(f"\n{map_text(read.entries)}")
 
 
 @app.command()

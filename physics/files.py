@@ -13,6 +13,8 @@ from typing import Any, BinaryIO
 
 import yaml
 
+from .printable import escaped_json, printable
+
 LEFT = ".undertow-"
 """What the name of everything unfinished has in it: `.NAME.undertow-` and eight letters beside NAME."""
 _LONGEST = 200
@@ -183,42 +185,25 @@ def _blaming(target: Path) -> Iterator[None]:
         raise OSError(error.errno, error.strerror or str(error), str(target)) from error
 
 
-_SAFE_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML was built with it
-
-
-class _NoDuplicates(_SAFE_LOADER):
-    """The safe loader, which silently keeps the last of two equal keys, made to refuse them."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[str] = set()
-        for key in (key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
-            if key in seen and key != "<<":
-                raise yaml.YAMLError(
-                    f"key {key!r} stands twice in one mapping, line {node.start_mark.line + 1}; keep one"
-                )
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
-def read_yaml(text: str) -> Any:
-    """Plain data from YAML text, read safely: no object is ever made from it, and no key may stand twice.
-
-    Raises
-    ------
-    yaml.YAMLError
-        when the text is no such YAML.
-    """
-    return yaml.load(text, Loader=_NoDuplicates)
-
-
 def write_json(path: str | os.PathLike[str], data: Any) -> Path:
     """Write strict JSON: no NaN or Infinity (such a number becomes null), nine significant digits, order as given."""
     return write_text(path, strict_json(data) + "\n")
 
 
 def strict_json(data: Any) -> str:
-    """Strict JSON text of plain data; floats have nine significant digits, so that equal inputs give equal bytes."""
-    return json.dumps(_plain(data), allow_nan=False, indent=1, ensure_ascii=False)
+    """Strict JSON text of plain data; floats have nine significant digits, so that equal inputs give equal bytes.
+
+    Letters of all scripts stand as they are; what a terminal obeys or UTF-8 lacks stands as JSON's escapes.
+    """
+    return escaped_json(json.dumps(_plain(data), allow_nan=False, indent=1, ensure_ascii=False))
+
+
+def yaml_text(data: Any, **how: Any) -> str:
+    """YAML text of plain data, in the order given; letters of all scripts stand as they are, see `strict_json`."""
+    text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, **how)
+    if printable(text) == text:
+        return text
+    return yaml.safe_dump(data, sort_keys=False, allow_unicode=False, **how)
 
 
 def _plain(data: Any) -> Any:

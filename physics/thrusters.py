@@ -9,9 +9,12 @@ from scipy.signal import lfilter
 
 from .errors import RequestError
 from .frames import Array
+from .quantities import Number, Positive
 
 CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
 _NEUTRAL_PWM, _HALF_RANGE_PWM = 1500.0, 500.0
+_MOST_POINTS = 10_000
+"""Points of a curve: a command in microseconds has 1,400 steps."""
 GAINS = (
     "gain_astern_100",
     "gain_astern_67",
@@ -28,8 +31,8 @@ class TableCurve(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     kind: Literal["table"]
-    command: tuple[float, ...] = Field(min_length=2)
-    force: tuple[float, ...] = Field(min_length=2)
+    command: tuple[Number, ...] = Field(min_length=2, max_length=_MOST_POINTS)
+    force: tuple[Number, ...] = Field(min_length=2, max_length=_MOST_POINTS)
 
     @model_validator(mode="after")
     def _ordered(self) -> "TableCurve":
@@ -74,11 +77,11 @@ class PropellerCurve(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     kind: Literal["propeller"]
-    scale: float = Field(gt=0)
-    offset: float = 0.0
-    k_t: float = Field(gt=0)
-    rho: float = Field(gt=0)
-    diameter: float = Field(gt=0)
+    scale: Positive
+    offset: Number = 0.0
+    k_t: Positive
+    rho: Positive
+    diameter: Positive
 
     def thrust(self, command: Array, kind: CommandKind) -> Array:
         """Force [N] at the given commands."""
@@ -110,26 +113,26 @@ class Thruster(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
-    x: float
-    y: float
-    angle: float = 0.0
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)
+    x: Number
+    y: Number
+    angle: Number = 0.0
     command: CommandKind
     curve: Annotated[TableCurve | PropellerCurve, Field(discriminator="kind")]
-    scale: float = Field(default=1.0, ge=0)
-    thrust_scale: float = Field(default=1.0, ge=0)
-    reverse_scale: float = Field(default=1.0, ge=0)
-    thrust_exponent: float = Field(default=1.0, gt=0)
-    dead_zone: float = Field(default=0.0, ge=0, lt=1)
-    lag: float = Field(default=0.0, ge=0)
-    delay: float = Field(default=0.0, ge=0)
-    advance_loss: float = 0.0
-    gain_astern_100: float = Field(default=1.0, ge=0)
-    gain_astern_67: float = Field(default=1.0, ge=0)
-    gain_astern_33: float = Field(default=1.0, ge=0)
-    gain_ahead_33: float = Field(default=1.0, ge=0)
-    gain_ahead_67: float = Field(default=1.0, ge=0)
-    gain_ahead_100: float = Field(default=1.0, ge=0)
+    scale: Number = Field(default=1.0, ge=0)
+    thrust_scale: Number = Field(default=1.0, ge=0)
+    reverse_scale: Number = Field(default=1.0, ge=0)
+    thrust_exponent: Positive = 1.0
+    dead_zone: Number = Field(default=0.0, ge=0, lt=1)
+    lag: Number = Field(default=0.0, ge=0)
+    delay: Number = Field(default=0.0, ge=0)
+    advance_loss: Number = 0.0
+    gain_astern_100: Number = Field(default=1.0, ge=0)
+    gain_astern_67: Number = Field(default=1.0, ge=0)
+    gain_astern_33: Number = Field(default=1.0, ge=0)
+    gain_ahead_33: Number = Field(default=1.0, ge=0)
+    gain_ahead_67: Number = Field(default=1.0, ge=0)
+    gain_ahead_100: Number = Field(default=1.0, ge=0)
 
     @model_validator(mode="after")
     def _consistent(self) -> "Thruster":

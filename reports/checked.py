@@ -1,6 +1,5 @@
 """The verb `check`: from the name of a model, and logs if there are any, to what the laws say of it."""
 
-import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,6 +14,7 @@ from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array
 from ..physics.laws import Envelope, envelope_of
 from ..physics.motion import Motion
+from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.models import Model
 from ..residuals.neural import is_network_folder
@@ -121,9 +121,9 @@ def _stored_envelope(folder: Path) -> Envelope | None:
     if not folder.is_dir() or is_network_folder(folder):
         return None
     try:
-        box: dict[str, Any] = json.loads((folder / "findings.json").read_text("utf-8"))["passivity"]["envelope"]
+        box: dict[str, Any] = read_json(folder / "findings.json")["passivity"]["envelope"]
         (u0, u1), (v0, v1), (r0, r1) = (map(float, box[name]) for name in "uvr")
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None
     try:
         return Envelope((u0, v0, r0), (u1, v1, r1))

@@ -10,10 +10,14 @@ from typing import Any, NoReturn, TextIO
 
 import typer
 
+from ..physics.printable import one_line, printable, shortened
+
 WIDEST = 120
 """Columns beyond which nothing is spread out."""
 NARROWEST = 20
 """Columns below which nothing is squeezed: a name and a number beside each other need them; the terminal wraps."""
+_MOST_TOLD = 3900
+"""Characters of a message, so that what stands before it fits into 4,000 as well."""
 
 
 def open_streams() -> None:
@@ -72,7 +76,7 @@ def tell_replaced(paths: Iterable[Path]) -> None:
 
 def progress(line: str) -> None:
     """Print a line about work that goes on, on stderr."""
-    complain(f"  {line}")
+    complain(f"  {shortened(one_line(line), _MOST_TOLD)}")
 
 
 def complain(text: str) -> None:
@@ -84,8 +88,13 @@ def complain(text: str) -> None:
 
 
 def say(text: str) -> None:
-    """Print a line as it is."""
-    print(text)
+    """Print a line; what no terminal should be told is written as escapes."""
+    print(shortened(one_line(text)))
+
+
+def say_lines(text: str) -> None:
+    """Print several lines that are a whole, such as a channel map, in full."""
+    print(printable(text))
 
 
 def prose(text: str) -> None:
@@ -97,9 +106,9 @@ def prose(text: str) -> None:
 
 def show(*parts: Any) -> None:
     """Print tables and texts, each with a blank line after it; None is passed over."""
-    from rich.console import Console
+    from .layout import terminal
 
-    console = Console()
+    console = terminal()
     console.width = max(NARROWEST, min(console.width, WIDEST))
     for part in parts:
         if part is not None:
@@ -134,6 +143,8 @@ def failing_clearly() -> Iterator[None]:
         if named is None:
             _silence(sys.stdout)
         fail(f"{'cannot write the output' if named is None else named}: {error.strerror or error}")
+    except MemoryError:
+        fail("the memory of this machine does not suffice; give less at once: a shorter log, or fewer logs")
 
 
 def interrupted(error: KeyboardInterrupt, more: str = "") -> NoReturn:
@@ -147,6 +158,6 @@ def interrupted(error: KeyboardInterrupt, more: str = "") -> NoReturn:
 
 
 def fail(text: str) -> NoReturn:
-    """Print a message on stderr and leave with exit code 2."""
-    complain(f"undertow: {text}")
+    """Print a message on stderr and leave with exit code 2; a long one is shortened in its middle."""
+    complain(f"undertow: {shortened(one_line(text), _MOST_TOLD)}")
     raise typer.Exit(2)

@@ -1,11 +1,11 @@
 """Models by name: whatever a user may put behind `--model`, and what is asked of it before it is compared."""
 
-import json
 import os
 from pathlib import Path
 
 from ..physics.errors import RequestError
 from ..physics.folders import finish
+from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.model_files import load_network
@@ -72,7 +72,7 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
 def fitted_numbers(run: Path) -> int:
     """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
     try:
-        models = json.loads((run / "comparison.json").read_text("utf-8"))["models"]
+        models = read_json(run / "comparison.json")["models"]
         return int(next(m["parameters"] for m in models if m["name"] == CORRECTED))
-    except (OSError, ValueError, KeyError, StopIteration, TypeError):
+    except (OSError, ValueError, KeyError, StopIteration, TypeError, OverflowError):
         return 0

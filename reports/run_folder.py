@@ -2,20 +2,21 @@
 
 import hashlib
 import io
-import json
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-import numpy as np
 import pandas as pd
-import yaml
 
 from ..physics.errors import RequestError, VehicleError
 from ..physics.folders import finish
+from ..physics.printable import shortened, shown
+from ..physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, reason, text_of
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from ..residuals.neural import is_network_folder
+from .shapes import AUDIT, COMPARISON, FINDINGS, INSPECTIONS, LARGEST, RUN, check_shape
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (
@@ -24,6 +25,13 @@ SERIES_COLUMNS = (
     *(f"{name}_{model}" for model in ("before", "after") for name in MEASURED),
 )
 REMEDY = "run 'undertow discover LOG --vehicle V --out RUN' to write the folder anew"
+_SECONDS = re.compile(r"\d{1,6}(\.\d{1,6})?")
+"""How a horizon is written as a key of JSON."""
+_MOST_SERIES = 512 * 2**20
+"""Bytes of series.csv: two days of one log."""
+_MOST_CELLS = 64_000_000
+"""Numbers of it: as many as fit into 0.5 GB."""
+_LONGEST_HEADER = 65536
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,157 +88,94 @@ def read_run(folder: Path) -> RunFolder:
         )
     digests: dict[str, str] = {}
 
-    def text(name: str) -> str:
+    def content(name: str, most: int = MOST_TEXT) -> bytes:
         try:
-            content = (folder / name).read_bytes()
-            digests[name] = hashlib.sha256(content).hexdigest()[:12]
-            return content.decode()
+            found = read_bytes(folder / name, most)
         except FileNotFoundError:
             raise RequestError(f"run folder {folder} has no {name}; {REMEDY}") from None
-        except (OSError, UnicodeDecodeError) as error:
-            raise RequestError(f"{folder / name} cannot be read ({error}); {REMEDY}") from None
+        except (OSError, ValueError) as error:
+            raise RequestError(f"{folder / name} cannot be read ({reason(error)}); {REMEDY}") from None
+        digests[name] = hashlib.sha256(found).hexdigest()[:12]
+        return found
 
-    findings = _json(text("findings.json"), "findings", folder / "findings.json")
-    comparison = _json(text("comparison.json"), "comparison", folder / "comparison.json")
-    inspections: dict[str, Any] = {"logs": []}
-    if (folder / "inspection.json").exists():
-        inspections = _json(text("inspection.json"), "inspections", folder / "inspection.json")
-    audit: dict[str, Any] = {}
-    if (folder / "audit.json").exists():
-        audit = _json(text("audit.json"), "audit", folder / "audit.json")
-        _check_records(audit, "laws", ("law", "verdict"), folder / "audit.json")
-    record: dict[str, Any] = {}
-    if (folder / "run.json").exists():
-        record = _json(text("run.json"), "run", folder / "run.json")
-        _check_records({"log_sha256": [], **record}, "log_sha256", (), folder / "run.json")
-        _check_objects(record, ("versions",), folder / "run.json")
-    _check_findings(findings, folder / "findings.json")
-    _check_comparison(comparison, folder / "comparison.json")
-    _check_inspections(inspections, folder / "inspection.json")
+    def record(name: str, schema: str, shape: Mapping[str, Any], missing: Mapping[str, Any] | None) -> dict[str, Any]:
+        if missing is not None and not (folder / name).exists():
+            return dict(missing)
+        return _json(content(name), schema, shape, folder / name)
+
+    findings = record("findings.json", "findings", FINDINGS, None)
+    comparison = record("comparison.json", "comparison", COMPARISON, None)
+    inspections = record("inspection.json", "inspections", INSPECTIONS, {"logs": []})
+    audit = record("audit.json", "audit", AUDIT, {})
+    made_from = record("run.json", "run", RUN, {})
+    if not findings["steps"]:
+        told = "expected at least one entry in 'steps' (the nominal model), got none"
+        raise RequestError(f"{folder / 'findings.json'}: {told}; {REMEDY}")
+    _check_horizons([step["rollout_rmse"] for step in findings["steps"]], folder / "findings.json")
+    _check_horizons([model.get("rollout") or {} for model in comparison["models"]], folder / "comparison.json")
     return RunFolder(
         folder=folder,
         findings=findings,
         comparison=comparison,
-        nominal=_vehicle(text("nominal.yaml"), folder / "nominal.yaml"),
-        corrected=_vehicle(text("model.yaml"), folder / "model.yaml"),
-        series=_series(text("series.csv"), folder / "series.csv"),
+        nominal=_vehicle(content("nominal.yaml"), folder / "nominal.yaml"),
+        corrected=_vehicle(content("model.yaml"), folder / "model.yaml"),
+        series=_series(content("series.csv", _MOST_SERIES), folder / "series.csv"),
         inspections=inspections["logs"],
         audit=audit,
-        record=record,
+        record=made_from,
         digests=digests,
     )
 
 
-def _json(text: str, schema: str, path: Path) -> dict[str, Any]:
-    def refuse(constant: str) -> NoReturn:
-        raise ValueError(f"{constant} is not JSON")
-
+def _json(content: bytes, schema: str, shape: Mapping[str, Any], path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(text, parse_constant=refuse)
+        found = parse_json(text_of(content))
     except ValueError as error:
         raise RequestError(f"{path} is not valid JSON ({error}); {REMEDY}") from None
-    if not isinstance(content, dict):
-        raise RequestError(f"{path}: expected a JSON object, got a {type(content).__name__}; {REMEDY}")
+    if not isinstance(found, dict):
+        raise RequestError(f"{path}: expected a JSON object, got a {type(found).__name__}; {REMEDY}")
     expected = f"undertow.{schema}/1"
-    if content.get("schema") != expected:
-        raise RequestError(f"{path}: expected schema {expected!r}, got {content.get('schema')!r}; {REMEDY}")
-    return content
-
-
-def _check_findings(findings: Mapping[str, Any], path: Path) -> None:
-    _check_records(findings, "candidates", ("effect", "verdict"), path)
-    for candidate in findings["candidates"]:
-        _check_records({"terms": [], **candidate}, "terms", (), path)
-    for key in ("unnamed", "failures", "advice"):
-        _check_records({key: [], **findings}, key, (), path)
-    _check_records(findings, "steps", ("acceleration_rmse", "rollout_rmse"), path)
-    if not findings["steps"]:
-        raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
-    for step in findings["steps"]:
-        _check_errors(step["acceleration_rmse"], step["rollout_rmse"], path)
-    _check_objects(findings, ("data", "criterion", "identifiability"), path)
-    if not isinstance(findings.get("missing"), list):
-        raise RequestError(f"{path}: expected a list under 'missing', got {findings.get('missing')!r}; {REMEDY}")
-
-
-def _check_comparison(comparison: Mapping[str, Any], path: Path) -> None:
-    _check_records(comparison, "models", ("name",), path)
-    for key in ("failures", "differences"):
-        _check_records({key: [], **comparison}, key, (), path)
-    _check_objects(comparison, ("best",), path)
-    if not isinstance(comparison.get("logs", []), list):
-        raise RequestError(f"{path}: expected a list under 'logs', got {comparison['logs']!r}; {REMEDY}")
-    for model in comparison["models"]:
-        acceleration = model.get("acceleration", {})
-        rmse = acceleration.get("rmse", {}) if isinstance(acceleration, dict) else acceleration
-        _check_errors(rmse, model.get("rollout", {}), path)
-        _check_records({"laws": [], **model}, "laws", ("law", "verdict"), path)
-        _check_objects(model, ("domain",), path)
-
-
-def _check_inspections(inspections: Mapping[str, Any], path: Path) -> None:
-    _check_records(inspections, "logs", ("path",), path)
-    for log in inspections["logs"]:
-        for key in ("channels", "alignment"):
-            _check_records({key: [], **log}, key, (), path)
-        for key in ("excitation", "plan"):
-            if not isinstance(log.get(key) or {}, dict):
-                raise RequestError(f"{path}: expected an object or null under {key!r}, got {log[key]!r}; {REMEDY}")
-        _check_records({"segments": [], **(log.get("plan") or {})}, "segments", (), path)
-
-
-def _check_objects(content: Mapping[str, Any], keys: tuple[str, ...], path: Path) -> None:
-    """What is optional may be missing or null, but nothing else than an object."""
-    for key in keys:
-        if content.get(key) is not None and not isinstance(content[key], dict):
-            raise RequestError(f"{path}: expected an object under {key!r}, got {content[key]!r}; {REMEDY}")
-
-
-def _check_errors(acceleration: Any, rollout: Any, path: Path) -> None:
-    """Acceleration errors by axis, and rollout errors by horizon [s], then axis."""
+    if found.get("schema") != expected:
+        raise RequestError(f"{path}: expected schema {expected!r}, got {shown(found.get('schema'))}; {REMEDY}")
     try:
-        horizons = [float(key) for key in rollout]
-        sound = all(isinstance(part, dict) for part in (acceleration, rollout, *rollout.values()))
-    except (AttributeError, TypeError, ValueError):
-        horizons, sound = [], False
-    if not sound or not np.isfinite(horizons).all():
-        raise RequestError(f"{path}: expected errors by axis, and by horizon in seconds, of every model; {REMEDY}")
+        check_shape(found, shape)
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}; {REMEDY}") from None
+    return found
 
 
-def _check_records(content: Mapping[str, Any], key: str, keys: tuple[str, ...], path: Path) -> None:
-    records = content.get(key)
-    if not isinstance(records, list) or not all(isinstance(record, dict) for record in records):
-        raise RequestError(f"{path}: expected a list of objects under {key!r}; {REMEDY}")
-    for index, record in enumerate(records):
-        lacking = [name for name in keys if name not in record]
-        if lacking:
-            raise RequestError(f"{path}: {key}[{index}] lacks {', '.join(map(repr, lacking))}; {REMEDY}")
+def _check_horizons(rollouts: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Errors of predictions stand under their horizon in seconds, as JSON writes keys."""
+    for rollout in rollouts:
+        for key in rollout:
+            if not _SECONDS.fullmatch(key):
+                raise RequestError(f"{path}: expected seconds as the name of a horizon, got {shown(key)}; {REMEDY}")
 
 
-def _vehicle(text: str, path: Path) -> Vehicle:
+def _vehicle(content: bytes, path: Path) -> Vehicle:
     try:
-        return vehicle_from_dict(yaml.safe_load(text), str(path))
+        return vehicle_from_dict(parse_yaml(text_of(content)), str(path))
     except VehicleError as error:
         raise RequestError(f"{error}; {REMEDY}") from None
-    except yaml.YAMLError as error:
+    except ValueError as error:
         raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
 
 
-def _series(text: str, path: Path) -> pd.DataFrame:
+def _series(content: bytes, path: Path) -> pd.DataFrame:
+    if content.count(b",") > _MOST_CELLS or content.find(b"\n", 0, _LONGEST_HEADER) < 0 < len(content):
+        raise RequestError(f"{path}: expected at most {_MOST_CELLS} numbers in lines, got another table; {REMEDY}")
     try:
-        series = pd.read_csv(io.StringIO(text))
-    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise RequestError(f"{path} is not a readable CSV ({error}); {REMEDY}") from None
+        series = pd.read_csv(io.BytesIO(content), low_memory=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        raise RequestError(f"{path} is not a readable CSV ({shortened(str(error), 300)}); {REMEDY}") from None
     lacking = [name for name in SERIES_COLUMNS if name not in series.columns]
     if lacking:
         raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {REMEDY}")
     if series.empty:
         raise RequestError(f"{path} has no rows; {REMEDY}")
-    broken = [
-        name
-        for name in SERIES_COLUMNS
-        if name not in ("part", "log") and not pd.api.types.is_numeric_dtype(series[name])
-    ]
+    numeric = [name for name in SERIES_COLUMNS if name not in ("part", "log")]
+    broken = [name for name in numeric if not pd.api.types.is_numeric_dtype(series[name])]
+    broken += [name for name in numeric if name not in broken and not (series[name].abs().fillna(0) < LARGEST).all()]
     if broken:
         raise RequestError(f"{path}: expected numbers in the column {', '.join(broken)}; {REMEDY}")
     return series

@@ -139,7 +139,7 @@ def write_series(
         prefix = f"/log{log}" if len(logs) > 1 else ""
         start = starts[source]
         clock = _Clock.of(exact.loc[rows, "time"].to_numpy(), start)
-        about[f"log{log}"] = source
+        about[f"log{log}"] = one_line(source)
         if start:
             about[f"log{log}_starts_at_ns"] = str(start)
         if clock.shift:
@@ -154,7 +154,9 @@ def write_series(
             while name in taken:  # two models whose names differ in no letter
                 name += "_"
             taken.add(name)
-            channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], dict(topic.about))
+            channel = writer.register_channel(
+                prefix + name, "json", schemas[topic.schema], {key: one_line(told) for key, told in topic.about.items()}
+            )
             running.append((channel, topic.texts))
         recorded.append(_in_turn(clock, running))
     for stamp, channel, data in merge(*recorded, key=lambda message: message[:2]):

@@ -46,29 +46,32 @@ def test_missing_folder_is_named(tmp_path):
         ("findings.json", "{", "is not valid JSON"),
         ("findings.json", '{"schema": NaN}', "NaN is not JSON"),
         ("findings.json", "[]", "expected a JSON object, got a list"),
-        ("findings.json", '{"schema": "undertow.findings/1"}', "expected a list of objects under 'candidates'"),
+        ("findings.json", '{"schema": "undertow.findings/1", "missing": []}', "the file lacks 'candidates'"),
         (
             "findings.json",
-            '{"schema": "undertow.findings/1", "candidates": [{"effect": "x"}]}',
+            '{"schema": "undertow.findings/1", "missing": [], "steps": [], "candidates": [{"effect": "x"}]}',
             r"candidates\[0\] lacks 'verdict'",
         ),
         (
             "findings.json",
-            '{"schema": "undertow.findings/1", "candidates": [], "steps": []}',
+            '{"schema": "undertow.findings/1", "missing": [], "candidates": [], "steps": []}',
             "expected at least one entry in 'steps'",
         ),
-        ("comparison.json", '{"schema": "undertow.comparison/1"}', "expected a list of objects under 'models'"),
+        ("comparison.json", '{"schema": "undertow.comparison/1"}', "the file lacks 'models'"),
         ("inspection.json", '{"schema": "undertow.inspection/1"}', "expected schema 'undertow.inspections/1'"),
-        ("audit.json", '{"schema": "undertow.audit/1"}', "expected a list of objects under 'laws'"),
+        ("audit.json", '{"schema": "undertow.audit/1"}', "the file lacks 'laws'"),
         *(
             ("inspection.json", f'{{"schema": "undertow.inspections/1", "logs": {logs}}}', message)
             for logs, message in (
-                ("3", "expected a list of objects under 'logs'"),
+                ("3", "expected a list of objects in logs, got 3"),
                 ("[{}]", r"logs\[0\] lacks 'path'"),
-                ('[{"path": "a", "channels": 3}]', "expected a list of objects under 'channels'"),
-                ('[{"path": "a", "alignment": [3]}]', "expected a list of objects under 'alignment'"),
-                ('[{"path": "a", "plan": [3]}]', r"expected an object or null under 'plan', got \[3\]"),
-                ('[{"path": "a", "plan": {"segments": 3}}]', "expected a list of objects under 'segments'"),
+                ('[{"path": "a", "channels": 3}]', r"expected a list of objects in logs\[0\].channels, got 3"),
+                ('[{"path": "a", "alignment": [3]}]', r"expected an object in logs\[0\].alignment\[0\], got 3"),
+                ('[{"path": "a", "plan": [3]}]', r"expected an object in logs\[0\].plan, got \[3\]"),
+                (
+                    '[{"path": "a", "plan": {"segments": 3}}]',
+                    r"expected a list of objects in logs\[0\].plan.segments, got 3",
+                ),
             )
         ),
         ("model.yaml", "mass: -1", "model.yaml"),
