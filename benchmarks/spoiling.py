@@ -101,7 +101,9 @@ def with_pwm(case: Case) -> Case:
     for thruster in content["thrusters"]:
         thruster |= {"command": "pwm", "curve": curve}
     names = {n: n.replace("newton", "pwm") for n in case.table.columns if n.startswith("newton")}
-    table = case.table.assign(**{n: (1500.0 + case.table[n] / 35.0 * 400.0).round() for n in names}).rename(columns=names)
+    table = case.table.assign(**{n: (1500.0 + case.table[n] / 35.0 * 400.0).round() for n in names}).rename(
+        columns=names
+    )
     return Case(f"{case.name} pwm", table, vehicle_from_dict(content, "driven by PWM"), case.missing)
 
 
@@ -117,7 +119,9 @@ def looked_over(path: Path, case: Case, spoil: Spoil) -> tuple[bool, bool, str]:
         for f in inspection.quality
         for check, words in spoil.causes
     )
-    named = named or any(check in ("units", "stamps") and words in t for check, words in spoil.causes for t in inspection.plan.missing)
+    named = named or any(
+        check in ("units", "stamps") and words in t for check, words in spoil.causes for t in inspection.plan.missing
+    )
     accused = [f for f in inspection.quality if f.verdict in ("defect", "warning")]
     sound = not accused and not inspection.plan.missing
     said = "; ".join(f"{f.check} {f.verdict}: {f.sentence}" for f in accused) or inspection.verdict

@@ -228,9 +228,7 @@ def _without(*names: str, then: Plant | None = None) -> Plant:
 
 
 def _enu(table: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
-    return table.assign(
-        x=table["y"], y=table["x"], psi=0.5 * np.pi - table["psi"], v=-table["v"], r=-table["r"]
-    )
+    return table.assign(x=table["y"], y=table["x"], psi=0.5 * np.pi - table["psi"], v=-table["v"], r=-table["r"])
 
 
 def _zero(values: Array) -> Array:
