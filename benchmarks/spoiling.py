@@ -47,14 +47,14 @@ class Case:
 
 
 def table_of(log: Log) -> pd.DataFrame:
-    """A log as a row per stamp of its odometry; commands are held."""
+    """A log as a row per stamp of its odometry, with the nearest command."""
     t = log.channels["u"].time
     found = {"t": t}
     for name in ("x", "y", "psi", "u", "v", "r"):
         found[name] = np.interp(t, log.channels[name].time, log.channels[name].value)
     for name, channel in log.channels.items():
         if name.startswith(("newton_", "pwm_")):
-            found[name] = channel.value[np.clip(np.searchsorted(channel.time, t, "right") - 1, 0, None)]
+            found[name] = channel.value[np.abs(channel.time[:, None] - t[None, :]).argmin(axis=0)]
     return pd.DataFrame(found)
 
 

@@ -151,9 +151,7 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
     examination = examine(log, vehicle)
     # Late and held fixes make false speeds; what the boat did is told of the log without them.
     seen = [stretch.motion for stretch in Record.of(examination.clean).stretches]
-    # What lies beyond a clock that was set back is lost to a repaired log, so none is written.
-    cut = any(channel.lost.cut for channel in log.channels.values())
-    curable = bool(plan.missing) and not cut and not _plan(_mended(examination.clean), vehicle, recipe).missing
+    curable = bool(plan.missing) and not _plan(_mended(examination.clean), vehicle, recipe).missing
     return Inspection(
         path=str(log.path),
         verdict=verdict(examination.findings, plan.missing, curable),
@@ -245,5 +243,5 @@ def _plan(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> Plan:
 
 def _backward(log: Log) -> list[str]:
     """Time that runs backwards, which reading for inspection alone puts up with."""
-    names = [name for name, channel in log.channels.items() if channel.lost.backward or channel.lost.cut]
+    names = [name for name, channel in log.channels.items() if channel.lost.disordered]
     return [f"time runs backwards in {', '.join(names)}; every other verb refuses the log."] if names else []

@@ -9,6 +9,7 @@ from .held import HeldFixes
 from .late import LateFixes
 from .neutral import Neutral
 from .rates import Gaps, Rates
+from .resampled import Resampled
 from .sides import Sides
 from .stamps import Stamps
 from .stuck import Stuck
@@ -17,6 +18,7 @@ from .units import Units
 
 CHECKS: tuple[Check, ...] = (
     Stamps(),
+    Resampled(),
     Rates(),
     Gaps(),
     Stuck(),

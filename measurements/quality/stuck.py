@@ -19,8 +19,9 @@ _JUMP = 3.0
 """Times the last step that such a jump has at least."""
 _LEAST = 1.0
 """A value that stays for less than this is not called stuck [s]."""
-_BEFORE = 10
-"""Steps before a stay that tell whether the value was on the move."""
+_BEFORE, _BEFORE_SECONDS = 10, 0.5
+"""Steps before a stay that tell whether the value was on the move, and the time that they take at least [s]: a log
+that was interpolated to a fine grid has ten rows on one line."""
 _DIGITS = 3.0
 """Steps on the move are at least this many times the last digit of the channel."""
 _MUCH = 0.05
@@ -85,11 +86,12 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     same = np.concatenate(([False], steps == 0.0, [False]))
     starts, ends = np.flatnonzero(same[1:] & ~same[:-1]), np.flatnonzero(same[:-1] & ~same[1:])
     found = []
+    before_rows = max(_BEFORE * usual, round(_BEFORE_SECONDS / first.period) if first.period > 0.0 else 0)
     for start, end in zip(starts, ends, strict=True):
         length = float(time[end] - time[start])
-        if length < max(_LEAST, 5.0 * usual * first.period) or start < _BEFORE * usual:
+        if length < max(_LEAST, 5.0 * usual * first.period) or start < before_rows:
             continue
-        before = steps[start - _BEFORE * usual : start]
+        before = steps[start - before_rows : start]
         moving = before[before > 0.0]
         if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _DIGITS * digit:
             continue
