@@ -69,6 +69,11 @@ def pool(examinations: Sequence[Examination]) -> tuple[Finding, ...]:
     )
 
 
+def is_sound(findings: Sequence[Finding]) -> bool:
+    """Whether no check found a defect; a warning makes numbers worse, but a log can be used with it."""
+    return not any(finding.verdict == "defect" for finding in findings)
+
+
 def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: bool = False) -> str:
     """Say in one or two sentences whether a log is usable, and what is worst about it.
 

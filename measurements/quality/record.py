@@ -71,6 +71,16 @@ class Record:
         """The same log with other channels."""
         return Record.of(replace(self.log, channels=dict(channels)), self.zeros, self.vehicle)
 
+    def driven(self, stretch: Stretch) -> Motion | None:
+        """The motion of a stretch with the commands of the vehicle's thrusters; None where one is not known all along."""
+        if self.vehicle is None or not {t.channel for t in self.vehicle.thrusters} <= set(self.commands):
+            return None
+        commands = stretch.commands[:, [self.commands.index(t.channel) for t in self.vehicle.thrusters]]
+        if not np.isfinite(commands).all():
+            return None
+        names = tuple(t.name for t in self.vehicle.thrusters)
+        return replace(stretch.motion, commands=commands, thrusters=names, run_up=None)
+
     @property
     def seconds(self) -> float:
         """Usable motion [s]."""

@@ -3,6 +3,7 @@
 from .clocks import Clocks
 from .commands import Commands
 from .deviation import Deviation
+from .drive import Drive
 from .excitation import Excitation
 from .finding import Check
 from .held import HeldFixes
@@ -29,6 +30,7 @@ CHECKS: tuple[Check, ...] = (
     Sides(),
     Clocks(),
     Neutral(),
+    Drive(),
     Deviation(),
     Tilt(),
     Excitation(),

@@ -43,7 +43,7 @@ def _told(channels: Channels) -> list[Finding]:
     time, values, names = table
     fresh = np.concatenate(([True], (np.diff(values, axis=0) != 0.0).any(axis=1)))
     found = []
-    padded = _padding(time, fresh)
+    padded = _padding(time, values, fresh)
     if padded:
         text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
         fix = Fix(f"{padded:.2g} s of one repeated row at the ends of the log dropped", _unpadded)
@@ -73,13 +73,25 @@ def _table(channels: Channels) -> tuple[Array, Array, tuple[str, ...]] | None:
     return time, np.column_stack(values), tuple(part.name for part in parts)
 
 
-def _padding(time: Array, fresh: NDArray[np.bool_]) -> float:
-    """Time for which the log repeats its first or its last row [s], 0 where that is no longer than elsewhere."""
+def _padding(time: Array, values: Array, fresh: NDArray[np.bool_]) -> float:
+    """Time for which a log of a moving boat repeats its first or its last row [s]."""
     first, last = _inner(fresh)
-    lead, tail = float(time[first] - time[0]), float(time[-1] - time[last])
-    inner = np.diff(time[np.flatnonzero(fresh[first : last + 1])]) if last > first else np.zeros(1)
-    usual = float(inner.max()) if inner.size else 0.0
-    return sum(part for part in (lead, tail) if part > max(_ENDS, 2.0 * usual))
+    if last <= first:
+        return 0.0
+    steps = np.abs(np.diff(values, axis=0))
+    usual = np.quantile(steps[first:last], 0.5, axis=0)
+    # A boat that lies still shows the same row, too: beside what is filled up, it moves as it does elsewhere.
+    near = max(3, int(np.searchsorted(time, time[first] + _ENDS)) - first)
+    ends = (
+        (float(time[first] - time[0]), steps[first : first + near]),
+        (float(time[-1] - time[last]), steps[max(first, last - near) : last]),
+    )
+    return sum(length for length, beside in ends if length > _ENDS and _moves(beside, usual))
+
+
+def _moves(steps: Array, usual: Array) -> bool:
+    """Whether most records move at least a tenth as fast as they usually do."""
+    return bool(np.mean(np.median(steps, axis=0)[usual > 0.0] > 0.1 * usual[usual > 0.0]) > 0.5)
 
 
 def _inner(fresh: NDArray[np.bool_]) -> tuple[int, int]:

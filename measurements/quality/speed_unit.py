@@ -10,7 +10,7 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .finding import Finding, Reach
-from .record import RATE, Record, Stretch
+from .record import RATE, Record
 from .regression import Fit, robust_fit
 
 _PIECE = 2.0
@@ -102,25 +102,18 @@ def _fit(rows: Sequence[tuple[Array, Array]]) -> Fit | None:
 
 def _by_vehicle(records: Sequence[Record], factors: Sequence[float]) -> tuple[float | None, str]:
     """The factor with which speeds follow the vehicle's thrust and drag best; None where no other is clearly worse."""
-    motions = [found for record in records for s in record.stretches if (found := _driven(record, s)) is not None]
-    if not motions:
+    motions = [
+        (record.vehicle, motion)
+        for record in records
+        for stretch in record.stretches
+        if record.vehicle is not None and (motion := record.driven(stretch)) is not None
+    ]
+    if sum(motion.duration for _, motion in motions) < _LEAST_PIECES * _PIECE:
         return None, ""
     errors = {factor: _error(motions, factor) for factor in factors}
     best, second = sorted(errors, key=lambda factor: errors[factor])[:2]
     told = errors[best] < _CLEARLY and errors[best] < _CLEARLY * errors[1.0 if best != 1.0 else second]
     return (best if told else None), "the vehicle, as its thrusters push it,"
-
-
-def _driven(record: Record, stretch: Stretch) -> tuple[Vehicle, Motion] | None:
-    """The vehicle and its motion with commands; None where a command is unknown."""
-    vehicle = record.vehicle
-    if vehicle is None or not {t.channel for t in vehicle.thrusters} <= set(record.commands):
-        return None
-    commands = stretch.commands[:, [record.commands.index(t.channel) for t in vehicle.thrusters]]
-    if not np.isfinite(commands).all() or stretch.motion.time.size < round(_LEAST_PIECES * _PIECE * RATE):
-        return None
-    names = tuple(t.name for t in vehicle.thrusters)
-    return vehicle, replace(stretch.motion, commands=commands, thrusters=names, run_up=None)
 
 
 def _error(motions: Sequence[tuple[Vehicle, Motion]], factor: float) -> float:
