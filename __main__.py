@@ -139,7 +139,10 @@ def inspect(
     force: ForceOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Say whether logs are sound and what to do about it, and what undertow would do with them."""
+    """Say whether logs are sound and what to do about it, and what undertow would do with them.
+
+    Exit code 1 for a log with a defect, or one that cannot be used; with --fix, where the repaired log has one.
+    """
     with failing_clearly():
         from .measurements.channel_map import map_text
         from .physics.files import write_text
@@ -170,6 +173,8 @@ def inspect(
             of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
             say(f"The channel map in use{of}; edit it, and give it back with --map:")
             say_lines(f"\n{map_text(read.entries)}")
+        if not found.get("fixed", found)["usable"]:
+            raise typer.Exit(1)
 
 
 @app.command()

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from .errors import RequestError
 from .files import LEFT, left_beside, lock, name_unfinished, real, try_out, write_text
+from .reading import read_json
 
 Own = Callable[[Path], Collection[str]]
 """Names of the files in a folder that undertow certainly wrote and nobody changed: these alone may go."""
@@ -252,7 +253,7 @@ def _roll_forward(place: Path) -> None:
 def _stale(folder: Path) -> list[str]:
     """Names that are known to be of no more use, where such a list is."""
     try:
-        return [str(name) for name in json.loads((folder / _STALE).read_text("utf-8"))]
+        return [str(name) for name in read_json(folder / _STALE)]
     except FileNotFoundError:
         return []
 

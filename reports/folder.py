@@ -1,6 +1,5 @@
 """The run folder: written whole or not at all, and read back for `add`."""
 
-import json
 import os
 import warnings
 from collections.abc import Iterable
@@ -13,6 +12,7 @@ from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
 from ..physics.folders import finish, replace_folder
+from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.neural import is_network_folder
 from .effect_forces import found_forces
@@ -175,7 +175,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
             "what of the network is a named effect"
         )
     try:
-        record = json.loads((folder / "run.json").read_text("utf-8"))
+        record = read_json(folder / "run.json")
         logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
         namespace = record.get("namespace")  # a run of an earlier version has none
     except (OSError, ValueError, KeyError, TypeError):

@@ -1,7 +1,6 @@
 """The files of a run folder, and how it shows which of them are undertow's and unchanged: by digests in `run.json`."""
 
 import hashlib
-import json
 import os
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 
 from ..physics.files import strict_json, write_json
 from ..physics.marks import written_by
+from ..physics.reading import read_json
 
 RUN_SCHEMA = "undertow.run/1"
 RECORD, PAGE, PDF = "run.json", "report.html", "report.pdf"
@@ -24,8 +24,6 @@ DATA = (*(name for name in _SCHEMAS if name != RECORD), "model.yaml", "nominal.y
 """What the pages are made of."""
 RUN_FILES = (*DATA, RECORD, PAGE, PDF)
 """What a run folder holds; series.mcap and the pages may be left out."""
-_MOST = 1 << 26
-"""Bytes of a record that are read [B]; that of a thousand logs has 200 kB."""
 _CHUNK = 1 << 20
 
 
@@ -90,10 +88,8 @@ def _of_schema(path: Path) -> bool:
 def _content(path: Path) -> dict[str, Any]:
     """A JSON object, empty for anything else."""
     try:
-        if path.stat().st_size > _MOST:
-            return {}
-        content = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError, RecursionError):
+        content = read_json(path)
+    except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}
 

@@ -12,9 +12,6 @@ from ..physics.errors import LogError
 from ..physics.thrusters import command_of
 from ..physics.vehicle import Vehicle
 
-_FATAL = ("direction", "sides", "units")
-"""Checks whose defects are certain, and make every finding one about the log and not about the boat."""
-
 
 def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
     """Refuse logs whose defects make every finding meaningless, or give these defects as warnings.
@@ -61,7 +58,7 @@ def _sentence(name: str, finding: Finding) -> str:
 
 def _matters(finding: Finding, vehicle: Vehicle) -> bool:
     """Whether a finding is a defect of what this vehicle is driven by or measured with."""
-    if finding.verdict != "defect" or finding.check not in _FATAL:
+    if not finding.refused:
         return False
     if finding.check not in ("direction", "sides"):
         return True

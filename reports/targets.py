@@ -1,6 +1,5 @@
 """Which files a verb may write: never one that it reads, and in the place of another only of one that it wrote."""
 
-import json
 import os
 import re
 import stat
@@ -15,6 +14,7 @@ from ..physics.errors import LogError, RequestError
 from ..physics.files import is_device, real, stream_of, try_out
 from ..physics.folders import Own, check_folder
 from ..physics.marks import written_by
+from ..physics.reading import read_json
 from ..residuals.foreign import is_function_name
 from ..residuals.model_files import NETWORK_FILES
 from ..residuals.neural import is_network_folder
@@ -154,8 +154,8 @@ def _inputs(name: str) -> Iterator[Path]:
 
 def _of_run(folder: Path) -> Iterator[Path]:
     """Logs and channel map of a run, as far as its record can be read."""
-    with suppress(OSError, ValueError, RecursionError, AttributeError):
-        record = json.loads((folder / "run.json").read_text("utf-8"))
+    with suppress(OSError, ValueError, AttributeError):
+        record = read_json(folder / "run.json")
         logs = record.get("logs")
         yield from inputs_of([*(logs if isinstance(logs, list) else ()), record.get("channel_map")])
 

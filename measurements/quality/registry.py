@@ -3,12 +3,14 @@
 from .clocks import Clocks
 from .commands import Commands
 from .deviation import Deviation
+from .drive import Drive
 from .excitation import Excitation
 from .finding import Check
 from .held import HeldFixes
 from .late import LateFixes
 from .neutral import Neutral
 from .rates import Gaps, Rates
+from .resampled import Resampled
 from .sides import Sides
 from .stamps import Stamps
 from .stuck import Stuck
@@ -17,6 +19,7 @@ from .units import Units
 
 CHECKS: tuple[Check, ...] = (
     Stamps(),
+    Resampled(),
     Rates(),
     Gaps(),
     Stuck(),
@@ -27,6 +30,7 @@ CHECKS: tuple[Check, ...] = (
     Sides(),
     Clocks(),
     Neutral(),
+    Drive(),
     Deviation(),
     Tilt(),
     Excitation(),

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar, final
 
 from ..channels import command_kind
-from .finding import Check, Finding
+from .finding import Check, Finding, Reach
 from .neutral import neutral_of
 from .record import Record
 from .response import Answer, answers
@@ -61,6 +61,7 @@ def _direction(records: Sequence[Record], names: Sequence[str], told: Mapping[st
         f"turn it round in a channel map: {', '.join(maps)}",
         parts=parts,
         short=f"{_and(tuple(wrong))} {'are' if len(wrong) > 1 else 'is'} reversed",
+        reach=Reach.LOG,
     )
 
 
@@ -98,6 +99,7 @@ def _sides(records: Sequence[Record], names: Sequence[str], told: Mapping[str, A
         f"{remedy}{either}",
         parts=parts,
         short="port and starboard look swapped",
+        reach=Reach.LOG,
     )
 
 
