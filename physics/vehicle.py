@@ -7,10 +7,10 @@ from difflib import get_close_matches
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
@@ -48,6 +48,17 @@ class Term(BaseModel):
         return f"{self.axis}:{self.form}"
 
 
+def _to_be_judged(info: ValidationInfo) -> bool:
+    """Whether a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
+    return bool(info.context and info.context.get("judged"))
+
+
+def _positive(value: float, info: ValidationInfo) -> float:
+    if value <= 0.0 and not _to_be_judged(info):
+        raise ValueError("Input should be greater than 0")
+    return value
+
+
 class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
@@ -58,8 +69,8 @@ class Vehicle(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     name: str = "vehicle"
-    mass: float = Field(gt=0)
-    inertia_z: float = Field(gt=0)
+    mass: Annotated[float, AfterValidator(_positive)]
+    inertia_z: Annotated[float, AfterValidator(_positive)]
     x_g: float = 0.0
     added_mass: dict[str, float] = {}
     damping: dict[str, float] = {}
@@ -86,7 +97,7 @@ class Vehicle(BaseModel):
         return {**data, **pair}
 
     @model_validator(mode="after")
-    def _sound(self) -> "Vehicle":
+    def _sound(self, info: ValidationInfo) -> "Vehicle":
         for section in _SECTIONS:
             for key in getattr(self, section):
                 if key not in _keys(section):
@@ -101,7 +112,8 @@ class Vehicle(BaseModel):
         m22, m33 = self.mass - self.value("Y_vdot"), self.inertia_z - self.value("N_rdot")
         m23 = self.mass * self.x_g - self.value("Y_rdot")
         m11 = self.mass - self.value("X_udot")
-        if not (m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2):
+        definite = m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2
+        if not definite and not _to_be_judged(info):
             raise ValueError(
                 "the mass matrix M = M_RB + M_A is not positive definite: "
                 f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}; "
@@ -215,8 +227,8 @@ def _unknown_key(key: str, known: Iterable[str], where: str) -> str:
     return f"unknown key {key!r} in {where}: did you mean {near[0]!r}?" if near else f"unknown key {key!r} in {where}"
 
 
-def vehicle_from_dict(data: Any, where: str) -> Vehicle:
-    """Build a vehicle from plain data.
+def vehicle_from_dict(data: Any, where: str, *, judged: bool = False) -> Vehicle:
+    """Build a vehicle from plain data; one that cannot be too, where it is to be `judged`.
 
     Raises
     ------
@@ -228,7 +240,7 @@ def vehicle_from_dict(data: Any, where: str) -> Vehicle:
             f"{where}: expected a mapping of vehicle keys (mass, inertia_z, thrusters ...), got {type(data).__name__}"
         )
     try:
-        return Vehicle.model_validate(data)
+        return Vehicle.model_validate(data, context={"judged": judged})
     except ValidationError as error:
         lines = []
         for item in error.errors():
@@ -259,8 +271,12 @@ def _shipped() -> Any:
     return resources.files(__package__ or "undertow.physics") / "vehicles"
 
 
-def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
+def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehicle:
     """Read a vehicle file, or one of the shipped ones by its bare name (`blueboat`, `otter`, ...).
+
+    Parameters
+    ----------
+    judged : take a vehicle that cannot be (a mass that is not positive) too: it is about to be judged by the laws
 
     Raises
     ------
@@ -289,7 +305,7 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
         raise VehicleError(
             f"vehicle file {text}: this is a file of schema {data['schema']!r}, not a vehicle; give the vehicle's file"
         )
-    return vehicle_from_dict(data, f"vehicle file {text}")
+    return vehicle_from_dict(data, f"vehicle file {text}", judged=judged)
 
 
 def is_finite(vehicle: Vehicle) -> bool:

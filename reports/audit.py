@@ -23,6 +23,9 @@ from ..residuals.models import Model, VehicleModel
 
 AUDIT_SCHEMA = "undertow.audit/1"
 _MOST_COMMANDS = 2000
+_DENSE = {False: 2**16, True: 2**13}
+"""States that are asked beside the first, twice, where each answer costs little: of black boxes, whose violations may
+fill any corner, and of formulas, which are smooth. A network with a memory, which is asked for 2 s each, gets none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,12 +131,13 @@ def witness_of(
         model.vehicle,
         model.settled,
         along=model.acceleration,
-        rollout=model.rollout,
+        rollout=None if formula or isinstance(model, FunctionModel) else model.rollout,
         envelope=envelope,
         commands=possible_commands(model.vehicle, seed) if commands is None else commands,
         time_step=motions[0].time_step if motions else model.time_step,
         exact=formula,
         own_mass=not (isinstance(model, FunctionModel) or model.kind == "network"),
+        dense=0 if model.remembers and not formula else _DENSE[formula],
         prove=partial(_proof, model),
         coriolis=partial(coriolis_matrix, model.vehicle) if formula else None,
         motions=tuple(motions),
