@@ -90,7 +90,6 @@ def _met(witness: Witness, commands: Array, held: int, seconds: float) -> tuple[
     def answer(nu: Array, psi: Array, asked: Array) -> Array:
         return witness.relative(np.column_stack([nu, psi]), asked)
 
-    with np.errstate(over="ignore", invalid="ignore"):
-        lasting, random = rolled(answer, commands[:held], seconds), rolled(answer, commands[held:], SECONDS)
+    lasting, random = rolled(answer, commands[:held], seconds), rolled(answer, commands[held:], SECONDS)
     velocity = np.concatenate([lasting.states[..., 3:], random.states[..., 3:]])
     return velocity, np.concatenate([lasting.diverged, random.diverged])

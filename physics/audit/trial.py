@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from ..energy import full_force
-from ..forces import calm, held_acceleration
+from ..forces import ForceEquation, calm, held_thrust
 from ..frames import Array
 from ..laws import Envelope, envelope_of, mass_margin
 from ..matrices import mass_matrix
@@ -78,9 +78,11 @@ def trial_motion(vehicle: Vehicle, commands: Array, time_step: float) -> tuple[M
 
 
 def rolled(answer: Answer, commands: Array, seconds: float) -> Rollouts:
-    """Rollouts from rest, heading north, under the commands of a trial that lasts so long [s]."""
-    steps = commands.shape[1] - 1
-    return integrate_stiff(answer, np.zeros((commands.shape[0], 6)), commands, seconds / steps, FASTEST)
+    """Rollouts from rest, heading north, under every other command of a trial that lasts so long [s]."""
+    chosen = commands[:, ::2]
+    h = seconds / (chosen.shape[1] - 1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return integrate_stiff(answer, np.zeros((chosen.shape[0], 6)), chosen, h, FASTEST)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,20 +106,23 @@ class Settling:
 
 def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
     """Roll a vehicle out under extreme and random commands, the former until its speeds settle, if they do."""
-    still = calm(vehicle)
+    equation, count = ForceEquation(calm(vehicle)), len(vehicle.thrusters)
     commands, held = trial_commands(pool, seed)
+    thrust = np.concatenate(held_thrust(vehicle, commands.reshape(-1, count))).T.reshape(*commands.shape[:2], -1)
 
-    def answer(nu: Array, psi: Array, asked: Array) -> Array:
-        return held_acceleration(still, nu, psi, asked)
+    def answer(nu: Array, psi: Array, pushed: Array) -> Array:
+        u, v, r = triple = (nu[:, 0], nu[:, 1], nu[:, 2])
+        force = equation.force(triple, psi, pushed[:, :count].T, pushed[:, count:].T, (v, r))
+        return np.stack(equation.acceleration(force, triple, triple), axis=-1)
 
-    with np.errstate(over="ignore", invalid="ignore"):
-        random, seconds = rolled(answer, commands[held:], SECONDS), SECONDS
-        for k in range(_LONGEST):
-            seconds = SECONDS * _LONGER**k
-            done = rolled(answer, commands[:held], seconds)
-            settles = not done.diverged.any() and _settles(done.states[..., 3:])
-            if settles or done.diverged.any():
-                break
+    done, seconds = rolled(answer, thrust, SECONDS), SECONDS
+    random, done = (Rollouts(done.states[rows], done.diverged[rows]) for rows in (slice(held, None), slice(held)))
+    for _ in range(_LONGEST):
+        settles = not done.diverged.any() and _settles(done.states[..., 3:])
+        if settles or done.diverged.any():
+            break
+        seconds *= _LONGER
+        done = rolled(answer, thrust[:held], seconds)
     velocity = np.concatenate([done.states[..., 3:], random.states[..., 3:]])
     settles = settles and not random.diverged.any()
     speed = float(np.linalg.norm(velocity[..., :2], axis=-1).max())
