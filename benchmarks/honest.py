@@ -3,15 +3,14 @@
 from collections.abc import Callable
 
 import numpy as np
+from boats import dragged, ends, function, scaled, sister, thruster
+from planted import Case, Draw, Make
 
 from undertow.physics.energy import full_force
 from undertow.physics.frames import Array
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models import Model
-
-from boats import dragged, ends, function, scaled, sister, thruster
-from planted import Case, Draw, Make
 
 
 def stiff(rate: float, axis: int, formula: bool = False) -> Make:
@@ -178,7 +177,10 @@ def other_thrust(factor: float) -> Make:
 
 
 HONEST = (
-    *(Case(f"{rate:g} 1/s in {axis}, code", stiff(rate, k)) for rate, k, axis in ((12.0, 0, "surge"), (25.0, 2, "yaw"))),
+    *(
+        Case(f"{rate:g} 1/s in {axis}, code", stiff(rate, k))
+        for rate, k, axis in ((12.0, 0, "surge"), (25.0, 2, "yaw"))
+    ),
     Case("50 1/s in sway, code", stiff(50.0, 1)),
     Case("20 to 50 1/s on all axes, code", stiff_all),
     Case("12 1/s in surge, formula", stiff(12.0, 0, True)),
@@ -212,7 +214,9 @@ HONEST = (
     Case("four thrusters, code", thrusters("four")),
     Case("a bow thruster, code", thrusters("bow")),
     Case("weak port thruster, code", with_values(lambda rng: {"port_scale": rng.uniform(0.1, 0.6)}, True)),
-    Case("bent thrust curve", with_values(lambda rng: {"thrust_exponent": rng.uniform(0.5, 2.5), "reverse_scale": 0.4})),
+    Case(
+        "bent thrust curve", with_values(lambda rng: {"thrust_exponent": rng.uniform(0.5, 2.5), "reverse_scale": 0.4})
+    ),
     Case("stronger thrusters, code", other_thrust(1.4)),
     Case("weaker thrusters, code", other_thrust(0.3)),
 )

@@ -27,6 +27,10 @@ ASKEW = 0.1
 """Side force of a thruster that is counted with even where the file has none [N/N]: 6 degrees of its mounting."""
 TOLERANCE = 0.01
 """Share of full thrust (elsewhere of a typical power) that a learnt model is let pass: it is never exactly zero."""
+INSIDE = 0.5
+"""Share of the tolerance that training aims at, so that what lies between the states that it asks stays lawful."""
+EXCESS_UNIT = 10.0 * TOLERANCE
+"""Share of full thrust in which an excess is counted in a loss: about the correction that a network learns."""
 CRAWL = 1e-3
 """Speed at whose power what is let pass starts [m/s]: at rest itself there is none to compare with."""
 
@@ -98,6 +102,15 @@ def most_driven(reach: Any, velocity: Any, thrust: Any, margin: float = MARGIN) 
     u, v, r = (abs(velocity[..., k]) for k in range(3))
     spread = max(surge, 1.0) * u + max(sway, ASKEW) * v + yaw * r
     return driven + (margin - 1.0) * spread * abs(thrust).sum(-1)
+
+
+def allowed_power(vehicle: Vehicle, velocity: Array, thrust: Array, share: float = 1.0) -> Array:
+    """Gain [W] that a learnt model is allowed at velocities (..., 3) with thrusts (..., thrusters) [N], (...).
+
+    What its thrusters may give or, where that is more, a `share` of what is let pass without thrust.
+    """
+    driven = most_driven(thruster_matrix(vehicle), velocity, thrust)
+    return np.maximum(driven, share * let_pass(full_force(vehicle), velocity))
 
 
 def thrust_power(vehicle: Vehicle, motion: Motion) -> Array:

@@ -64,7 +64,9 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool =
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
-        return VehicleModel(load_vehicle(source / "model.yaml", judged=judged), source.name, "symbolic", fitted_numbers(source))
+        return VehicleModel(
+            load_vehicle(source / "model.yaml", judged=judged), source.name, "symbolic", fitted_numbers(source)
+        )
     return VehicleModel(load_vehicle(path, judged=judged), source.stem, "physics")
 
 

@@ -50,7 +50,9 @@ class PositiveMass(Law):
         """The ruling on a model that is pushed by its thrusters."""
         low, high = witness.commands.min(axis=0), witness.commands.max(axis=0)
         commands = np.clip(possible_commands(witness.vehicle, witness.seed)[:_FEW], low, high)
-        commands = np.concatenate([np.where(np.eye(len(low)) > 0, end, witness.neutral) for end in (low, high)] + [commands])
+        commands = np.concatenate(
+            [np.where(np.eye(len(low)) > 0, end, witness.neutral) for end in (low, high)] + [commands]
+        )
         force = held_thrust(witness.vehicle, commands)[0].T @ thruster_matrix(witness.vehicle).T
         expected = (force * (force @ np.linalg.inv(witness.mass))).sum(axis=1)
         told = expected > _WEAK**2 * expected.max()
@@ -71,8 +73,8 @@ class PositiveMass(Law):
             share=float((share < -TOLERANCE).mean()),
             proof="search",
             kept=f"Pushed by its thrusters at rest, the model goes the way it is pushed, at the least {share[k]:.2g} "
-            f"times as much as vehicle {witness.vehicle.name}. It has no mass of its own; that of the vehicle, by which "
-            f"its power is counted, is positive definite (least {least:.2g} of the rigid body's).",
+            f"times as much as vehicle {witness.vehicle.name}. It has no mass of its own; that of the vehicle, by "
+            f"which its power is counted, is positive definite (least {least:.2g} of the rigid body's).",
             broken=f"Pushed by its thrusters at rest ({pushed}), the model goes against the push: {share[k]:.2g} times "
             f"as much as vehicle {witness.vehicle.name}, as with a mass that is not positive.",
         )

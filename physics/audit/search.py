@@ -78,7 +78,9 @@ def spiked(box: Box, neutral: Array, count: int, seed: int) -> Array:
     shares = (points - _EVEN) / _ENDS
     low = np.clip(2.0 * shares - 1.0, 0.0, 1.0) * _NEAR
     high = 1.0 - np.clip(2.0 * shares - 3.0, 0.0, 1.0) * _NEAR
-    drawn = np.select([points < _EVEN, points < _EVEN + _ENDS, points < _EVEN + 2.0 * _ENDS], [points / _EVEN, low, high])
+    drawn = np.select(
+        [points < _EVEN, points < _EVEN + _ENDS, points < _EVEN + 2.0 * _ENDS], [points / _EVEN, low, high]
+    )
     found = box.low + box.width * drawn
     still = (points >= 1.0 - _STILL) & np.isfinite(neutral)
     found = np.where(still, np.nan_to_num(neutral), found)

@@ -111,8 +111,8 @@ def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
     thrust = np.concatenate(held_thrust(vehicle, commands.reshape(-1, count))).T.reshape(*commands.shape[:2], -1)
 
     def answer(nu: Array, psi: Array, pushed: Array) -> Array:
-        u, v, r = triple = (nu[:, 0], nu[:, 1], nu[:, 2])
-        force = equation.force(triple, psi, pushed[:, :count].T, pushed[:, count:].T, (v, r))
+        triple = (nu[:, 0], nu[:, 1], nu[:, 2])
+        force = equation.force(triple, psi, pushed[:, :count].T, pushed[:, count:].T, triple[1:])
         return np.stack(equation.acceleration(force, triple, triple), axis=-1)
 
     done, seconds = rolled(answer, thrust, SECONDS), SECONDS
