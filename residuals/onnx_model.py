@@ -46,7 +46,8 @@ class OnnxAnswer:
             told = ", ".join(f"{label} {kind} {tuple(shape)}" for label, kind, shape in found)
             raise RequestError(
                 f"model {name}: expected some of the inputs velocity (n, 3), heading (n,) and commands "
-                f"(n, {thrusters}), or one of them side by side (n, {4 + thrusters}), as float or double tensors, got {told or 'none'}; "
+                f"(n, {thrusters}), or one of them side by side (n, {4 + thrusters}), as float or double "
+                f"tensors, got {told or 'none'}; "
                 "export it with input_names=['velocity', 'heading', 'commands']"
             )
         self._inputs = [
