@@ -87,8 +87,9 @@ def window(boat: Vehicle, inside: Inside, name: str, over: float = 1.5, share: f
 
 
 def ends(boat: Vehicle) -> Array:
-    """The far end of the envelope on each axis (3,)."""
-    return np.array(reachable(boat, possible_commands(boat))[0].upper)
+    """How far the envelope reaches to both sides on each axis (3,)."""
+    box = reachable(boat, possible_commands(boat))[0]
+    return np.minimum(-np.array(box.lower), np.array(box.upper))
 
 
 def newtons(boat: Vehicle) -> Array:

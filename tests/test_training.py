@@ -12,6 +12,7 @@ from undertow.measurements.dataset import PAPER, DataSet
 from undertow.measurements.derive import low_pass, smooth
 from undertow.measurements.split import Split, split
 from undertow.measurements.standardisation import Standardisation
+from undertow.physics.audit.thrust import driven_power
 from undertow.physics.energy import (
     MARGIN,
     TOLERANCE,
@@ -23,7 +24,6 @@ from undertow.physics.energy import (
     thrust_power,
     violated,
 )
-from undertow.physics.audit.thrust import driven_power
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import ForceEquation, modelled_acceleration, relative_velocity
 from undertow.physics.laws import Envelope, damping_power, envelope_of

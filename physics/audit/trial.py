@@ -27,8 +27,9 @@ _HOLDS = (20, 80)
 _RANDOM = 24
 _LEVELS = 5
 _MOST = 2000
-_SETTLED = 0.02
-"""Held speeds have settled where the last third of a trial tops the rest by less than this share of the largest."""
+_SETTLED, _SLOWING = 0.02, 0.9
+"""Held speeds settle where the last third of a trial tops the rest by less than this share of the largest, or of what
+the middle third added: what nothing brakes adds as much in each third, and what settles ever less."""
 _BEGINNING = 3.0
 """Time [s] of full thrust on a hull that nothing stops which gives its envelope: it has no speed of its own."""
 
@@ -153,9 +154,10 @@ def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, s
 def _settles(velocity: Array) -> bool:
     """Whether the speeds and yaw rates of held commands (n, rows, 3) have settled in the last third."""
     for size in (np.linalg.norm(velocity[..., :2], axis=-1), np.abs(velocity[..., 2])):
-        third = 2 * (size.shape[1] // 3)
-        rise = size[:, third:].max(axis=1) - size[:, :third].max(axis=1)
-        if (rise > _SETTLED * max(float(size.max()), 1e-12)).any():
+        third = size.shape[1] // 3
+        early, late, last = (size[:, : k * third + 1].max(axis=1) for k in (1, 2, 3))
+        few = _SETTLED * max(float(size.max()), 1e-12)
+        if (last - late > np.maximum(few, _SLOWING * (late - early))).any():
             return False
     return True
 
