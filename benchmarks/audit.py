@@ -2,10 +2,13 @@
 
 `planted.py` has forty violations, twenty of them in under 1 % of the states or commands, and `honest.py` forty models
 with unusual but lawful parameters; both are drawn by seed, and every model is judged with five seeds of the search.
-Seeds from 100 on are for reporting: nothing was tuned on them. Then networks: every planted one is a BlueBoat with one violation of dissipation in a small region of the envelope: formulas whose
-coefficient is grown until a chosen share of the envelope creates energy, and networks with a bump, a push along the
-motion whose support is a chosen share of the envelope and which wins over the drag about its middle only. Honest models
-are shipped vehicles, boats with current, wind, wake and couplings that do no work, and trained networks.
+Seeds from 100 on are for reporting: nothing was tuned on them.
+
+Then networks. Every planted one is a BlueBoat with one violation of dissipation in a small region of the envelope:
+formulas whose coefficient is grown until a chosen share of the envelope creates energy, and networks with a bump, a
+push along the motion whose support is a chosen share of the envelope and which wins over the drag about its middle
+only. Honest ones are shipped vehicles, boats with current, wind, wake and couplings that do no work, and trained
+networks.
 
     python benchmarks/audit.py [--seeds 5] [--draws 1] [--table FILE]        # the forty and forty
     python benchmarks/audit.py --training [--draws 3]                       # called lawful in training, and by check
@@ -311,9 +314,7 @@ def networks(share: float, seeds: int) -> tuple[list[str], bool]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a trial, print its table, and fail when more than one in twenty is missed, or one is accused."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--share", type=float, default=0.02, help="of the envelope in which a network's bump is planted"
-    )
+    parser.add_argument("--share", type=float, default=0.02, help="of the envelope in which a bump is planted")
     parser.add_argument("--seeds", type=int, default=5, help="of the search")
     parser.add_argument("--draws", type=int, default=1, help="of the models' parameters")
     parser.add_argument("--networks", action="store_true")
