@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator
 
 from .printable import shortened, shown
 
@@ -34,7 +34,10 @@ def _number(value: Any) -> Any:
     return value
 
 
-def _not_tiny(value: float) -> float:
+def positive(value: float) -> float:
+    """Refuse what a calculation cannot divide by."""
+    if value <= 0.0:
+        raise ValueError("Input should be greater than 0")
     if value < _LEAST:
         raise ValueError(f"expected at least {_LEAST:g}")
     return value
@@ -42,7 +45,7 @@ def _not_tiny(value: float) -> float:
 
 Number = Annotated[float, BeforeValidator(_number)]
 """A finite number of an amount that a vehicle may have; true and false are none."""
-Positive = Annotated[Number, Field(gt=0), AfterValidator(_not_tiny)]
+Positive = Annotated[Number, AfterValidator(positive)]
 """A `Number` above zero, by which a calculation may divide."""
 
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
@@ -16,7 +16,7 @@ from .files import write_text, yaml_text
 from .frames import AXES
 from .marks import on_top
 from .printable import shown
-from .quantities import Number, Positive, complaint, complaints, unknown_key
+from .quantities import Number, complaint, complaints, positive, unknown_key
 from .reading import parse_yaml, read_yaml, reason
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
@@ -55,6 +55,15 @@ class Term(BaseModel):
         return f"{self.axis}:{self.form}"
 
 
+def _to_be_judged(info: ValidationInfo) -> bool:
+    """Whether a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
+    return bool(info.context and info.context.get("judged"))
+
+
+def _positive(value: float, info: ValidationInfo) -> float:
+    return value if _to_be_judged(info) else positive(value)
+
+
 class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
@@ -65,8 +74,8 @@ class Vehicle(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     name: str = Field(default="vehicle", max_length=_LONGEST_NAME)
-    mass: Positive
-    inertia_z: Positive
+    mass: Annotated[Number, AfterValidator(_positive)]
+    inertia_z: Annotated[Number, AfterValidator(_positive)]
     x_g: Number = 0.0
     added_mass: dict[str, Number] = {}
     damping: dict[str, Number] = {}
@@ -93,7 +102,7 @@ class Vehicle(BaseModel):
         return {**data, **pair}
 
     @model_validator(mode="after")
-    def _sound(self) -> "Vehicle":
+    def _sound(self, info: ValidationInfo) -> "Vehicle":
         for section in _SECTIONS:
             for key in getattr(self, section):
                 if key not in _keys(section):
@@ -108,7 +117,8 @@ class Vehicle(BaseModel):
         m22, m33 = self.mass - self.value("Y_vdot"), self.inertia_z - self.value("N_rdot")
         m23 = self.mass * self.x_g - self.value("Y_rdot")
         m11 = self.mass - self.value("X_udot")
-        if not (m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2):
+        definite = m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2
+        if not definite and not _to_be_judged(info):
             raise ValueError(
                 "the mass matrix M = M_RB + M_A is not positive definite: "
                 f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}; "
@@ -222,8 +232,8 @@ class Vehicle(BaseModel):
         return {key: data[key] for key in type(self).model_fields if key in data}
 
 
-def vehicle_from_dict(data: Any, where: str) -> Vehicle:
-    """Build a vehicle from plain data.
+def vehicle_from_dict(data: Any, where: str, *, judged: bool = False) -> Vehicle:
+    """Build a vehicle from plain data; one that cannot be too, where it is to be `judged`.
 
     Raises
     ------
@@ -235,7 +245,7 @@ def vehicle_from_dict(data: Any, where: str) -> Vehicle:
             f"{where}: expected a mapping of vehicle keys (mass, inertia_z, thrusters ...), got {type(data).__name__}"
         )
     try:
-        return Vehicle.model_validate(data)
+        return Vehicle.model_validate(data, context={"judged": judged})
     except ValidationError as error:
         raise VehicleError(f"{where}: {complaints(error.errors(include_url=False), _in_words)}") from None
 
@@ -261,8 +271,12 @@ def _shipped() -> Any:
     return resources.files(__package__ or "undertow.physics") / "vehicles"
 
 
-def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
+def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehicle:
     """Read a vehicle file, or one of the shipped ones by its bare name (`blueboat`, `otter`, ...).
+
+    Parameters
+    ----------
+    judged : take a vehicle that cannot be (a mass that is not positive) too: it is about to be judged by the laws
 
     Raises
     ------
@@ -291,7 +305,7 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
             f"vehicle file {text}: this is a file of schema {shown(data['schema'])}, not a vehicle; give the vehicle's "
             "file"
         )
-    return vehicle_from_dict(data, f"vehicle file {text}")
+    return vehicle_from_dict(data, f"vehicle file {text}", judged=judged)
 
 
 def is_finite(vehicle: Vehicle) -> bool:

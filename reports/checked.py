@@ -12,7 +12,7 @@ from ..physics.audit.trial import possible_commands, reachable
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array
-from ..physics.laws import Envelope, envelope_of
+from ..physics.laws import Envelope, envelope_of, mass_margin
 from ..physics.motion import Motion
 from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -59,10 +59,12 @@ def check(
         found, path = model, None
     else:
         path = os.fspath(model)
-        own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle)
-        found = load_model(path, own)
+        own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle, judged=True)
+        found = load_model(path, own, judged=True)
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
     record, note = (None, "") if paths or path is None else _own_logs(Path(path))
+    if mass_margin(found.vehicle) <= 0.0:  # a log prepared for a mass that cannot be tells nothing
+        paths, record, note = [], None, "Judged without a log: nothing means anything without a positive mass."
     motions: tuple[Motion, ...] = ()
     commands = None
     if paths or record is not None:
@@ -102,7 +104,7 @@ def _without_log(model: Model, path: str | None, seed: int) -> tuple[Envelope, s
     commands = possible_commands(model.vehicle, seed)
     if model.seen is not None:
         return _trained_on(model.vehicle, *model.seen, commands)
-    return reachable(model.vehicle, commands, seed), "the speeds that the vehicle reaches with its thrusters", commands
+    return *reachable(model.vehicle, commands, seed), commands
 
 
 def _trained_on(vehicle: Vehicle, low: Array, high: Array, commands: Array) -> tuple[Envelope, str, Array]:

@@ -35,13 +35,14 @@ def check_commands(model: Model, inputs: Inputs) -> None:
         )
 
 
-def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
+def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool = False) -> Model:
     """A model from a vehicle file, a run folder, the folder of a trained network, an ONNX file or a Python function.
 
     Parameters
     ----------
     path : of the file or folder, after which the model is named; or `package.module:function`, which is imported
     vehicle : of a model that carries none (ONNX file, function): its mass, thrusters and water
+    judged : take a vehicle that cannot be too, see `load_vehicle`
 
     Raises
     ------
@@ -65,8 +66,10 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
-        return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic", fitted_numbers(source))
-    return VehicleModel(load_vehicle(path), source.stem, "physics")
+        return VehicleModel(
+            load_vehicle(source / "model.yaml", judged=judged), source.name, "symbolic", fitted_numbers(source)
+        )
+    return VehicleModel(load_vehicle(path, judged=judged), source.stem, "physics")
 
 
 def fitted_numbers(run: Path) -> int:

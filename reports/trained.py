@@ -15,12 +15,13 @@ from ..residuals.model_files import DISTILLATION, NETWORK_FILES, own_network, sa
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
+from .assess import audit_along
 from .comparison import judge, row
 from .inputs import INPUTS_CURE, Inputs
 from .made_from import log_digests
 from .run import Say
 from .targets import check_target_folder
-from .wording import listing, percent
+from .wording import listing
 
 if TYPE_CHECKING:
     from ..discovery.distilled import Distilled
@@ -72,13 +73,12 @@ class TrainRun:
         if found.best_epoch == 0:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")
         if found.lawful:
-            told.append("It creates no energy without thrust at any state that was tried.")
+            told.append("It keeps every law that 'undertow check' asks over these logs.")
             told += _price_of_the_law(found)
         else:
             told.append(
-                f"It creates energy without thrust at {percent(found.violating)} of the states that were tried, and so "
-                "did every epoch: try a larger --lambda-phys, or --residual dissipative, whose correction "
-                "cannot."
+                "It does not keep the laws that 'undertow check' asks over these logs, nor did the epochs next best: "
+                "try a larger --lambda-phys, or --residual dissipative, whose correction creates no energy."
             )
         return [*told, *_broken_laws(self.models[-1])]
 
@@ -115,13 +115,13 @@ def _broken_laws(model: Mapping[str, Any]) -> list[str]:
 
 
 def _price_of_the_law(found: "Trained") -> list[str]:
-    """What the kept epoch gives away against the best one that creates energy, where that is much."""
+    """What the kept epoch gives away against the best one that breaks the laws, where that is much."""
     kept, best = found.epochs[found.best_epoch - found.epochs[0].number], min(found.epochs, key=lambda e: e.rmse)
     if best.rmse > (1.0 - _DEAR) * kept.rmse:
         return []
     return [
-        f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but creates energy at "
-        f"{percent(best.violating)} of the states: try a larger --lambda-phys, or other physics under it."
+        f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but breaks the laws: "
+        "try a larger --lambda-phys, or other physics under it."
     ]
 
 
@@ -174,6 +174,7 @@ def train(
             folder=target,
             resume=resume,
             progress=progress,
+            auditor=lambda model: audit_along(model, inputs.parts).verdict == "pass",
         )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]

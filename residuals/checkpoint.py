@@ -26,7 +26,7 @@ class Checkpoint:
 
     Attributes
     ----------
-    weights, kept : of the last epoch, and of the best one so far, by name
+    weights, kept : of the last epoch by name, and of the best ones so far by `number/name`
     moments : state of Adam by parameter number and name
     draw : state of the random generator
     history : of the epochs, as plain data

@@ -38,7 +38,7 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         "Trained the network mlp (291 weights) beside the physics of BlueBoat",
         "of 1 log in",
         "Kept epoch",
-        "It creates no energy without thrust",
+        "It keeps every law that 'undertow check' asks",
         "The audit fails: it breaks",
         "Acceleration on the test part",
         "2 s nominal",
@@ -48,7 +48,7 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         assert text in said
     lines = (place / "progress.txt").read_text().splitlines()
     assert [line.split()[1] for line in lines] == ["1", "10", "20"]
-    assert all("validation error" in line and "creates energy at" in line for line in lines)
+    assert all("validation error" in line and "breaks the laws at" in line for line in lines)
 
 
 def test_train_writes_a_network_that_compare_reads(place: Path) -> None:
@@ -248,7 +248,7 @@ def test_settings_of_the_recipe_and_of_augmentation_are_set_by_name() -> None:
 def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     epoch = Epoch(3, 0.25, 0.125, 0.01)
-    assert epoch_words(epoch) == "loss 0.25, validation error 0.125, creates energy at 1.0 %"
+    assert epoch_words(epoch) == "loss 0.25, validation error 0.125, breaks the laws at 1.0 %"
 
     def silent(text: str) -> None:
         raise AssertionError(text)
