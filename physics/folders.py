@@ -184,7 +184,9 @@ def _exchanged(work: Path, place: Path, new: Collection[str], own: Own, force: b
             return True
         except OSError as error:
             (work / _UNFINISHED).touch()
-            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):  # another process was faster
+            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):  # else another process was faster
+                if place.exists():
+                    return False
                 raise
     with at_rest(place):  # nobody takes the old one for left over while it is looked through
         others = carried(place, new, own, force=force)
