@@ -61,6 +61,7 @@ class Forge:
         calls: Sequence[Sequence[str]],
         cwd: Path,
         kill_at: int | None = None,
+        where: str = "",
         delays: Sequence[float] | None = None,
     ) -> list[int]:
         """Fork a process for each call, which waits; their numbers.
@@ -68,11 +69,12 @@ class Forge:
         Parameters
         ----------
         kill_at : number of the change of a name at which they kill themselves, where strace is missing
+        where : what the names that count have in them
         delays : seconds that each waits longer
         """
         plain = [list(words) for words in calls]
         waits = list(delays or [0.0] * len(plain))
-        return self._ask({"cwd": str(cwd), "calls": plain, "kill_at": kill_at, "delays": waits})
+        return self._ask({"cwd": str(cwd), "calls": plain, "kill_at": kill_at, "where": where, "delays": waits})
 
     def release(self) -> None:
         """Let them begin."""
@@ -84,9 +86,10 @@ class Forge:
 
     def close(self) -> None:
         """End the process."""
-        if self.process.stdin is not None:
-            self.process.stdin.close()
-        self.process.wait(10)
+        for stream in (self.process.stdin, self.process.stdout):
+            if stream is not None:
+                stream.close()
+        self.process.wait(60)
 
 
 def _serve() -> None:
@@ -142,7 +145,7 @@ def _forked(main: Any, asked: dict[str, Any], answer: Any) -> None:
         pid = os.fork()
         if not pid:
             os.close(go)
-            _verb(main, words, wait, streams, asked["kill_at"], delay)
+            _verb(main, words, wait, streams, asked, delay)
         children.append((pid, streams))
     os.close(wait)
     answer([pid for pid, _ in children])
@@ -160,7 +163,7 @@ def _forked(main: Any, asked: dict[str, Any], answer: Any) -> None:
     answer(ended)
 
 
-def _verb(main: Any, words: list[str], wait: int, streams: list[int], kill_at: int | None, delay: float) -> NoReturn:
+def _verb(main: Any, words: list[str], wait: int, streams: list[int], asked: dict[str, Any], delay: float) -> NoReturn:
     """The forked side: what a fresh interpreter would do with these words, and its end."""
     import ctypes
 
@@ -173,8 +176,8 @@ def _verb(main: Any, words: list[str], wait: int, streams: list[int], kill_at: i
     signal.set_wakeup_fd(-1)
     os.read(wait, 1)
     time.sleep(delay)
-    if kill_at is not None:
-        _kill_at(kill_at)
+    if asked["kill_at"] is not None:
+        _kill_at(asked["kill_at"], asked["where"])
     code: Any = 0
     try:
         main()
@@ -188,13 +191,13 @@ def _verb(main: Any, words: list[str], wait: int, streams: list[int], kill_at: i
     os._exit(code if isinstance(code, int) else 1)
 
 
-def _kill_at(number: int) -> None:
+def _kill_at(number: int, where: str) -> None:
     """Kill this process at its n-th change of a name that Python's own functions make; ctypes is not seen."""
     left = number
 
-    def hook(event: str, _: Any) -> None:
+    def hook(event: str, named: Any) -> None:
         nonlocal left
-        if event in _CHANGES:
+        if event in _CHANGES and any(where in str(name) for name in named):
             left -= 1
             if not left:
                 os.kill(os.getpid(), signal.SIGKILL)
