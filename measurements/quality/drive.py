@@ -265,7 +265,7 @@ def _of_another_run(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
     whole = sum(part.rates.shape[0] for part in parts) * _STEP
     rates = np.concatenate([part.rates for part in parts])
     noise = np.max([part.noise for part in parts], axis=0)
-    if whole < _LEAST_ANSWERED or np.any(np.sqrt((rates**2).mean(axis=0)) < _NOISE * noise):
+    if whole < _LEAST_ANSWERED or np.any(np.sqrt((rates**2).mean(axis=0)) <= _NOISE * noise):
         return []
     explained = max(_answered(parts, lag) for lag in range(-round(_LAGS * RATE), round(_LAGS * RATE) + 1, 2))
     if explained > _ANSWERS or all(part.long.all(axis=1).mean() > 0.5 for part in parts):
