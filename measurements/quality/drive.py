@@ -30,11 +30,17 @@ _LEAST = 15.0
 _TOGETHER = 0.4
 """Correlation of surge and yaw from which one thruster drives both: with a frozen record 0.45 to 0.8, in honest logs
 and in those that lack an effect up to 0.2, at a tenth of the size."""
+_TOGETHER_LEARNT = 0.85
+"""The same where the thrusters' pushes are learnt from the rest of the log and not the vehicle's: with a frozen record
+0.94 to 1, in logs of field boats that lie idle up to 0.5."""
 _PART = 0.3
 """Share of the boat's accelerations, in size, that nothing explains, from which it matters."""
 _DRIVEN, _TAIL = 0.4, 0.25
 """The same where no command moves, and the share of the log that they must stand still at its end: a boat that lies
 idle is pushed about by waves and wind, and logs of field boats end with that."""
+_SETTLED, _GAINS = 5, 2.0
+"""Seconds after which a boat gains no more speed by a command that stands, and times its fast speed squared, summed
+over all gains, from which it was driven: a boat that lies idle gains next to nothing."""
 _NOISE = 3.0
 """Times their noise that accelerations must have for anything to be said of them."""
 _LAGS = 3.0
@@ -52,6 +58,7 @@ class _Part:
 
     Attributes
     ----------
+    speeds : (n, 2) of surge [m/s] and yaw [rad/s], not band-passed
     rates : (n, 2) accelerations of surge [m/s^2] and yaw [rad/s^2]
     left : (n, 2) the same less what the vehicle, or in its absence nothing, says
     states : (n, 5) what hull forces are made of, for each axis
@@ -60,6 +67,7 @@ class _Part:
     stands, long : (n, c) whether each command stands still, away from its changes, at all and for 10 s or more
     """
 
+    speeds: Array
     rates: Array
     left: Array
     states: tuple[Array, Array]
@@ -117,7 +125,15 @@ def _part(record: Record, stretch: Stretch, names: list[str]) -> _Part | None:
     )
     passed = band_passed(np.column_stack([rates, rates - modelled, *hull]), _STEP, _QUICK)
     white = _white(motion.velocity[:, [0, 2]])
-    return _Part(passed[:, :2], passed[:, 2:4], (passed[:, 4:8], passed[:, 8:]), commands, white, *_stands(columns))
+    return _Part(
+        motion.velocity[:, [0, 2]],
+        passed[:, :2],
+        passed[:, 2:4],
+        (passed[:, 4:8], passed[:, 8:]),
+        commands,
+        white,
+        *_stands(columns),
+    )
 
 
 def _white(velocity: Array) -> Array:
@@ -191,7 +207,7 @@ def _stood_still(
     if np.any(size < _PART * usual) or np.any(size < _NOISE * noise):
         return None
     together = turn * float(np.corrcoef(left.T)[0, 1])
-    if together < _TOGETHER:
+    if together < (_TOGETHER if modelled else _TOGETHER_LEARNT):
         return None
     text = (
         f"{name} stands still for {seconds:.0f} s, but the boat moves as if its thruster worked: what nothing explains "
@@ -216,10 +232,24 @@ def _all_stood_still(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
     moved = np.sqrt((rates**2).mean(axis=0))
     if np.any(size < np.maximum(_NOISE * noise, _DRIVEN * np.maximum(usual, moved))):
         return []
+    if not _gains(parts, rows):
+        return []
     text = f"all commands stand still for {seconds:.0f} s, but the boat is driven and turned all the while"
     return [
         _broken(text, seconds, tuple(names), "the records of the commands stand still while the boat is driven", "s")
     ]
+
+
+def _gains(parts: Sequence[_Part], rows: Sequence[NDArray[np.bool_]]) -> bool:
+    """Whether the boat gains speed, ahead or in turning, again and again; one that coasts only loses it."""
+    second = round(RATE)
+    fast = np.quantile(np.concatenate([part.speeds for part in parts]) ** 2, 0.95, axis=0)
+    gained = np.zeros(2)
+    for part, use in zip(parts, rows, strict=True):
+        # What is under way when the commands come to a stand may still be gaining.
+        energy = part.speeds[use][_SETTLED * second :: second] ** 2
+        gained += np.diff(energy, axis=0).clip(min=0.0).sum(axis=0)
+    return bool(np.any(gained > _GAINS * fast))
 
 
 def _to_the_end(still: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -235,7 +265,7 @@ def _of_another_run(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
     whole = sum(part.rates.shape[0] for part in parts) * _STEP
     rates = np.concatenate([part.rates for part in parts])
     noise = np.max([part.noise for part in parts], axis=0)
-    if whole < _LEAST_ANSWERED or np.any(np.sqrt((rates**2).mean(axis=0)) < _NOISE * noise):
+    if whole < _LEAST_ANSWERED or np.any(np.sqrt((rates**2).mean(axis=0)) <= _NOISE * noise):
         return []
     explained = max(_answered(parts, lag) for lag in range(-round(_LAGS * RATE), round(_LAGS * RATE) + 1, 2))
     if explained > _ANSWERS or all(part.long.all(axis=1).mean() > 0.5 for part in parts):

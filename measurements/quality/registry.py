@@ -12,6 +12,7 @@ from .neutral import Neutral
 from .rates import Gaps, Rates
 from .resampled import Resampled
 from .sides import Sides
+from .spikes import Spikes
 from .stamps import Stamps
 from .stuck import Stuck
 from .tilt import Tilt
@@ -23,6 +24,7 @@ CHECKS: tuple[Check, ...] = (
     Rates(),
     Gaps(),
     Stuck(),
+    Spikes(),
     Units(),
     HeldFixes(),
     LateFixes(),

@@ -91,7 +91,8 @@ def _padding(time: Array, values: Array, fresh: NDArray[np.bool_]) -> float:
 
 def _moves(steps: Array, usual: Array) -> bool:
     """Whether most records move at least a tenth as fast as they usually do."""
-    return bool(np.mean(np.median(steps, axis=0)[usual > 0.0] > 0.1 * usual[usual > 0.0]) > 0.5)
+    moving = usual > 0.0
+    return bool(np.count_nonzero(np.median(steps, axis=0)[moving] > 0.1 * usual[moving]) > 0.5 * moving.sum())
 
 
 def _inner(fresh: NDArray[np.bool_]) -> tuple[int, int]:

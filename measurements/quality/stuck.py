@@ -125,6 +125,9 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     values = np.column_stack([np.unwrap(c.value) if c.name == "psi" else c.value for c in channels])
     steps = np.hypot.reduce(np.diff(values, axis=0), axis=1)
     digit = _last_digit(steps)
+    if digit is not None and first.name == "x":
+        # Steps of a boat at an even pace are all alike, and tell nothing of the last digit of its position.
+        digit = min(digit, _resolution(values))
     if digit is None:
         return []
     same = np.concatenate(([False], steps == 0.0, [False]))
@@ -149,6 +152,12 @@ def _last_digit(steps: Array) -> float | None:
     """The smallest step that the channel shows more than by chance, None where it never moves."""
     moved = steps[steps > 0.0]
     return float(np.quantile(moved, 0.01)) if moved.size else None
+
+
+def _resolution(values: Array) -> float:
+    """The difference between positions (n, 2) that are next to each other in size, which is small if not in any order."""
+    gaps = [np.diff(np.unique(column)) for column in values.T]
+    return float(np.hypot.reduce([np.quantile(gap, 0.5) if gap.size else 0.0 for gap in gaps]))
 
 
 def _times(count: int) -> str:

@@ -18,9 +18,9 @@ from .speed_unit import speed_unit
 _NEAR = 0.12
 """Relative distance to a known ratio up to which it is that one."""
 _FINE = 0.05
-_LARGE = 0.1
+_LARGE = 0.15
 """Share by which one of two records must be too large, over all of its interval, to make what is found false: compass
-deviation makes up to 0.06 in logs of field boats."""
+deviation makes up to that of the ratio of heading and yaw rate in a log of few headings."""
 _TIMES = 12.0
 """Standard errors that a ratio must reach to be spoken of: a sixth of itself either way is the widest interval."""
 _CLEARLY = 0.02
@@ -235,10 +235,10 @@ def _known(fit: Fit) -> bool:
 
 
 def _verdict(ratio: float, ends: tuple[float, float] | None) -> Verdict:
-    """A defect where all of the interval is off; a warning where the ratio is, by twice that; else a note."""
+    """A defect where all of the interval is off; a warning where the ratio is, by a fifth; else a note."""
     if ends is not None and (ends[0] > 1.0 + _LARGE or ends[1] < 1.0 - _LARGE):
         return "defect"
-    return "warning" if abs(ratio - 1.0) > 2.0 * _LARGE else "note"
+    return "warning" if abs(ratio - 1.0) > 0.2 else "note"
 
 
 _TURNS_LITTLE = "the boat turns too little to compare the units of heading and yaw rate"
