@@ -9,7 +9,8 @@ from ..measurements.quality.finding import Finding
 from ..physics.errors import LogError
 from ..physics.vehicle import Vehicle
 
-_FATAL = ("direction", "sides", "units", "clocks")
+_MEASURED = ("units", "exchanged")
+_FATAL = ("direction", "sides", "clocks", *_MEASURED)
 """Checks whose defects are certain, and make every finding one about the log and not about the boat."""
 
 
@@ -61,4 +62,4 @@ def _matters(finding: Finding, vehicle: Vehicle) -> bool:
     if finding.verdict != "defect" or finding.check not in _FATAL:
         return False
     driven = {thruster.channel for thruster in vehicle.thrusters}
-    return finding.check == "units" or bool(driven & set(finding.channels))
+    return finding.check in _MEASURED or bool(driven & set(finding.channels))

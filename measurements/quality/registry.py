@@ -3,6 +3,7 @@
 from .clocks import Clocks
 from .commands import Commands
 from .deviation import Deviation
+from .exchanged import Exchanged
 from .excitation import Excitation
 from .finding import Check
 from .held import HeldFixes
@@ -20,6 +21,7 @@ CHECKS: tuple[Check, ...] = (
     Rates(),
     Gaps(),
     Stuck(),
+    Exchanged(),
     Units(),
     HeldFixes(),
     LateFixes(),

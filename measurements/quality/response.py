@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from ...physics.frames import Array
 from ..alignment import band_passed
 from ..channels import command_kind
 from .neutral import centre_of
 from .record import RATE, Record
-from .regression import Fit, robust_fit
+from .regression import Fit, robust_fit, surely_more
 
 _STEP = 1.0 / RATE
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
@@ -34,11 +33,6 @@ _ENDS = 0.25
 EARLY, SLOW = -0.3, 2.0
 """Delays of the boat after its commands between which they are in step [s]: rows of 0.1 s and a receiver that is late
 make -0.3 at worst; 2 s is the longest delay of a thruster that the catalogue knows."""
-_BY_CHANCE, _ODDS = 0.01, 1000.0
-"""Chance, and odds against a delay, from which it is ruled out: few stretches may give great odds by chance, and many
-may agree on little."""
-_FLOOR = 1e-3
-"""Share of what a usual stretch leaves that is nothing: a stretch without noise weighs no more than its signal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +125,7 @@ def trials(records: Sequence[Record]) -> list[Trials]:
     """Fit the boat's answer to its commands, in the band of 0.2 to 2 Hz (0.1 to 1 Hz for speeds made of positions).
 
     Every delay within 5 s is tried, both ways. A delay is ruled out where it leaves more than the best one in so many
-    stretches of the log that chance does not do it (see `_worse`). A command that is late by
+    stretches of the log that chance does not do it (see `surely_more`). A command that is late by
     half a period of what is sailed looks reversed: only this tells the two apart, and where it does not, nobody can.
 
     Commands of one kind are fitted together. Commands of a kind are left out where one of them only ever moves with the
@@ -165,8 +159,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     tables = _tables(records, names, centre)
     if not tables:
         return None
-    shortest = min(table.changes.shape[0] for table in tables)
-    margin = int(min(_REACH / _STEP, _ENDS * shortest))
+    tables, margin = _long_enough(tables)
     coarse = round(COARSE / _STEP)
     lags = np.arange(-(margin // coarse), margin // coarse + 1) * coarse
     if not all(_alone(np.concatenate([table.commands for table in tables]), k) for k in range(len(names))):
@@ -181,7 +174,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]]) for k in tried]
     if found[0].left.size < _LEAST_BLOCKS:
         return None
-    return Trials(found[0], tuple(trial for trial in found[1:] if not _worse(trial, found[0])))
+    return Trials(found[0], tuple(trial for trial in found[1:] if not surely_more(trial.left, found[0].left)))
 
 
 def _tables(records: Sequence[Record], names: list[str], centre: Mapping[str, float]) -> list[_Table]:
@@ -205,6 +198,15 @@ def _tables(records: Sequence[Record], names: list[str], centre: Mapping[str, fl
             tables.append(_Table(table[:, :2], table[:, 2:end], table[:, end:], begun + number))
             begun += int(number[-1]) + 1
     return tables
+
+
+def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:
+    """The stretches in which all delays can be tried, if they are most of the log; else all, and shorter delays."""
+    sizes = np.array([table.changes.shape[0] for table in tables])
+    long = sizes * _ENDS >= _REACH / _STEP
+    if 2 * sizes[long].sum() >= sizes.sum():
+        return [table for table, enough in zip(tables, long, strict=True) if enough], round(_REACH / _STEP)
+    return tables, int(_ENDS * sizes.min())
 
 
 def _left(tables: Sequence[_Table], lag: int, margin: int) -> Array:
@@ -246,20 +248,6 @@ def _trial(tables: Sequence[_Table], lag: int, margin: int, full: Mapping[str, f
         rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
         left += np.bincount(number, rest**2, left.size) / scale[axis] * left.size
     return Trial(lag * _STEP, told, left)
-
-
-def _worse(trial: Trial, best: Trial) -> bool:
-    """Whether a trial leaves more than the best one, by great odds and not by chance.
-
-    The difference in log likelihood, each stretch with its own variance and no more than two independent values, gives
-    the odds. Its mean over stretches by its standard error is the statistic of Vuong (1989) for two models of which
-    neither need be true.
-    """
-    floor = _FLOOR * float(best.left.mean())
-    more = np.log((trial.left + floor) / (best.left + floor))
-    error = float(more.std(ddof=1)) / np.sqrt(more.size)
-    sure = float(student.ppf(1.0 - _BY_CHANCE, more.size - 1))
-    return bool(more.sum() > np.log(_ODDS) and more.mean() > sure * error)
 
 
 def _full(records: Sequence[Record], name: str, centre: float) -> float:

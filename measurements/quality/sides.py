@@ -4,12 +4,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
+import numpy as np
+
 from ...physics.thrusters import Thruster, push_and_turn, side_named
+from ..alignment import LEAST_CORRELATION, band_passed
 from ..channels import command_kind
+from .exchanged import may_be_exchanged
 from .finding import Check, Finding
 from .neutral import neutral_of
-from .record import Record
-from .response import Answer, Trial, Trials, answers, trials
+from .record import RATE, Record
+from .response import Answer, Trials, answers, trials
+
+_STEP = 1.0 / RATE
+_TURNING = (0.05, 1.0)
+"""The band in which heading and yaw rate are compared [Hz]: slower is drift, faster is noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +47,13 @@ class Sides(Check):
         if not names:
             return []
         told, unsure = _told_of(records, expected)
+        if told and not _as_expected(told, expected) and may_be_exchanged(records):
+            text = "u and v may be exchanged, so what the thrusters do to surge is not known"
+            return [Finding(check, "cannot tell", text, channels=tuple(names)) for check in ("direction", "sides")]
         found = [_direction(records, expected, told, unsure)]
+        if len(names) > 1 and _turns_apart(records):
+            text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
+            return [*found, Finding("sides", "cannot tell", text, channels=tuple(names))]
         return [*found, _sides(records, expected, told, unsure)] if len(names) > 1 else found
 
 
@@ -61,7 +75,7 @@ def _told_of(records: Sequence[Record], expected: Mapping[str, _Expected]) -> tu
     for one in trials(records) if len(told) < len(expected) else ():
         if not one.contrary or not set(one.best.answers) & set(expected):
             continue
-        if one.best.in_step and _as_expected(one.best, expected):
+        if one.best.in_step and _as_expected(one.best.answers, expected):
             # Nothing is wrong with the log that explains it best; what would need two faults is not asked for.
             told |= {name: answer for name, answer in one.best.answers.items() if name in expected}
         else:
@@ -69,9 +83,24 @@ def _told_of(records: Sequence[Record], expected: Mapping[str, _Expected]) -> tu
     return told, unsure
 
 
-def _as_expected(trial: Trial, expected: Mapping[str, _Expected]) -> bool:
-    pairs = [(answer, expected[name]) for name, answer in trial.answers.items() if name in expected]
+def _as_expected(told: Mapping[str, Answer], expected: Mapping[str, _Expected]) -> bool:
+    pairs = [(answer, expected[name]) for name, answer in told.items() if name in expected]
     return all(a.ahead * e.push >= 0 and a.turn * e.push * e.side >= 0 for a, e in pairs)
+
+
+def _turns_apart(records: Sequence[Record]) -> bool:
+    """Whether the gyro goes to port where the heading goes to starboard: one of the two signs is wrong."""
+    both = [record for record in records if {"psi", "r"} <= set(record.log.channels)]
+    pairs = [
+        band_passed(np.column_stack([np.gradient(s.motion.heading, _STEP), s.motion.velocity[:, 2]]), _STEP, _TURNING)
+        for record in both
+        for s in record.stretches
+        if s.motion.time.size > RATE / _TURNING[0]
+    ]
+    if not pairs:
+        return False
+    heading, rate = np.concatenate(pairs).T
+    return bool(heading @ rate < -LEAST_CORRELATION * np.sqrt((heading @ heading) * (rate @ rate)))
 
 
 def _direction(
