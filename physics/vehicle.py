@@ -10,17 +10,19 @@ from pathlib import Path
 from typing import Any, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
 from .files import read_yaml, write_text
 from .frames import AXES
+from .possible import impossible, insistable
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
 _FAULTS = ("thrust_scale", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", "advance_loss")
+_AS_IS = "as is"
 SHARED_THRUSTER_KEYS = (*_FAULTS, *GAINS)
 """Thruster parameters that an effect moves on every thruster at once."""
 
@@ -53,7 +55,8 @@ class Vehicle(BaseModel):
 
     Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6: hydrodynamic derivatives carry their sign, so
     damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` [m] ahead of
-    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value.
+    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value. What no hull
+    has, such as positive damping, is refused unless `insist` names it (see `possible.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -68,7 +71,13 @@ class Vehicle(BaseModel):
     environment: dict[str, float] = {}
     memory: dict[str, float] = {}
     terms: tuple[Term, ...] = ()
+    insist: tuple[str, ...] = ()
     sources: dict[str, Any] = {}
+
+    @field_validator("insist", mode="before")
+    @classmethod
+    def _one_or_several(cls, keys: Any) -> Any:
+        return (keys,) if isinstance(keys, str) else keys
 
     @model_validator(mode="before")
     @classmethod
@@ -86,7 +95,7 @@ class Vehicle(BaseModel):
         return {**data, **pair}
 
     @model_validator(mode="after")
-    def _sound(self) -> "Vehicle":
+    def _sound(self, info: ValidationInfo) -> "Vehicle":
         for section in _SECTIONS:
             for key in getattr(self, section):
                 if key not in _keys(section):
@@ -109,6 +118,14 @@ class Vehicle(BaseModel):
             )
         if self.value("memory_time") <= 0:
             raise ValueError(f"memory_time must be positive, got {self.value('memory_time'):g} s")
+        known = insistable(self.values, self.thrusters)
+        for key in self.insist:
+            if key not in known:
+                raise ValueError(_unknown_key(key, known, "insist"))
+        refused = {key: why for key, why in impossible(self.values, self.thrusters).items() if key not in self.insist}
+        if refused and not (info.context or {}).get(_AS_IS):
+            whole = ", ".join(dict.fromkeys((*self.insist, *refused)))
+            raise ValueError(f"{'; '.join(refused.values())}; or say so in the vehicle file with 'insist: [{whole}]'")
         return self
 
     @cached_property
@@ -177,7 +194,12 @@ class Vehicle(BaseModel):
         VehicleError
             when a limit of the file format is broken.
         """
-        return vehicle_from_dict(self.model_dump(mode="json"), self.name)
+        return vehicle_from_dict(self.model_dump(mode="json") | {"insist": self._insisted}, self.name)
+
+    @property
+    def _insisted(self) -> list[str]:
+        """What it insists on, and what `with_values` made of it that no hull has: undertow reads what it wrote."""
+        return list(dict.fromkeys((*self.insist, *impossible(self.values, self.thrusters))))
 
     def parameter(self, symbol: str) -> Parameter:
         """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own."""
@@ -206,6 +228,8 @@ class Vehicle(BaseModel):
     def to_dict(self) -> dict[str, Any]:
         """The content of the vehicle file, which `vehicle_from_dict` reads; what has its null value is left out."""
         data = self.model_dump(mode="json", exclude_defaults=True)
+        if self._insisted:
+            data["insist"] = self._insisted
         return {key: data[key] for key in type(self).model_fields if key in data}
 
 
@@ -215,8 +239,8 @@ def _unknown_key(key: str, known: Iterable[str], where: str) -> str:
     return f"unknown key {key!r} in {where}: did you mean {near[0]!r}?" if near else f"unknown key {key!r} in {where}"
 
 
-def vehicle_from_dict(data: Any, where: str) -> Vehicle:
-    """Build a vehicle from plain data.
+def vehicle_from_dict(data: Any, where: str, *, as_is: bool = False) -> Vehicle:
+    """Build a vehicle from plain data; `as_is` as for `load_vehicle`.
 
     Raises
     ------
@@ -228,7 +252,7 @@ def vehicle_from_dict(data: Any, where: str) -> Vehicle:
             f"{where}: expected a mapping of vehicle keys (mass, inertia_z, thrusters ...), got {type(data).__name__}"
         )
     try:
-        return Vehicle.model_validate(data)
+        return Vehicle.model_validate(data, context={_AS_IS: as_is})
     except ValidationError as error:
         lines = []
         for item in error.errors():
@@ -259,8 +283,13 @@ def _shipped() -> Any:
     return resources.files(__package__ or "undertow.physics") / "vehicles"
 
 
-def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
+def load_vehicle(path: str | os.PathLike[str], *, as_is: bool = False) -> Vehicle:
     """Read a vehicle file, or one of the shipped ones by its bare name (`blueboat`, `otter`, ...).
+
+    Parameters
+    ----------
+    path : of the file
+    as_is : take what no hull has as if the file insisted on it, to judge it
 
     Raises
     ------
@@ -289,7 +318,7 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
         raise VehicleError(
             f"vehicle file {text}: this is a file of schema {data['schema']!r}, not a vehicle; give the vehicle's file"
         )
-    return vehicle_from_dict(data, f"vehicle file {text}")
+    return vehicle_from_dict(data, f"vehicle file {text}", as_is=as_is)
 
 
 def is_finite(vehicle: Vehicle) -> bool:

@@ -60,7 +60,7 @@ def check(
     else:
         path = os.fspath(model)
         own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle)
-        found = load_model(path, own)
+        found = load_model(path, own, as_is=True)  # judging is what it is here for
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
     record, note = (None, "") if paths or path is None else _own_logs(Path(path))
     motions: tuple[Motion, ...] = ()

@@ -34,13 +34,14 @@ def check_commands(model: Model, inputs: Inputs) -> None:
         )
 
 
-def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
+def load_model(path: PathLike, vehicle: Vehicle | None = None, *, as_is: bool = False) -> Model:
     """A model from a vehicle file, a run folder, the folder of a trained network, an ONNX file or a Python function.
 
     Parameters
     ----------
     path : of the file or folder, after which the model is named; or `package.module:function`, which is imported
     vehicle : of a model that carries none (ONNX file, function): its mass, thrusters and water
+    as_is : take a vehicle that no hull can be, to judge it
 
     Raises
     ------
@@ -64,7 +65,7 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
         return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic", fitted_numbers(source))
-    return VehicleModel(load_vehicle(path), source.stem, "physics")
+    return VehicleModel(load_vehicle(path, as_is=as_is), source.stem, "physics")
 
 
 def fitted_numbers(run: Path) -> int:
