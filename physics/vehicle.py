@@ -8,13 +8,23 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
 from .files import write_text, yaml_text
 from .frames import AXES
 from .marks import on_top
+from .possible import impossible, insistable
 from .printable import shown
 from .quantities import Number, complaint, complaints, positive, unknown_key
 from .reading import parse_yaml, read_yaml, reason
@@ -69,7 +79,8 @@ class Vehicle(BaseModel):
 
     Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6: hydrodynamic derivatives carry their sign, so
     damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` [m] ahead of
-    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value.
+    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value. What no hull
+    has, such as positive damping, is refused unless `insist` names it (see `possible.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -84,7 +95,13 @@ class Vehicle(BaseModel):
     environment: dict[str, Number] = {}
     memory: dict[str, Number] = {}
     terms: tuple[Term, ...] = Field(default=(), max_length=_MOST_TERMS)
+    insist: tuple[str, ...] = Field(default=(), max_length=_MOST_TERMS)
     sources: dict[str, Any] = {}
+
+    @field_validator("insist", mode="before")
+    @classmethod
+    def _one_or_several(cls, keys: Any) -> Any:
+        return (keys,) if isinstance(keys, str) else keys
 
     @model_validator(mode="before")
     @classmethod
@@ -126,6 +143,14 @@ class Vehicle(BaseModel):
             )
         if self.value("memory_time") <= 0:
             raise ValueError(f"memory_time must be positive, got {self.value('memory_time'):g} s")
+        known = insistable(self.values, self.thrusters)
+        for key in self.insist:
+            if key not in known:
+                raise ValueError(unknown_key(key, known, "insist"))
+        refused = {key: why for key, why in impossible(self.values, self.thrusters).items() if key not in self.insist}
+        if refused and not _to_be_judged(info):
+            whole = ", ".join(dict.fromkeys((*self.insist, *refused)))
+            raise ValueError(f"{'; '.join(refused.values())}; or say so in the vehicle file with 'insist: [{whole}]'")
         return self
 
     @cached_property
@@ -194,7 +219,12 @@ class Vehicle(BaseModel):
         VehicleError
             when a limit of the file format is broken.
         """
-        return vehicle_from_dict(self.model_dump(mode="json"), self.name)
+        return vehicle_from_dict(self.model_dump(mode="json") | {"insist": self._insisted}, self.name)
+
+    @property
+    def _insisted(self) -> list[str]:
+        """What it insists on, and what `with_values` made of it that no hull has: undertow reads what it wrote."""
+        return list(dict.fromkeys((*self.insist, *impossible(self.values, self.thrusters))))
 
     def parameter(self, symbol: str) -> Parameter:
         """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own."""
@@ -229,6 +259,8 @@ class Vehicle(BaseModel):
     def to_dict(self) -> dict[str, Any]:
         """The content of the vehicle file, which `vehicle_from_dict` reads; what has its null value is left out."""
         data = self.model_dump(mode="json", exclude_defaults=True)
+        if self._insisted:
+            data["insist"] = self._insisted
         return {key: data[key] for key in type(self).model_fields if key in data}
 
 
@@ -276,7 +308,9 @@ def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehic
 
     Parameters
     ----------
-    judged : take a vehicle that cannot be (a mass that is not positive) too: it is about to be judged by the laws
+    path : of the file
+    judged : take a vehicle that cannot be too (a mass that is not positive, drag that drives): it is about to be
+        judged by the laws
 
     Raises
     ------

@@ -3,9 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..log import Log
 from .finding import SEVERITY, Finding
@@ -44,9 +41,8 @@ class Examination:
 
 
 def examine(log: Log, vehicle: Vehicle | None = None) -> Examination:
-    """Make all checks on one log; with a vehicle, its thruster curves are what the neutral must agree with."""
-    zeros = {t.channel: float(command_of(t, np.zeros(()))) for t in vehicle.thrusters} if vehicle else {}
-    record, findings, seen = Record.of(log, zeros, vehicle), [], []
+    """Make all checks on one log; with a vehicle, its thrusters are what the commands must agree with."""
+    record, findings, seen = Record.of(log, vehicle), [], []
     for check in CHECKS:
         seen.append(record)
         found = check.examine([record])

@@ -4,6 +4,7 @@ from .clocks import Clocks
 from .commands import Commands
 from .deviation import Deviation
 from .drive import Drive
+from .exchanged import Exchanged
 from .excitation import Excitation
 from .finding import Check
 from .held import HeldFixes
@@ -25,6 +26,7 @@ CHECKS: tuple[Check, ...] = (
     Gaps(),
     Stuck(),
     Spikes(),
+    Exchanged(),
     Units(),
     HeldFixes(),
     LateFixes(),
