@@ -4,13 +4,16 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ..energy import coasting_power
 from ..frames import Array
 from .base import Law, Ruling, finite
 from .trial import SECONDS, STEPS, rolled, settling, trial_commands, trial_motion
-from .witness import Witness
+from .witness import EXACT, Witness
 
 MOST = 3.0
 """Multiple of the speed and yaw rate in question that no rollout may exceed."""
+_FAR = 1e3
+"""Multiple of the envelope at which drag must have outgrown thrust."""
 _PATIENCE = 4.0
 """Multiple of the time in which the vehicle file settles for which a function is rolled out: what nothing brakes then
 goes far beyond what settles."""
@@ -38,7 +41,7 @@ class BoundedSpeed(Law):
             source = "the envelope and the vehicle file under the same commands"
         if witness.exact:
             seconds, velocity = expected.seconds, expected.velocity
-            wild = np.full(commands.shape[0], not expected.settles)
+            wild = np.full(commands.shape[0], not expected.settles or _unbraked(witness, commands[:held, 0]))
         else:
             seconds = _PATIENCE * expected.seconds if expected.settles else SECONDS
             if witness.rollout is not None:
@@ -73,6 +76,17 @@ class BoundedSpeed(Law):
             kept=f"In {seen} under bounded thrust the boat reaches {most}, {compared}.",
             broken=f"Under {which} {much} ({int((ratio > MOST).sum())} of {seen}; {MOST:g} times are let pass).",
         )
+
+
+def _unbraked(witness: Witness, commands: Array) -> bool:
+    """Whether motion along some axis, far faster than the envelope, still gains power under a command that lasts.
+
+    A rollout need not tell: rounding lets a hull leave a straight course long before its speed is out of bounds.
+    """
+    sides = np.concatenate([np.diag(witness.reach), -np.diag(witness.reach)]) * _FAR
+    states = np.repeat(np.pad(sides, ((0, 0), (0, 1))), len(commands), axis=0)
+    gained = coasting_power(witness.mass, states[:, :3], witness.relative(states, np.tile(commands, (len(sides), 1))))
+    return bool((gained > EXACT * witness.full_power(states)).any())
 
 
 def _met(witness: Witness, commands: Array, held: int, seconds: float) -> tuple[Array, np.ndarray]:
