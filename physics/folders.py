@@ -1,8 +1,6 @@
 """A folder is replaced as a whole by one rename: whoever looks, whenever, finds the old one or the new one."""
 
-import ctypes
 import errno
-import filecmp
 import json
 import os
 import re
@@ -13,7 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import RequestError
-from .files import LEFT, left_beside, lock, name_unfinished, real, try_out, write_text
+from .exchange import at_rest, cannot_link, exchange, link, locked, same, take_away
+from .files import LEFT, left_beside, name_unfinished, real, try_out, write_text
 
 Own = Callable[[Path], Collection[str]]
 """Names of the files in a folder that undertow certainly wrote and nobody changed: these alone may go."""
@@ -28,10 +27,6 @@ _LEFT = re.compile(r"(\..+)?\.undertow-([0-9a-f]{8}|commit|unfinished|stale)")
 _LISTED = 4
 _TRIED = 1 << 20
 """Bytes that are written to see whether a folder can be [B]: those of a run of a few minutes."""
-_EXCHANGE = 2
-"""RENAME_EXCHANGE of linux/fs.h."""
-_HERE = -100
-"""AT_FDCWD of fcntl.h: paths are those of the working folder."""
 
 
 def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False) -> list[str]:
@@ -89,7 +84,7 @@ def check_folder(target: Path, new: Collection[str], own: Own, *, force: bool = 
     """
     place = real(target)
     put_right(place, own)
-    with _at_rest(place):
+    with at_rest(place):
         carried(target, new, own, force=force)
     if place.exists() and not place.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, "it is a file", str(target))
@@ -134,7 +129,7 @@ def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: 
         if not theirs and not _stays(place) and _exchanged(work, place, new, own, force):
             return
         place.mkdir(exist_ok=True)
-        with _at_rest(place):
+        with at_rest(place):
             others = carried(place, new, own, force=force)
             there = {path.name for path in place.iterdir() if not _is_left(path.name)}
             _move_in(work, place, sorted(there - {*others, *new, *(path.name for path in work.iterdir())}))
@@ -145,9 +140,9 @@ def put_right(target: Path, own: Own) -> None:
     place = real(target)
     finish(place)
     for path in left_beside(place):
-        with suppress(OSError), _held(path) as free:
+        with suppress(OSError), locked(path) as free:
             if free and not path.is_symlink():
-                _take_away(path) if (path / _UNFINISHED).is_file() else _retire(path, place, own)
+                take_away(path) if (path / _UNFINISHED).is_file() else _retire(path, place, own)
 
 
 def finish(target: Path) -> None:
@@ -156,11 +151,11 @@ def finish(target: Path) -> None:
     with suppress(OSError):
         inside = [p for p in place.iterdir() if _is_left(p.name) and p.name not in (_UNFINISHED, _STALE)]
         for path in inside:
-            with _held(path) as free:
-                if free and path.name == _COMMIT:
+            with locked(path) as free:
+                if free and (path.is_file() or (path / _UNFINISHED).is_file()):
+                    take_away(path)
+                elif free and path.name == _COMMIT:
                     _roll_forward(place)
-                elif free and (path.is_file() or (path / _UNFINISHED).is_file()):
-                    _take_away(path)
 
 
 @contextmanager
@@ -172,7 +167,7 @@ def held(folder: Path, what: str) -> Iterator[None]:
     RequestError
         when another process has it.
     """
-    with _held(folder) as free:
+    with locked(folder) as free:
         if free is False:
             raise RequestError(f"another process {what} {folder}; wait until it is done, or give another folder")
         yield
@@ -189,24 +184,26 @@ def _exchanged(work: Path, place: Path, new: Collection[str], own: Own, force: b
             return True
         except OSError as error:
             (work / _UNFINISHED).touch()
-            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):  # another process was faster
+            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):  # else another process was faster
+                if place.exists():
+                    return False
                 raise
-    with _at_rest(place):  # nobody takes the old one for left over while it is looked through
+    with at_rest(place):  # nobody takes the old one for left over while it is looked through
         others = carried(place, new, own, force=force)
-        if any(_cannot_link(place / name) for name in others):
+        if any(cannot_link(place / name) for name in others):
             return False
         others = [name for name in others if not os.path.lexists(work / name)]
         for name in others:
             link(place / name, work / name)
         shutil.copymode(place, work)
         (work / _UNFINISHED).unlink()
-        if _exchange(work, place):
+        if exchange(work, place):
             with suppress(OSError):  # the new one is in its place; the next call takes up what is left of the old one
                 _retire(work, place, own, new if force else ())
             return True
         (work / _UNFINISHED).touch()
         for name in others:
-            _take_away(work / name)
+            take_away(work / name)
     return False
 
 
@@ -218,8 +215,8 @@ def _retire(old: Path, place: Path, own: Own, given_up: Collection[str] = ()) ->
         there = place / path.name
         if path.name not in mine and not _is_left(path.name) and not os.path.lexists(there):
             os.rename(path, there)  # it came while the folders changed names
-        elif path.name in mine or _is_left(path.name) or _same(path, there):
-            _take_away(path)
+        elif path.name in mine or _is_left(path.name) or same(path, there):
+            take_away(path)
     with suppress(OSError):  # what is left is somebody's, and stays
         old.rmdir()
 
@@ -227,12 +224,17 @@ def _retire(old: Path, place: Path, own: Own, given_up: Collection[str] = ()) ->
 def _move_in(work: Path, place: Path, stale: list[str]) -> None:
     """Complete the new files under one name, then move them into their places."""
     write_text(work / _STALE, json.dumps(stale))
-    (work / _UNFINISHED).unlink()
+    commit = place / _COMMIT
     try:
-        os.rename(work, place / _COMMIT)
-    except OSError:
-        (work / _UNFINISHED).touch()
-        raise
+        os.rename(work, commit)
+    except OSError as error:
+        if error.errno != errno.EXDEV:
+            raise
+        commit.mkdir()  # a folder from elsewhere that is mounted here, which nothing shows before
+        (commit / _UNFINISHED).touch()
+        for path in work.iterdir():
+            shutil.copy2(path, commit / path.name)
+    (commit / _UNFINISHED).unlink()
     _roll_forward(place)
 
 
@@ -266,7 +268,7 @@ def _staged(place: Path) -> Iterator[Path]:
         work.mkdir()
         with suppress(FileNotFoundError):
             (work / _UNFINISHED).touch()
-        with _held(work, wait=True):
+        with locked(work, wait=True):
             if not (work / _UNFINISHED).is_file():  # taken for left over in the instant before the lock
                 continue
             try:
@@ -275,25 +277,6 @@ def _staged(place: Path) -> Iterator[Path]:
                 if (work / _UNFINISHED).is_file():
                     shutil.rmtree(work, ignore_errors=True)
             return
-
-
-@contextmanager
-def _at_rest(place: Path) -> Iterator[None]:
-    """Lock the folder that bears this name, once others that replace it are done."""
-    while True:
-        before = _identity(place)
-        with _held(place, wait=True):
-            if _identity(place) == before:  # else it was replaced meanwhile, and the lock is on the old one
-                yield
-                return
-
-
-def _identity(place: Path) -> tuple[int, int] | None:
-    try:
-        found = place.stat()
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
 
 
 def _stays(place: Path) -> bool:
@@ -307,54 +290,6 @@ def _stays(place: Path) -> bool:
     return os.path.ismount(place) or here.is_relative_to(place) or not os.access(place.parent, os.W_OK | os.X_OK)
 
 
-def _exchange(one: Path, other: Path) -> bool:
-    """Let two folders change names in one step; False where the system cannot."""
-    try:
-        call = ctypes.CDLL(None, use_errno=True).renameat2
-    except (OSError, TypeError, AttributeError):  # no C library as on Linux, or an old one
-        return False
-    return call(_HERE, os.fsencode(one), _HERE, os.fsencode(other), _EXCHANGE) == 0
-
-
-def link(source: Path, target: Path) -> None:
-    """Have a file or a folder of files in two places, linked or else copied."""
-    if source.is_symlink():
-        os.symlink(os.readlink(source), target)
-    elif source.is_dir():
-        shutil.copytree(source, target, symlinks=True, copy_function=_link_file)
-    else:
-        _link_file(source, target)
-
-
-def _link_file(source: str | Path, target: str | Path) -> None:
-    try:
-        os.link(source, target, follow_symlinks=False)
-    except OSError:
-        shutil.copy2(source, target, follow_symlinks=False)
-
-
-def _cannot_link(path: Path) -> bool:
-    """Whether something is, or holds, what is neither file, folder nor link: pipes, sockets, other disks."""
-    if path.is_symlink() or path.is_file():
-        return False
-    if not path.is_dir() or os.path.ismount(path):
-        return True
-    return any(_cannot_link(inner) for inner in path.iterdir())
-
-
-def _same(one: Path, other: Path) -> bool:
-    """Whether two files, or all files of two folders, hold the same."""
-    if one.is_symlink() or other.is_symlink():
-        return one.is_symlink() and other.is_symlink() and os.readlink(one) == os.readlink(other)
-    if one.is_dir():
-        return other.is_dir() and all(_same(inner, other / inner.name) for inner in one.iterdir())
-    return one.is_file() and other.is_file() and (one.samefile(other) or filecmp.cmp(one, other, shallow=False))
-
-
-def _take_away(path: Path) -> None:
-    shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
-
-
 def _is_left(name: str) -> bool:
     return _LEFT.fullmatch(name) is not None
 
@@ -362,17 +297,3 @@ def _is_left(name: str) -> bool:
 def _some(names: Collection[str]) -> str:
     told = sorted(names)
     return ", ".join(told[:_LISTED]) + (f" and {len(told) - _LISTED} more" if len(told) > _LISTED else "")
-
-
-@contextmanager
-def _held(folder: Path, *, wait: bool = False) -> Iterator[bool | None]:
-    """Lock a file or folder; False where another process has it, None where it cannot be locked."""
-    try:
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError:  # gone, or a system that opens no folders
-        yield None
-        return
-    try:
-        yield lock(handle, wait=wait)
-    finally:
-        os.close(handle)

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from ..physics.errors import RequestError
+from ..physics.exchange import link
 from ..physics.files import write_json, write_text
-from ..physics.folders import check_folder, link, replace_folder
+from ..physics.folders import check_folder, replace_folder
 from .browser import find_browser, print_pdf
 from .fleet_page import fleet_page
 from .page import write_page

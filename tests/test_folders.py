@@ -85,7 +85,7 @@ def killed(target: Path, step: int, setup: Callable[[], None] | None = None) -> 
 
         for name in ("mkdir", "rename", "replace", "unlink", "rmdir", "link", "chmod", "open"):
             setattr(os, name, counted(getattr(os, name)))
-        folders._exchange = counted(folders._exchange)  # type: ignore[assignment]
+        folders.exchange = counted(folders.exchange)  # type: ignore[assignment]
         try:
             if setup is not None:
                 setup()
@@ -100,7 +100,7 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new_folder_whole(first: bool, 
     outcomes = []
     for step in range(1000):
         for path in [target, *left_beside(target)]:
-            folders._take_away(path)
+            folders.take_away(path)
         if not first:
             replace_folder(target, builder(OLD), own)
             for name, text in MINE.items():
@@ -125,10 +125,10 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new_folder_whole(first: bool, 
 def test_where_nothing_can_be_exchanged_the_next_call_ends_what_a_kill_left(
     target: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(folders, "_exchange", lambda one, other: False)
+    monkeypatch.setattr(folders, "exchange", lambda one, other: False)
     outcomes = set()
     for step in range(1000):
-        folders._take_away(target)
+        folders.take_away(target)
         replace_folder(target, builder(OLD), own)
         (target / "notes.txt").write_text("mine")
         ended = not killed(target, step)
@@ -211,13 +211,13 @@ def test_a_folder_of_others_is_refused_and_with_force_written_into(tmp_path: Pat
 
 
 def test_a_file_that_comes_while_the_folders_change_names_is_kept(target: Path, monkeypatch: pytest.MonkeyPatch):
-    real = folders._exchange
+    real = folders.exchange
 
     def late(one: Path, other: Path) -> bool:
         (other / "late.txt").write_text("just saved")
         return real(one, other)
 
-    monkeypatch.setattr(folders, "_exchange", late)
+    monkeypatch.setattr(folders, "exchange", late)
     replace_folder(target, builder(NEW), own)
     assert told(target) == {**NEW, **MINE, "late.txt": "just saved"}
     assert alone(target)
