@@ -69,7 +69,7 @@ class Forge:
         Parameters
         ----------
         kill_at : number of the change of a name at which they kill themselves, where strace is missing
-        where : what the names that count have in them
+        where : how the names that count end
         delays : seconds that each waits longer
         """
         plain = [list(words) for words in calls]
@@ -197,7 +197,7 @@ def _kill_at(number: int, where: str) -> None:
 
     def hook(event: str, named: Any) -> None:
         nonlocal left
-        if event in _CHANGES and any(where in str(name) for name in named):
+        if event in _CHANGES and any(str(name).endswith(where) for name in named):
             left -= 1
             if not left:
                 os.kill(os.getpid(), signal.SIGKILL)

@@ -137,7 +137,7 @@ def judged(now: Contents, before: Contents, after: Contents) -> Verdict:
                 torn.append(f"{top} is neither old ({differences(here, old)}) nor new ({differences(here, new)})")
     left = sorted(now.keys() - before.keys() - after.keys() - {n for n in now if n.endswith(f"/{CHECKPOINT}")})
     folders = [name for name in left if now[name] == "folder" and any(n.startswith(f"{name}/") for n in now)]
-    return Verdict(_few(sorted(lost)), "; ".join(torn), _few([name for name in left if name not in folders]))
+    return Verdict(_few(sorted(set(lost))), "; ".join(torn), _few([name for name in left if name not in folders]))
 
 
 def _part(state: Contents, top: str) -> Contents:
