@@ -15,7 +15,7 @@ _PUBLIC = {
     "Augmentation": "residuals.settings",
     "Audit": "reports.audit",
     "DataSet": "measurements.dataset",
-    "DiscoverySettings": "discovery.discover",
+    "DiscoverySettings": "discovery.settings",
     "EFFECTS": "physics.effects",
     "Findings": "discovery.findings",
     "Inputs": "reports.inputs",

@@ -328,7 +328,7 @@ def fit(
 ) -> None:
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
     with failing_clearly():
-        from .discovery.discover import DiscoverySettings
+        from .discovery.settings import DiscoverySettings
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
@@ -516,7 +516,7 @@ def explain(
 ) -> None:
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     with failing_clearly():
-        from .discovery.discover import DiscoverySettings
+        from .discovery.settings import DiscoverySettings
         from .reports.distilled import distil, distilled_table
 
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
@@ -622,7 +622,7 @@ def _discover(
     import time
 
     begun = time.perf_counter()
-    from .discovery.discover import DiscoverySettings
+    from .discovery.settings import DiscoverySettings
     from .reports import terminal
     from .reports.failing import screen
     from .reports.folder import write_run

@@ -14,9 +14,9 @@ import numpy as np
 
 from undertow.discovery.calibratable import calibratable, nuisance_candidates
 from undertow.discovery.calibrate import Fitted, calibrate, convex_step, rollout_step
-from undertow.discovery.discover import DiscoverySettings
 from undertow.discovery.rollouts import rollout_squares
 from undertow.discovery.search import Search
+from undertow.discovery.settings import DiscoverySettings
 from undertow.discovery.uncertainty import block_bootstrap
 from undertow.discovery.weak import WeakForm
 from undertow.physics.errors import RequestError

@@ -12,7 +12,8 @@ import argparse
 import numpy as np
 
 from undertow.discovery.calibratable import calibratable
-from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.discover import find_missing
+from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.effects import effect_named
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds import random_hull, simulate_world, typical_effect

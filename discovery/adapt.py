@@ -168,7 +168,7 @@ def _linear(motions: Sequence[Motion], vehicle: Vehicle, names: Sequence[str]) -
 def _replayed(
     search: Search, linear: Linearisation, amounts: dict[str, tuple[float, ...]], settings: AdaptSettings
 ) -> Adapted:
-    weak, vehicle = search.weak, search.nominal
+    weak, vehicle = search.balance, search.nominal
     parameters = [p for c in search.pool for p in c.parameters]
     options = [linear.options[c.key][1] for c in search.pool]
     columns = linear.columns[:, :, [index for option in options for index in option.free]]

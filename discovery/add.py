@@ -1,11 +1,11 @@
 """Adding effects by name: no search, the user has decided; fit them together and keep the order.
 
 They are fitted to what discovery would judge them by: the force balance, or on field logs open-loop rollouts of motions
-that are cleared of nuisances (`field.py`).
+that are cleared of nuisances (`basis.py`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 
 import numpy as np
@@ -15,32 +15,21 @@ from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .colour import why_rollouts
-from .conclude import conclude
-from .discover import Discovery, DiscoverySettings
+from .basis import Basis, choose
+from .conclude import Grounds, conclude
+from .discover import Discovery
 from .evidence import weigh
-from .field import disagreements, modest, on_rollouts, slender
 from .library import term_candidate
-from .nuisance import nuisances, part_by_sight
+from .nuisance import part_by_sight
 from .options import Candidate, candidates, measurable
 from .passivity import lawful_model
 from .rollouts import rollouts_object
 from .search import Search, State
-from .shooting import Shooting
+from .selection import disagreements, modest, on_rollouts, slender
+from .settings import DiscoverySettings
 from .uncertainty import intervals
-from .weak import WeakForm
 
 _KEPT = "the nominal model's own parameters stay as its file has them: none is calibrated beside the effects"
-
-
-@dataclass(frozen=True, slots=True)
-class _Basis:
-    """What the effects are fitted to: motions in some form, the candidates that each name means, and words on them."""
-
-    motions: Sequence[Motion]
-    form: WeakForm | Shooting
-    groups: list[list[Candidate]]
-    notes: tuple[str, ...] = ()
 
 
 def add_effects(
@@ -71,47 +60,37 @@ def add_effects(
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
     with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        weak = WeakForm(motions, settings.weak)
-        why = why_rollouts(Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search))
-        basis = _field(motions, nominal, names, groups, settings, why) if why else _Basis(motions, weak, groups)
-        return _add(basis, nominal, settings)
+        basis = choose(motions, nominal, settings)
+        return _add(basis, _visible(basis, names, groups) if basis.rolls else groups)
 
 
-def _field(
-    motions: Sequence[Motion],
-    nominal: Vehicle,
-    names: Sequence[str],
-    groups: Sequence[list[Candidate]],
-    settings: DiscoverySettings,
-    why: str,
-) -> _Basis:
-    """Rollouts of motions cleared of nuisances, for a log whose error is coloured."""
-    clear = nuisances(motions)
+def _visible(basis: Basis, names: Sequence[str], groups: Sequence[list[Candidate]]) -> list[list[Candidate]]:
+    """The candidates of each name, as rollouts can judge them."""
     seen = []
     for name, group in zip(names, groups, strict=True):
-        visible, unseen = part_by_sight(slender(group, nominal), clear.blind)
+        visible, unseen = part_by_sight(slender(group, basis.nominal), basis.blind)
         if unseen:
             raise RequestError(
-                f"add {name}: expected a log that shows forces in sway, but {'; '.join(clear.notes)}; leave {name} "
+                f"add {name}: expected a log that shows forces in sway, but {'; '.join(basis.notes)}; leave {name} "
                 "out, or give logs with straight runs on several headings and a compass that is right"
             )
         seen.append(visible)
-    form = Shooting(clear.motions, nominal, settings.shooting, clear.blind)
-    return _Basis(clear.motions, form, seen, (why, *clear.notes))
+    return seen
 
 
-def _add(basis: _Basis, nominal: Vehicle, settings: DiscoverySettings) -> Discovery:
+def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     """Fit the effects in the order given, then together, then under the laws."""
-    motions, form, notes = basis.motions, basis.form, (*basis.notes, _KEPT)
-    pool = list(dict.fromkeys(candidate for group in basis.groups for candidate in group))
+    nominal, settings, motions, form = basis.nominal, basis.settings, basis.motions, basis.balance()
+    notes = (*basis.told, _KEPT)
+    pool = list(dict.fromkeys(candidate for group in groups for candidate in group))
     search = Search(form, nominal, pool, replace(settings.search, refinements=6))
     state = search.evaluate(nominal, ())
     steps: list[tuple[str | None, Vehicle]] = [(None, nominal)]
-    for group in basis.groups:
+    for group in groups:
         state = min((_with(search, state, candidate) for candidate in group), key=lambda s: s.score)
         steps.append((state.active[-1], state.vehicle))
     state = search.reshape(state)
-    if isinstance(form, Shooting):
+    if basis.rolls:
         form = form.refreshed(state.vehicle)
         search = Search(form, nominal, pool, search.settings)
         state = search.evaluate(state.vehicle, state.active)
@@ -123,8 +102,8 @@ def _add(basis: _Basis, nominal: Vehicle, settings: DiscoverySettings) -> Discov
     corrected = lawful.vehicle
     steps[-1] = (steps[-1][0], corrected)
     error, noise, by = np.sqrt(state.fit.held_out), search.noise_error, ""
-    if isinstance(form, Shooting):
-        weak = WeakForm(motions, settings.weak)
+    if basis.rolls:
+        weak = basis.cleared_forces()
         error = np.sqrt((weak.balance(corrected) ** 2).mean(axis=0))
         noise, by = Search(weak, nominal, (), settings.search).noise_error, ", fitted to open-loop rollouts"
         evidence = modest(evidence, form)
@@ -135,7 +114,7 @@ def _add(basis: _Basis, nominal: Vehicle, settings: DiscoverySettings) -> Discov
     order = [label for label, _ in steps[1:]]
     added = [e for e in evidence if e.selected]
     sure = [e.key for e in added if e.sure]
-    findings = conclude(search, nominal, lawful, corrected, added, told, sure, order)
+    findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
     findings = replace(findings, headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.")
     return Discovery(nominal, corrected, tuple(steps), findings, error, noise, notes)
 

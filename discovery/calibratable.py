@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from ..physics.effects import EFFECTS, PARAMETERS, Effect, Parameter
 from ..physics.errors import RequestError
 from ..physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
-from .options import Candidate
+from .options import Candidate, Kind
 
 RIGID_BODY = ("mass", "inertia_z", "x_g")
 """What a scale and a drawing tell; held unless the user frees x_g."""
@@ -74,7 +74,7 @@ def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candi
             name = effect.name
         else:
             parameters, name = (parameter,), symbol
-        key = f"calibrated {name}".replace(":", " ")  # a colon marks a term that nobody has named
+        key = f"calibrated {name}"
         entry = Effect(
             name,
             "calibration",
@@ -84,7 +84,7 @@ def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candi
             added=False,
             fixed_amplitude=effect is not None and effect.fixed_amplitude,
         )
-        found[key] = Candidate(key, entry, parameters, nuisance=True)
+        found[key] = Candidate(key, entry, parameters, kind=Kind.NUISANCE)
     return tuple(found.values())
 
 
@@ -95,7 +95,7 @@ def beside(pool: Sequence[Candidate], freed: Sequence[str]) -> tuple[Candidate, 
         parameters = tuple(p for p in candidate.parameters if p.symbol not in freed)
         whole = len(parameters) == len(candidate.parameters)
         if whole or (parameters and not candidate.effect.shapes):
-            left.append(candidate if whole else Candidate(candidate.key, candidate.effect, parameters))
+            left.append(candidate if whole else replace(candidate, parameters=parameters))
     return tuple(left)
 
 

@@ -21,18 +21,19 @@ from ..physics.frames import Array
 from ..physics.laws import mass_margin
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .balance.base import SEEING
 from .calibratable import nuisance_candidates
-from .discover import DiscoverySettings
 from .findings import Calibrated
 from .folds import FOLDS, as_good, parted
 from .gram import GramScores
-from .groundwork import ROLLOUTS, SEEING, groundwork
+from .groundwork import ROLLOUTS, groundwork
 from .options import Candidate, Linearisation
 from .passivity import Lawful, judge, lawful_model
 from .polish import polish
 from .refit import calibrated, limit_at
 from .rollouts import HORIZON, WHOLE_HORIZON, rollouts_object
 from .search import Search
+from .settings import DiscoverySettings
 from .shooting import Shooting
 from .uncertainty import Interval, intervals
 from .weak import WeakForm
@@ -119,18 +120,18 @@ def calibrate(
     say = progress or (lambda text: None)
     with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
         ground = groundwork(motions, nominal, settings, free, hold)
-        motions, known, clear = ground.motions, ground.known, ground.clear
+        motions, known, basis = ground.basis.motions, ground.known, ground.basis
         say(f"calibrating {', '.join(known.symbols)}")
         pool = nuisance_candidates(nominal, known.symbols)
         long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
         horizon = WHOLE_HORIZON if long else HORIZON
         fitted = convex_step(motions, nominal, pool, settings)
         _demand_lawful(fitted.lawful, known.symbols)
-        held_out = _held_out(motions, nominal, pool, settings, horizon, clear.blind if ground.coloured else None, say)
+        held_out = _held_out(motions, nominal, pool, settings, horizon, basis.blind if basis.rolls else None, say)
         best: Method = "weak form"
         if held_out and as_good(held_out["weak form"], held_out["output error"], horizon / _SPACING):
-            start = nominal if ground.coloured else fitted.lawful.vehicle
-            best, fitted = "output error", rollout_step(motions, start, nominal, pool, clear.blind)
+            start = nominal if basis.rolls else fitted.lawful.vehicle
+            best, fitted = "output error", rollout_step(motions, start, nominal, pool, basis.blind)
             _demand_lawful(fitted.lawful, known.symbols)
         fitted = _rounded(fitted, nominal, known.symbols)
         search = Search(ground.weak, nominal, (), settings.search)
@@ -147,7 +148,7 @@ def calibrate(
         error,
         search.noise_error,
         search.force_scale,
-        clear.notes,
+        basis.notes,
     )
 
 
@@ -173,10 +174,10 @@ def calibrate_once(
     with threadpool_limits(limits=1, user_api="blas"):
         ground = groundwork(motions, nominal, settings)
         pool = nuisance_candidates(nominal, ground.known.symbols)
-        convex = convex_step(ground.motions, nominal, pool, settings)
-        start = nominal if ground.coloured else convex.lawful.vehicle
+        convex = convex_step(ground.basis.motions, nominal, pool, settings)
+        start = nominal if ground.basis.rolls else convex.lawful.vehicle
         try:
-            fitted = rollout_step(ground.motions, start, nominal, pool, ground.clear.blind)
+            fitted = rollout_step(ground.basis.motions, start, nominal, pool, ground.basis.blind)
         except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
             fitted = convex
         _demand_lawful(fitted.lawful, ground.known.symbols)

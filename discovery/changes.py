@@ -34,7 +34,7 @@ def changes(
     for drop in drops:
         # A dropped effect leaves its offset behind: the columns were taken with it in place.
         kept = {key: option for key, option in now.items() if key not in drop}
-        kept |= {f"-{key}": linear.options[key][1] for key in drop}
+        kept |= {key: linear.options[key][1] for key in drop}
         if drop:
             yield kept
         gains = scores.screen(list(kept.values()), new)
@@ -46,9 +46,14 @@ def changes(
                 yield {**now, key: option}
 
 
+def present(change: dict[str, Option]) -> tuple[str, ...]:
+    """Keys of what a changed model holds: a dropped effect stays in it as absent."""
+    return tuple(key for key, option in change.items() if option.present)
+
+
 def reset(vehicle: Vehicle, nominal: Vehicle, now: dict[str, Option], change: dict[str, Option]) -> Vehicle:
     """The vehicle with everything that a change drops set back to nominal."""
-    gone = [option for key, option in now.items() if key not in change]
+    gone = [option for key, option in now.items() if key not in present(change)]
     return vehicle.with_values({s: nominal.value(s) for option in gone for s in option.symbols})
 
 

@@ -72,20 +72,21 @@ _DEVIATES = (
 )
 
 
-def why_rollouts(search: Search) -> str:
+def why_rollouts(weak: WeakForm, search: Search) -> str:
     """Why rollouts and not the force balance must decide on a log, in a sentence; empty where they need not.
 
     Parameters
     ----------
-    search : on the weak form, about its nominal model
+    weak : the force balance
+    search : on it, about its nominal model
     """
-    left = unexplained(search)
+    left = unexplained(weak, search)
     if left.coloured.any():
         return left.sentence
-    return _DEVIATES if compass_of(search.weak.motions).plain else ""
+    return _DEVIATES if compass_of(weak.motions).plain else ""
 
 
-def unexplained(search: Search) -> Unexplained:
+def unexplained(weak: WeakForm, search: Search) -> Unexplained:
     """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
 
     Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
@@ -93,9 +94,6 @@ def unexplained(search: Search) -> Unexplained:
     the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
     their main directions only, three independent tests each.
     """
-    weak = search.weak
-    if not isinstance(weak, WeakForm):
-        raise TypeError("unexplained: expected a search on the weak form")
     linear, _ = search.linearise(search.nominal, ())
     features = np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
     inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}

@@ -1,8 +1,7 @@
 """From evidence to words: verdicts, sentences and the headline."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from types import MappingProxyType
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,44 +9,30 @@ from ..physics.effects import EFFECTS
 from ..physics.frames import AXES, Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .evidence import Evidence, parameter_total
+from .evidence import PERHAPS, Evidence, parameter_total
 from .findings import Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from .identifiability import Identifiability
-from .options import Candidate, measurable
+from .options import Candidate, Kind, measurable
 from .passivity import Lawful
+from .reason import Reason
 from .rollouts import HORIZON, SIGNIFICANT, WHOLE_HORIZON, WORSE
 from .search import ALIVE, Search
 from .uncertainty import Interval
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
 _LEAST_FORCE = 1e-3
-_NONE: Mapping[str, float] = MappingProxyType({})
-_NO_DOUBT: Mapping[str, str] = MappingProxyType({})
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
-_FAINT = "it would explain what moves {0} for certain, but that is too near the sensor noise to name anything from."
+_FAINT = "it would explain what moves {0} for certain"
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
 
 
-def conclude(
-    search: Search,
-    nominal: Vehicle,
-    lawful: Lawful,
-    considered: Vehicle,
-    evidence: Sequence[Evidence],
-    intervals: Mapping[str, Interval],
-    kept: Sequence[str],
-    order: Sequence[str | None],
-    known: Identifiability | None = None,
-    advice: tuple[dict[str, str], ...] = (),
-    included: Mapping[str, float] = _NONE,
-    others: Sequence[FoundEffect] = (),
-    unseen: Sequence[Candidate] = (),
-    doubtful: Mapping[str, str] = _NO_DOUBT,
-) -> Findings:
-    """Write the findings.
+@dataclass(frozen=True, slots=True, eq=False)
+class Grounds:
+    """What findings are made of.
 
-    Parameters
+    Attributes
     ----------
+    search : with the nominal vehicle and all candidates that were searched for
     lawful : the model with the kept effects, and how the law stands in it
     considered : the model with everything that the search selected, sure or not
     evidence : on every candidate, best first
@@ -55,33 +40,48 @@ def conclude(
     kept : keys of the effects that are sure
     order : keys in the order in which they are added
     known : what the log can show and tell apart
-    advice : manoeuvres that would settle what it leaves open
     included : share of block ensembles in which a term without a name is selected, by symbol
-    others : findings on effects that were not searched for
     unseen : candidates that the search could not judge
     doubtful : why kept effects are not certain all the same, by key: they stay in the model, and are not called missing
     """
-    pool = {candidate.key: candidate for candidate in (*search.pool, *unseen)}
+
+    search: Search
+    lawful: Lawful
+    considered: Vehicle
+    evidence: Sequence[Evidence]
+    intervals: Mapping[str, Interval]
+    kept: Sequence[str]
+    order: Sequence[str | None]
+    known: Identifiability | None = None
+    included: Mapping[str, float] = field(default_factory=dict)
+    unseen: Sequence[Candidate] = ()
+    doubtful: Mapping[str, str] = field(default_factory=dict)
+
+
+def conclude(grounds: Grounds, advice: tuple[dict[str, str], ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
+    """Write the findings.
+
+    Parameters
+    ----------
+    advice : manoeuvres that would settle what the log leaves open
+    others : findings on effects that were not searched for
+    """
+    g, search, lawful, kept, doubtful = grounds, grounds.search, grounds.lawful, grounds.kept, grounds.doubtful
+    pool = {candidate.key: candidate for candidate in (*search.pool, *g.unseen)}
     what = _what(search)
-    found = [
-        _effect(
-            pool[e.key], e, nominal, lawful if e.key in kept else considered, intervals, what, doubtful.get(e.key, "")
-        )
-        for e in _one_each(evidence, pool)
-        if ":" not in e.key
-    ]
+    found = [_effect(g, pool[e.key], e, what) for e in _one_each(g.evidence, pool) if e.kind is Kind.EFFECT]
     found += others
-    added = [key for key in order if key in kept and key is not None and ":" not in key]
+    added = [key for key in g.order if key in kept and key is not None and pool[key].kind is Kind.EFFECT]
     missing = tuple(dict.fromkeys(pool[key].effect.name for key in added if key not in doubtful))
     rank = {"missing": 0, "possible": 1, "no evidence": 2}
     found.sort(key=lambda f: (rank[f.verdict], missing.index(f.effect) if f.effect in missing else len(missing)))
     unnamed = tuple(
-        replace(term, inclusion=included.get(e.key, 0.0) if included else None)
-        for e in evidence
-        if ":" in e.key and (e.key in kept or e.key in order)
-        for term in found_terms(pool[e.key], nominal, lawful.unconstrained, intervals)
+        replace(term, inclusion=g.included.get(e.key, 0.0) if g.included else None)
+        for e in g.evidence
+        if e.kind is Kind.TERM and (e.key in kept or e.key in g.order)
+        for term in found_terms(pool[e.key], search.nominal, lawful.unconstrained, g.intervals)
     )
-    open_ends = [e for e in evidence if (e.selected and e.key not in kept) or e.faint or e.key in doubtful]
+    open_ends = [e for e in g.evidence if (e.selected and e.key not in kept) or e.faint or e.key in doubtful]
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     verdict = "missing" if missing else "undecided" if open_ends or unnamed or still else "nothing missing"
     return Findings(
@@ -92,7 +92,7 @@ def conclude(
         unnamed,
         _criterion(search),
         advice,
-        identifiability=known.to_dict() if known else {},
+        identifiability=g.known.to_dict() if g.known else {},
         passivity=lawful.passivity.to_dict(),
     )
 
@@ -102,7 +102,7 @@ def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
     return tuple(
         FoundEffect(
             effect.name,
-            f"This log cannot tell: it needs the channels {' and '.join(effect.channels)}. ({effect.meaning})",
+            Reason.NEEDS_CHANNELS.tell(effect.meaning, " and ".join(effect.channels)),
             effect.family,
             effect.equation,
             "possible",
@@ -110,6 +110,7 @@ def unmeasured(motions: Sequence[Motion]) -> tuple[FoundEffect, ...]:
             0.0,
             (),
             (),
+            Reason.NEEDS_CHANNELS,
         )
         for effect in EFFECTS
         if effect not in measurable(motions)
@@ -128,61 +129,22 @@ def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate]) -> li
     return entries
 
 
-def _effect(
-    candidate: Candidate,
-    e: Evidence,
-    nominal: Vehicle,
-    model: Lawful | Vehicle,
-    intervals: Mapping[str, Interval],
-    what: str,
-    doubt: str = "",
-) -> FoundEffect:
-    """One candidate in words and numbers; `model` is the corrected one where the effect is kept."""
-    effect, sure = candidate.effect, isinstance(model, Lawful)
-    hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
-    verdict: Verdict = (
-        "missing"
-        if sure and not doubt
-        else "possible"
-        if doubt or e.selected or hidden or e.confidence >= 0.5
-        else "no evidence"
-    )
+def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEffect:
+    """One candidate in words and numbers, those of the corrected model where the effect is kept."""
+    effect, nominal, kept, doubt = candidate.effect, g.search.nominal, e.key in g.kept, g.doubtful.get(e.key, "")
+    reason = Reason.DOUBTFUL_VALUE if doubt else None if kept else e.reason
+    verdict: Verdict = "missing" if reason is None else "possible" if _open(e, reason) else "no evidence"
     terms: tuple[FoundTerm, ...] = ()
     if e.selected:
-        terms = found_terms(candidate, nominal, model.unconstrained if isinstance(model, Lawful) else model, intervals)
-    if isinstance(model, Lawful):
-        terms = tuple(replace(t, in_model=parameter_total(nominal, candidate, model.vehicle, t.symbol)) for t in terms)
-    sentence = effect.meaning
-    rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
-    from_rivals = f"This log cannot tell it from {rivals}" if rivals else ""
-    if verdict == "missing":
-        sentence += f" {_alone(candidate, e.share, what)}"
+        terms = found_terms(candidate, nominal, g.lawful.unconstrained if kept else g.considered, g.intervals)
+    if kept:
+        model = g.lawful.vehicle
+        terms = tuple(replace(t, in_model=parameter_total(nominal, candidate, model, t.symbol)) for t in terms)
+    if reason is None:
+        sentence = f"{effect.meaning} {_alone(candidate, e.share, what)}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
-    elif doubt:
-        sentence = f"In the corrected model, but not certain: {doubt}. ({sentence})"
-    elif e.faint:
-        sentence = f"{from_rivals or 'Perhaps'}: {_FAINT.format(e.faint)} ({sentence})"
-    elif e.indistinguishable_from:
-        sentence = f"{from_rivals}: {sentence[0].lower()}{sentence[1:]}"
-    elif e.out_of_step:
-        sentence = (
-            f"This log cannot tell: its channels are out of step by about {e.out_of_step:.2f} s, or may be, and what "
-            f"it asks for is hardly more. ({sentence})"
-        )
-    elif e.at_limit:
-        sentence = f"Doubtful: the log asks for more of it than physics allows, so it is something else. ({sentence})"
-    elif e.rollouts_object:
-        sentence = f"Doubtful: the force balance asks for it, but open-loop rollouts get worse with it. ({sentence})"
-    elif e.dormant:
-        sentence = f"This log cannot tell: it holds no manoeuvre in which it would show. ({sentence})"
-    elif e.absorbed:
-        sentence = f"This log cannot tell: the calibrated parameters take up what it would do. ({sentence})"
-    elif e.noise_limited:
-        sentence = f"This log cannot tell: what would show it is hardly more than sensor noise. ({sentence})"
-    elif verdict == "possible":
-        sentence = f"Perhaps: {sentence[0].lower()}{sentence[1:]} The evidence is below what undertow demands."
     else:
-        sentence = f"Looked for and not found. ({sentence})"
+        sentence = reason.tell(effect.meaning, doubt or _told(e, reason))
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
     return FoundEffect(
         effect.name,
@@ -194,7 +156,22 @@ def _effect(
         e.error_drop,
         tuple(dict.fromkeys(rivals_by_name)),
         terms,
+        reason,
     )
+
+
+def _open(e: Evidence, reason: Reason) -> bool:
+    """Whether an effect that is not missing may be there: anything speaks for it, or nothing could speak at all."""
+    hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
+    return hidden or reason in (Reason.DOUBTFUL_VALUE, Reason.WEAK) or e.selected or e.confidence >= PERHAPS
+
+
+def _told(e: Evidence, reason: Reason) -> str:
+    """What the evidence adds to the sentence of a reason."""
+    rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
+    if reason is Reason.FAINT:
+        return f"{f'This log cannot tell it from {rivals}' if rivals else 'Perhaps'}: {_FAINT.format(e.faint)}"
+    return rivals if reason is Reason.LOOK_ALIKES else f"{e.out_of_step:.2f}"
 
 
 def _alone(candidate: Candidate, share: Array, what: str) -> str:
@@ -259,7 +236,7 @@ def _listed(names: Iterable[str]) -> str:
 
 def _what(search: Search) -> str:
     """Of what shares are taken."""
-    return "force at work" if search.weak.forces else "motion that the forces make"
+    return "force at work" if search.balance.forces else "motion that the forces make"
 
 
 def _criterion(search: Search) -> dict[str, object]:
@@ -278,14 +255,14 @@ def _criterion(search: Search) -> dict[str, object]:
             "without it"
         ),
         "rollouts": (
-            f"5 s rollouts with it, and {WHOLE_HORIZON if search.weak.forces else HORIZON:g} s rollouts of all "
+            f"5 s rollouts with it, and {WHOLE_HORIZON if search.balance.forces else HORIZON:g} s rollouts of all "
             "together, are not worse "
             f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"
         ),
-        "unit": dict(zip(AXES, search.weak.unit, strict=True)),
+        "unit": dict(zip(AXES, search.balance.unit, strict=True)),
         "force_scale": {a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},
         "search": (
             f"floating (add, drop, swap, reshape) over {len(EFFECTS)} effects, "
-            f"scored on {int(search.weak.block.max()) + 1} held-out blocks"
+            f"scored on {search.balance.blocks} held-out blocks"
         ),
     }

@@ -1,7 +1,7 @@
 """Discovery, step by step: look at the force balance or at rollouts, keep what is sure, fit it lawfully, conclude."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -10,43 +10,20 @@ from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .advice import advise, open_questions
-from .colour import why_rollouts
-from .conclude import conclude, unmeasured
+from .basis import Basis, choose
+from .conclude import Grounds, conclude, unmeasured
 from .doubts import doubts
 from .ensemble import inclusion
 from .evidence import Evidence
-from .field import ENOUGH_BLOCKS, TOO_SHORT, look_at_rollouts, settle
 from .findings import Findings
-from .instant import look_at_forces
-from .looked import Looked, steps
 from .nuisance import believed, misalignment
-from .options import candidates, measurable
+from .options import Kind
 from .passivity import lawful_model
-from .refit import CALIBRATED, freed, with_calibration
-from .search import Search, SearchSettings, State
-from .shooting import ShootingSettings
+from .refit import CALIBRATED, with_calibration
+from .search import Search, State
+from .selection import ENOUGH_BLOCKS, TOO_SHORT, Selected, select, settle, steps
+from .settings import DiscoverySettings
 from .uncertainty import Interval, intervals
-from .weak import WeakForm, WeakSettings
-
-
-@dataclass(frozen=True, slots=True)
-class DiscoverySettings:
-    """All settings of a discovery; they are printed in the report.
-
-    Attributes
-    ----------
-    weak : test functions
-    search : price and materiality
-    seed : of the bootstrap
-    refit : True to calibrate the parameters of the nominal model while effects are judged
-    shooting : rollouts, for logs whose error is coloured
-    """
-
-    weak: WeakSettings = field(default_factory=WeakSettings)
-    search: SearchSettings = field(default_factory=SearchSettings)
-    seed: int = 0
-    refit: bool = False
-    shooting: ShootingSettings = field(default_factory=ShootingSettings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,22 +76,15 @@ def find_missing(
 def _find(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, say: Callable[[str], None]
 ) -> Discovery:
-    weak = WeakForm(motions, settings.weak)
-    search = Search(weak, nominal, candidates(nominal, measurable(motions)), settings.search)
-    why = why_rollouts(search)
-    if why:
-        say(why)
-        looked = look_at_rollouts(motions, search, settings.shooting, settings.seed, say, settings.refit)
-        return _conclude(looked, nominal, settings, why)
-    free = freed(weak, nominal, search.pool, settings.search) if settings.refit else None
-    if free is not None:
-        say(free.sentence)
-        search = Search(weak, nominal, free.pool, settings.search)
-    return _conclude(replace(look_at_forces(weak, search, settings.seed, say), free=free), nominal, settings)
+    basis = choose(motions, nominal, settings)
+    if basis.why:
+        say(basis.why)
+    return _conclude(basis, select(basis, say))
 
 
-def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *notes: str) -> Discovery:
+def _conclude(basis: Basis, looked: Selected) -> Discovery:
     """Keep the effects that are sure, fit them under the laws, and say what was found."""
+    nominal, settings = basis.nominal, basis.settings
     search, state = looked.search, looked.state
     evidence = _in_step(looked.evidence, search, state)
     kept = tuple(e.key for e in evidence if e.sure)
@@ -124,19 +94,18 @@ def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *no
     linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
-    found: dict[str, Interval] = intervals(search.weak, scores, search.pool, chosen, final.vehicle, settings.seed)
+    found: dict[str, Interval] = intervals(search.balance, scores, search.pool, chosen, final.vehicle, settings.seed)
     if set(kept) != set(search.named(state.active)):
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         options = [far.options[key][0] for key in state.active]
-        found = intervals(search.weak, wide, search.pool, options, state.vehicle, settings.seed) | found
+        found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     told = steps(search, final, lawful.vehicle, CALIBRATED)
-    terms = any(":" in key for key in state.active)
+    terms = search.of_kind(state.active, Kind.TERM)
     forces, there = looked.forces
     rehearsal = None if search.named(state.active) else looked.rehearsal
-    findings = conclude(
+    grounds = Grounds(
         search,
-        nominal,
         lawful,
         state.vehicle,
         evidence,
@@ -144,29 +113,29 @@ def _conclude(looked: Looked, nominal: Vehicle, settings: DiscoverySettings, *no
         kept,
         [label for label, _ in told[1:]],
         looked.known,
-        advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal),
         inclusion(search, state, settings.seed) if terms else {},
-        unmeasured(looked.motions),
         looked.unseen,
         doubtful,
     )
+    advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
+    findings = conclude(grounds, advice, unmeasured(looked.motions))
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, lawful, found)
     error = np.sqrt(final.fit.held_out)
-    if not search.weak.forces:
-        error = np.sqrt((forces.weak.balance(lawful.vehicle) ** 2).mean(axis=0))
-        blocks = int(search.weak.block.max()) + 1
+    if not search.balance.forces:
+        error = np.sqrt((forces.balance.balance(lawful.vehicle) ** 2).mean(axis=0))
+        blocks = search.balance.blocks
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
             headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
             findings = replace(findings, verdict="undecided", headline=headline)
-    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, (*notes, *looked.notes))
+    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, looked.notes)
 
 
 def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:
     """The evidence, with a lag or a delay doubted where the log's own channels are as far out of step."""
     if not {"thruster_lag", "input_delay"} & set(state.active):
         return list(evidence)
-    late = misalignment(search.weak.motions)
+    late = misalignment(search.balance.motions)
     pool = {candidate.key: candidate for candidate in search.pool}
     return [
         believed(e, late, pool[e.key], [state.vehicle.value(s) for s in pool[e.key].symbols]) if e.selected else e

@@ -18,15 +18,16 @@ from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from ..residuals.models import Model
+from .basis import choose
 from .conclude import found_terms
-from .discover import DiscoverySettings
 from .distilled import AxisShare, Distilled, NamedPart
 from .evidence import Evidence
 from .findings import FoundTerm
-from .instant import look_at_forces
-from .options import candidates, measurable
+from .options import Kind, candidates, measurable
 from .past import past_of
 from .search import Search, State
+from .selection import select
+from .settings import DiscoverySettings
 from .uncertainty import intervals
 from .weak import WeakForm
 
@@ -69,11 +70,11 @@ def _distilled(
     settings: DiscoverySettings,
     say: Callable[[str], None],
 ) -> Distilled:
-    weak = WeakForm(motions, settings.weak, claims)
     name, pool = model.name, candidates(nominal, measurable(motions))
     if not model.remembers:
-        pool = [candidate for candidate in pool if not _delays(candidate.effect)]
-    search = Search(weak, nominal, pool, settings.search)
+        pool = tuple(candidate for candidate in pool if not _delays(candidate.effect))
+    basis = choose(motions, nominal, settings, claims, pool)
+    weak, search = basis.forces, basis.instant
     correction = weak.balance(nominal)
     size = np.sqrt((correction**2).mean(axis=0))
     smallest = settings.search.materiality * search.force_scale
@@ -86,7 +87,7 @@ def _distilled(
     if not matters.any():
         return Distilled(name, nominal.name, tuple(map(blank, range(3))), (), (), seconds)
     weak.independent = seconds / max(settings.weak.half_width, _memory_time(correction, size / smallest, weak))
-    looked = look_at_forces(weak, search, settings.seed, say)
+    looked = select(basis, say)
     search, state = looked.search, looked.state
 
     def left(of: State) -> Array:
@@ -98,8 +99,8 @@ def _distilled(
         return 1.0 - (left(of) ** 2).mean(axis=0) / np.maximum(size**2, 1e-300)
 
     selected = [e for e in looked.evidence if e.selected]
-    sure = [e.key for e in selected if e.sure and ":" not in e.key]
-    perhaps = [e.key for e in selected if not e.sure and ":" not in e.key]
+    sure = [e.key for e in selected if e.sure and e.kind is Kind.EFFECT]
+    perhaps = [e.key for e in selected if not e.sure and e.kind is Kind.EFFECT]
     certain, named = search.restrict(state, sure), search.restrict(state, [*sure, *perhaps])
     remainder = left(state)
     rest = np.sqrt((remainder**2).mean(axis=0))
@@ -115,11 +116,10 @@ def _distilled(
         for a, x in enumerate(shares)
     )
     terms = _terms(search, state, nominal, settings.seed)
-    parts = tuple(_part(search, state, e, terms[e.key], share, matters) for e in selected if ":" not in e.key)
+    parts = tuple(_part(search, state, e, terms[e.key], share, matters) for e in selected if e.kind is Kind.EFFECT)
     parts = tuple(sorted(parts, key=lambda part: (part.verdict != "named", -max(part.share.values()))))
-    return Distilled(
-        name, nominal.name, axes, parts, tuple(t for key in terms if ":" in key for t in terms[key]), seconds
-    )
+    unnamed = tuple(t for e in selected if e.kind is Kind.TERM for t in terms[e.key])
+    return Distilled(name, nominal.name, axes, parts, unnamed, seconds)
 
 
 def _delays(effect: Effect) -> bool:
@@ -146,7 +146,7 @@ def _terms(search: Search, state: State, nominal: Vehicle, seed: int) -> dict[st
     """Numbers of everything in a model, with intervals, by key."""
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]
-    ends = intervals(search.weak, scores, search.pool, chosen, state.vehicle, seed)
+    ends = intervals(search.balance, scores, search.pool, chosen, state.vehicle, seed)
     pool = {candidate.key: candidate for candidate in search.pool}
     found = {}
     for key in state.active:

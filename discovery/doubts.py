@@ -6,7 +6,7 @@ import numpy as np
 
 from ..physics.vehicle import Vehicle
 from .equivalent import one_too_many
-from .options import Candidate
+from .options import Candidate, Kind
 from .uncertainty import Interval
 
 _NEAR = 1e-3
@@ -36,7 +36,7 @@ def doubts(
     """
     together = one_too_many(nominal, kept)
     found = {}
-    for candidate in (c for c in pool if c.key in kept and ":" not in c.key):
+    for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
         why = "; ".join(
             filter(None, (_of(candidate, symbol, nominal, estimate, intervals) for symbol in candidate.symbols))
         )

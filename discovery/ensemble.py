@@ -7,6 +7,7 @@ they earn their price.
 
 import numpy as np
 
+from .options import Kind
 from .search import Search, State
 
 _MOST = 6
@@ -22,9 +23,9 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
     seed : of the draws
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-    terms = [candidate.key for candidate in search.pool if ":" in candidate.key]
-    base = {key: linear.options[key][0] for key in state.active if ":" not in key}
-    base |= {f"-{key}": linear.options[key][1] for key in state.active if ":" in key}
+    terms = search.of_kind([candidate.key for candidate in search.pool], Kind.TERM)
+    base = {key: linear.options[key][0] for key in state.active if key not in terms}
+    base |= {key: linear.options[key][1] for key in state.active if key in terms}
     present = {key: next(option for option in linear.options[key] if option.present) for key in terms}
     rng = np.random.default_rng(seed)
     counts = rng.multinomial(scores.blocks, np.full(scores.blocks, 1.0 / scores.blocks), size=draws)
@@ -33,12 +34,12 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
         drawn, model = scores.drawn(draw), dict(base)
         best = search.quick(drawn, model)
         for _ in range(_MOST):
-            rest = [key for key in terms if key not in model]
+            rest = [key for key in terms if key not in model or not model[key].present]
             found = min(((search.quick(drawn, {**model, key: present[key]}), key) for key in rest), default=None)
             if found is None or found[0] >= best - search.settings.margin:
                 break
             best, key = found
             model[key] = present[key]
         for key in terms:
-            chosen[key] += key in model
+            chosen[key] += key in model and model[key].present
     return {key: number / draws for key, number in chosen.items() if number}

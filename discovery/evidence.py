@@ -10,7 +10,8 @@ from ..physics.vehicle import Vehicle
 from .equivalent import same_model
 from .gram import Fit, GramScores
 from .identifiability import Identifiability
-from .options import Candidate, Linearisation, Option
+from .options import Candidate, Kind, Linearisation, Option
+from .reason import Reason
 from .rollouts import rollouts_object
 from .search import Search, State
 from .uncertainty import share_of_draws
@@ -19,6 +20,8 @@ SURE = 0.9
 """Confidence from which an effect is called missing."""
 TELL_APART = 5.0
 """Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
+PERHAPS = 0.5
+"""Confidence from which an effect is possible: more resamples are for it than against it."""
 _DRAWS = 2000
 _NEAR_LIMIT = 1e-3
 
@@ -29,7 +32,7 @@ class Evidence:
 
     Attributes
     ----------
-    key : the candidate
+    key, kind : the candidate
     selected : True when the search kept it
     gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
     share : (3,) force that only it explains, as a share of each axis' force scale
@@ -48,6 +51,7 @@ class Evidence:
     """
 
     key: str
+    kind: Kind
     selected: bool
     gain: float
     share: Array
@@ -68,6 +72,22 @@ class Evidence:
         doubted = self.rollouts_object or self.at_limit or self.out_of_step > 0.0
         return self.selected and self.confidence >= SURE and not doubted
 
+    @property
+    def reason(self) -> Reason:
+        """Why it is not called missing, where it is not: the first of all that holds."""
+        held = {
+            Reason.FAINT: bool(self.faint),
+            Reason.LOOK_ALIKES: bool(self.indistinguishable_from),
+            Reason.OUT_OF_STEP: self.out_of_step > 0.0,
+            Reason.AT_LIMIT: self.at_limit,
+            Reason.ROLLOUTS_OBJECT: self.rollouts_object,
+            Reason.NOT_EXCITED: self.dormant,
+            Reason.ABSORBED: self.absorbed,
+            Reason.NOISE: self.noise_limited,
+            Reason.WEAK: self.selected or self.confidence >= PERHAPS,
+        }
+        return next((reason for reason in Reason if held.get(reason)), Reason.NOT_FOUND)
+
 
 def weigh(search: Search, state: State, seed: int, known: Identifiability | None = None) -> list[Evidence]:
     """Evidence for every candidate of a search about its final model, best first.
@@ -79,15 +99,14 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
-    whole = search.fit(scores, list(now.values()))
-    squares = search.weak.squares(state.vehicle)
+    model = _Model(search, state, linear, scores, now, seed)
+    whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
     found = []
     for candidate in (c for c in search.pool if not c.nuisance):
         if candidate.key in now:
-            alike = known.alike(candidate.key) if known else ()
-            found.append(_selected(search, state, candidate, linear, scores, now, squares, seed, alike))
+            found.append(_selected(model, candidate, squares, known.alike(candidate.key) if known else ()))
         else:
-            found.append(_not_selected(search, candidate, linear, scores, now, whole, seed))
+            found.append(_not_selected(model, candidate, whole))
     found.sort(key=lambda e: (not e.selected, -e.gain))
     return [e if e.selected else _not_shown(e, found, known) for e in found]
 
@@ -103,26 +122,29 @@ def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability | None
     )
 
 
-def _selected(
-    search: Search,
-    state: State,
-    candidate: Candidate,
-    linear: Linearisation,
-    scores: GramScores,
-    now: dict[str, Option],
-    squares: Array,
-    seed: int,
-    alike: Sequence[str],
-) -> Evidence:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Model:
+    """The final model of a search, with the columns and scores about it and the option in which each effect stands."""
+
+    search: Search
+    state: State
+    linear: Linearisation
+    scores: GramScores
+    now: dict[str, Option]
+    seed: int
+
+
+def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequence[str]) -> Evidence:
+    search, state, linear, scores, now = model.search, model.state, model.linear, model.scores, model.now
     without = search.without(state, candidate.key)
     price = search.price(search.fit(scores, [now[candidate.key]]), [now[candidate.key]])
     gain = without.score - state.score
     rivals = []
     rest = {key: option for key, option in now.items() if key != candidate.key}
-    gone = {f"-{candidate.key}": linear.options[candidate.key][1]}
+    gone = {candidate.key: linear.options[candidate.key][1]}
     for other in search.pool:
         # A name is rivalled by names only: an unnamed term that does as well is no reason to withhold it.
-        if other.key in now or (":" in other.key and ":" not in candidate.key):
+        if other.key in now or (other.kind is Kind.TERM and candidate.kind is not Kind.TERM):
             continue
         if same_model(search.nominal, state.active, candidate.key, other.key):
             continue
@@ -135,32 +157,26 @@ def _selected(
                 rivals.append(other.key)
     # A scale of thrust beside a free curve of it is another curve.
     rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
-    if candidate.effect.family in ("coupling", "mass") and any(":" in key for key in now):
+    if candidate.effect.family in ("coupling", "mass") and search.of_kind(tuple(now), Kind.TERM):
         # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
         rivals += [key for key in alike if key in now]
-    confidence = share_of_resamples(search, without.fit, state.fit, price, seed, search.matters(without, state))
+    confidence = share_of_resamples(search, without.fit, state.fit, price, model.seed, search.matters(without, state))
     return Evidence(
         candidate.key,
+        candidate.kind,
         True,
         gain,
         search.unique_share(without, state),
         error_drop(without.fit, state.fit, search),
         confidence / (1 + len(rivals)),
         tuple(rivals),
-        rollouts_object(search.weak.squares(without.vehicle), squares),
+        rollouts_object(search.balance.squares(without.vehicle), squares),
         _at_limit(search, candidate, now[candidate.key]),
     )
 
 
-def _not_selected(
-    search: Search,
-    candidate: Candidate,
-    linear: Linearisation,
-    scores: GramScores,
-    now: dict[str, Option],
-    whole: Fit,
-    seed: int,
-) -> Evidence:
+def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:
+    search, linear, scores, now = model.search, model.linear, model.scores, model.now
     present = [option for option in linear.options[candidate.key] if option.present]
     base = search.score(whole, list(now.values()))
     fits = [(search.fit(scores, [*now.values(), option]), option) for option in present]
@@ -170,11 +186,12 @@ def _not_selected(
     price = search.price(search.fit(scores, [option]), [option])
     return Evidence(
         candidate.key,
+        candidate.kind,
         False,
         gain,
         share,
         error_drop(whole, fit, search),
-        share_of_resamples(search, whole, fit, price, seed, bool((share >= search.settings.materiality).any())),
+        share_of_resamples(search, whole, fit, price, model.seed, bool((share >= search.settings.materiality).any())),
         (),
         False,
     )
@@ -196,9 +213,9 @@ def share_of_resamples(
     """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not."""
     blocks = without.held_out_blocks.shape[0]
     rng = np.random.default_rng(seed)
-    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.weak.time.size
+    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.balance.time.size
     before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
-    gain = 0.5 * search.weak.independent * (np.log(before + search.floor) - np.log(after + search.floor))
+    gain = 0.5 * search.balance.independent * (np.log(before + search.floor) - np.log(after + search.floor))
     gain = gain.sum(axis=1) if axis is None else gain[:, axis]
     return share_of_draws((gain > price) & matters)
 
@@ -210,7 +227,7 @@ def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
     """
     for parameter, value in zip(candidate.parameters, option.start, strict=True):
         vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
-        if parameter.attainable or (vanishes and not search.weak.forces):
+        if parameter.attainable or (vanishes and not search.balance.forces):
             continue
         nominal = search.nominal.value(parameter.symbol)
         for limit in (parameter.lower, parameter.upper):

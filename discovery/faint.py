@@ -13,6 +13,7 @@ import numpy as np
 from ..physics.frames import AXES
 from .evidence import SURE, TELL_APART, Evidence, share_of_resamples
 from .identifiability import LEAST_SIGNAL, Identifiability
+from .options import Kind
 from .search import Search, State
 
 _FLOOR = 1.0
@@ -50,13 +51,13 @@ def suspects(search: Search, state: State, known: Identifiability, axis: int, se
     known : what the log can show about it
     axis : index of a quiet axis
     """
-    close = Search(search.weak, search.nominal, search.pool, replace(search.settings, loud=_FLOOR))
+    close = Search(search.balance, search.nominal, search.pool, replace(search.settings, loud=_FLOOR))
     model = close.evaluate(state.vehicle, state.active)
     linear, scores = close.linearise(model.vehicle, model.active, model.fit.in_sample)
     now = {key: linear.options[key][0] for key in model.active}
     found = []
     for candidate in close.pool:
-        if candidate.key in now or candidate.nuisance or ":" in candidate.key:
+        if candidate.key in now or candidate.kind is not Kind.EFFECT:
             continue
         changes = [{**now, candidate.key: option} for option in linear.options[candidate.key] if option.present]
         best = min(changes, key=lambda change: close.quick(scores, change))

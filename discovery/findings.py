@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ..physics.frames import AXES
+from .reason import Reason
 from .uncertainty import Interval
 
 Verdict = Literal["missing", "possible", "no evidence"]
@@ -60,6 +61,7 @@ class FoundEffect:
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
+    reason : why it is not called missing; None where it is
     """
 
     effect: str
@@ -71,6 +73,7 @@ class FoundEffect:
     error_drop: float
     indistinguishable_from: tuple[str, ...]
     terms: tuple[FoundTerm, ...]
+    reason: Reason | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """As `findings.json` writes it."""
@@ -80,6 +83,7 @@ class FoundEffect:
             "family": self.family,
             "equation": self.equation,
             "verdict": self.verdict,
+            "reason": None if self.reason is None else self.reason.value,
             "confidence": self.confidence,
             "error_drop": self.error_drop,
             "indistinguishable_from": list(self.indistinguishable_from),

@@ -7,15 +7,14 @@ import numpy as np
 
 from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
+from .balance.base import Balance
 from .calibratable import nuisance_candidates
 from .gram import GramScores
 from .identifiability import ALIAS, LEAST_SIGNAL, column_moments, identify
-from .options import Candidate, Option
+from .options import Candidate, Kind, Option
 from .rehearsal import plausible_amounts, rehearse
 from .search import Search, SearchSettings
-from .shooting import Shooting
 from .uncertainty import block_bootstrap
-from .weak import WeakForm
 
 _ALIKE = 1e-7
 """Share of a normal matrix (columns of length one) below which an eigenvalue is none: some columns are one."""
@@ -46,7 +45,7 @@ class Identified:
 
 
 def identified(
-    weak: WeakForm | Shooting,
+    balance: Balance,
     nominal: Vehicle,
     symbols: Sequence[str],
     settings: SearchSettings,
@@ -65,10 +64,10 @@ def identified(
     vague : True to keep those with wide intervals, and those that hardly more than noise tells from others
     """
     pool = nuisance_candidates(nominal, symbols)
-    amounts, reasons = _unseen(weak, nominal, pool, settings)
+    amounts, reasons = _unseen(balance, nominal, pool, settings)
     left = [s for s in symbols if s not in reasons]
     while left:
-        search = Search(weak, nominal, nuisance_candidates(nominal, left), replace(settings, refinements=3))
+        search = Search(balance, nominal, nuisance_candidates(nominal, left), replace(settings, refinements=3))
         state = search.evaluate(nominal, ())
         linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         chosen = [linear.options[key][0] for key in state.active]
@@ -83,10 +82,10 @@ def identified(
 
 
 def _unseen(
-    weak: WeakForm | Shooting, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings
+    balance: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings
 ) -> tuple[dict[str, float], dict[str, str]]:
     """A plausible amount by symbol, and the reasons for those that do not show at all."""
-    search = Search(weak, nominal, [replace(c, nuisance=False) for c in pool], settings)
+    search = Search(balance, nominal, [replace(c, kind=Kind.EFFECT) for c in pool], settings)
     plausible = plausible_amounts(search, rehearse(search, nominal, ()))
     amounts: dict[str, float] = {}
     for candidate in pool:

@@ -20,7 +20,7 @@ from ..physics.frames import AXES, Array
 from ..physics.matrices import HYDRODYNAMIC
 from ..physics.terms import Form, monomials
 from ..physics.vehicle import Vehicle
-from .options import Candidate
+from .options import Candidate, Kind
 from .weak import WeakForm
 
 _ALIAS = 0.9995
@@ -90,7 +90,7 @@ def term_candidate(symbol: str, vehicle: Vehicle) -> Candidate:
         f"{letter} += c {form}",
         f"A force in {axis} in proportion to {form}, which the catalogue does not name.",
     )
-    return Candidate(symbol, effect, effect.parameters)
+    return Candidate(symbol, effect, effect.parameters, Kind.TERM)
 
 
 def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) -> tuple[str, ...]:

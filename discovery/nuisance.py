@@ -99,7 +99,7 @@ def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[lis
         if len(kept) == len(candidate.parameters):
             seen.append(candidate)
         elif any(not p.grid for p in kept) and candidate.effect.family == "memory":
-            seen.append(Candidate(candidate.key, replace(candidate.effect, parameters=kept), kept))
+            seen.append(replace(candidate, effect=replace(candidate.effect, parameters=kept), parameters=kept))
         else:
             unseen.append(candidate)
     return seen, unseen

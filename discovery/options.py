@@ -7,6 +7,7 @@ each starting value, as a fixed offset of the force plus the derivative about it
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 
@@ -16,12 +17,25 @@ from ..physics.motion import Motion
 from ..physics.thrusters import GAINS
 from ..physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ..physics.vehicle import Vehicle
-from .shooting import Shooting
-from .weak import WeakForm
+from .balance.base import Balance
 
 _FAINT = 0.05
 """Share of a general effect's strongest column below which one of its parameters keeps its value."""
 _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
+
+
+class Kind(Enum):
+    """What a candidate is: it decides its price, and where it is told."""
+
+    EFFECT = "effect"
+    """of the catalogue"""
+    TERM = "term"
+    """of the equation, which nobody has named"""
+    NUISANCE = "nuisance"
+    """a parameter of the nominal model that is calibrated while effects are judged: always in the model, free of price,
+    never a finding"""
+    SENSOR = "sensor"
+    """an error of a sensor: the motion is corrected for it, and the vehicle stays as it is"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +47,18 @@ class Candidate:
     key : unique name, `effect` or `effect[thruster]`
     effect : the catalogue's entry, or a made-up one for an unnamed term
     parameters : its parameters with the thruster's name filled in
-    nuisance : True for a parameter of the nominal model that is calibrated while effects are judged: always in the
-        model, free of price, never a finding
+    kind : see `Kind`
     """
 
     key: str
     effect: Effect
     parameters: tuple[Parameter, ...]
-    nuisance: bool = False
+    kind: Kind = Kind.EFFECT
+
+    @property
+    def nuisance(self) -> bool:
+        """Whether it is calibrated in every model."""
+        return self.kind is Kind.NUISANCE
 
     @property
     def symbols(self) -> tuple[str, ...]:
@@ -54,7 +72,7 @@ class Option:
 
     Attributes
     ----------
-    key : the candidate's key
+    key, kind : the candidate's
     present : False for "absent"
     symbols : parameters set or freed
     start : the parameters' values about which the columns were taken
@@ -64,6 +82,7 @@ class Option:
     """
 
     key: str
+    kind: Kind
     present: bool
     symbols: tuple[str, ...]
     start: tuple[float, ...]
@@ -95,8 +114,7 @@ def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[C
 class Linearisation:
     """All columns of all candidates about one vehicle.
 
-    Columns that do not change from one vehicle to the next are kept in the weak form's memo; those of rollouts change,
-    and are kept with the model.
+    Columns that do not change from one vehicle to the next are kept in the memo of the vehicle's neighbourhood.
 
     Attributes
     ----------
@@ -108,15 +126,15 @@ class Linearisation:
 
     def __init__(
         self,
-        weak: WeakForm | Shooting,
+        balance: Balance,
         vehicle: Vehicle,
         nominal: Vehicle,
         pool: Sequence[Candidate],
         active: Sequence[str],
     ) -> None:
         self.vehicle = vehicle
-        self._weak = weak.about(vehicle)
-        self._base = self._weak.balances(vehicle)
+        self._near = balance.about(vehicle)
+        self._base = self._near.balances(vehicle)
         self._columns: list[Array] = []
         self.options: dict[str, tuple[Option, ...]] = {}
         for candidate in pool:
@@ -125,11 +143,11 @@ class Linearisation:
                 now = tuple(vehicle.value(s) for s in candidate.symbols)
                 here = self._present(candidate, vehicle, now, -1)
                 gone = self._add(self._removal(candidate, absent, here))
-                nothing = Option(candidate.key, False, candidate.symbols, tuple(absent.values()), (), gone, (), ())
+                nothing = _absent(candidate, absent, gone)
                 others = self._shapes(candidate, vehicle, absent, near=now) if candidate.effect.shapes else ()
                 self.options[candidate.key] = (here, nothing, *others)
             else:
-                nothing = Option(candidate.key, False, candidate.symbols, tuple(absent.values()), (), -1, (), ())
+                nothing = _absent(candidate, absent)
                 if candidate.effect.shapes:
                     present = self._shapes(candidate, vehicle, absent)
                 else:
@@ -145,12 +163,12 @@ class Linearisation:
 
     def _removal(self, candidate: Candidate, absent: dict[str, float], here: Option) -> Array:
         """The force that setting a present candidate back to absent adds, (1 + copies, tests, 3)."""
-        if self._weak.linear and not any(p.nonlinear for p in candidate.parameters):
+        if self._near.linear and not any(p.nonlinear for p in candidate.parameters):
             steps = [
                 (index, absent[s] - now) for s, now, index in zip(here.symbols, here.start, here.free, strict=True)
             ]
             return np.asarray(sum(self._columns[index] * step for index, step in steps))
-        return self._base - self._weak.balances(self.vehicle.with_values(absent))
+        return self._base - self._near.balances(self.vehicle.with_values(absent))
 
     def _shapes(
         self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float], near: tuple[float, ...] = ()
@@ -168,7 +186,7 @@ class Linearisation:
             offset = -1
             if candidate.effect.fixed_amplitude:
                 key = ("offset", shape.symbol, value, *self._depends(shape, vehicle))
-                offset = self._add(self._remember(key, lambda m=moved: self._base - self._weak.balances(m)))
+                offset = self._add(self._remember(key, lambda m=moved: self._base - self._near.balances(m)))
             found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
         return tuple(found)
 
@@ -193,7 +211,8 @@ class Linearisation:
         if candidate.effect.general:
             faint = self._silenced(free)
             lower, upper = np.where(faint, 0.0, lower).tolist(), np.where(faint, 0.0, upper).tolist()
-        return Option(candidate.key, True, candidate.symbols, start, tuple(free), offset, tuple(lower), tuple(upper))
+        limits = tuple(lower), tuple(upper)
+        return Option(candidate.key, candidate.kind, True, candidate.symbols, start, tuple(free), offset, *limits)
 
     def _silenced(self, columns: Sequence[int]) -> np.ndarray:
         """Which columns are faint beside the strongest: commands that the log hardly holds say nothing of a curve.
@@ -208,16 +227,16 @@ class Linearisation:
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
-        symbol, step = parameter.symbol, parameter.step * self._weak.step_share
-        base = self._base if about is self.vehicle else self._weak.balances(about)
-        up = self._weak.balances(about.with_values({symbol: value + step}))
+        symbol, step = parameter.symbol, parameter.step * self._near.step_share
+        base = self._base if about is self.vehicle else self._near.balances(about)
+        up = self._near.balances(about.with_values({symbol: value + step}))
         if not parameter.nonlinear or value - step < parameter.lower:
             return (base - up) / step
-        down = self._weak.balances(about.with_values({symbol: value - step}))
+        down = self._near.balances(about.with_values({symbol: value - step}))
         return (down - up) / (2.0 * step)
 
     def _remember(self, key: tuple[object, ...], compute: Callable[[], Array]) -> Array:
-        memo = self._weak.memo
+        memo = self._near.memo
         if key not in memo:
             memo[key] = compute()
         return memo[key]
@@ -236,3 +255,8 @@ class Linearisation:
         if parameter.section == "memory":
             return (*current, p["memory_time"], *((p["memory_sway"], p["memory_yaw"]) if parameter.grid else ()))
         return current
+
+
+def _absent(candidate: Candidate, values: dict[str, float], offset: int = -1) -> Option:
+    """The option in which a candidate is not in the model; `offset` is the column that takes a present one out."""
+    return Option(candidate.key, candidate.kind, False, candidate.symbols, tuple(values.values()), (), offset, (), ())

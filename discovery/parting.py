@@ -111,7 +111,7 @@ class _Stand:
     """Log and trials as Gram matrices, each trial added to the log."""
 
     def __init__(self, search: Search, rehearsal: Rehearsal, moments: Array, scale: Array) -> None:
-        rows = search.weak.time.size
+        rows = search.balance.time.size
         self.scale = scale
         self.trial, force, tests = rehearsal.moments(scale)
         self.log = rows * moments / (scale[:, None] * scale[None, :])
@@ -121,7 +121,7 @@ class _Stand:
         self.log_force, self.log_rows = search.share_scale, rows
         both_force = (force + rows * search.force_scale**2) / self.all
         self.variance = search.noise_error**2 + search.settings.materiality**2 * both_force
-        self.independent = search.weak.independent * self.all[:, 0] / rows
+        self.independent = search.balance.independent * self.all[:, 0] / rows
         self.normal = np.einsum("ta,tapq->tpq", 1.0 / self.variance, self.both)
         self.alone = np.tensordot(1.0 / (search.noise_error**2 + search.floor), self.log, axes=1)[None]
         # An axis that rests in a trial has hardly a force of its own to take a share of.

@@ -12,7 +12,7 @@ from ..physics.vehicle import Vehicle
 from .certify import certify
 from .gram import GramScores
 from .lawful import LawfulFit, passive_refit
-from .options import Option
+from .options import Kind, Option
 from .price import Binding, percent
 from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
 
@@ -101,7 +101,7 @@ def lawful_model(
     if grown != envelope:  # the current, and with it the velocity relative to the water, has moved
         envelope, fit = grown, passive_refit(scores, chosen, nominal, grown)
     vehicle, free = (nominal.with_values(v, name=name) for v in (fit.values, fit.free))
-    unnamed = [option.key for option in chosen if ":" in option.key]
+    unnamed = [option.key for option in chosen if option.kind is Kind.TERM]
     if unnamed and fit.binding is not None and _contradicts(motions, free, vehicle):
         return Lawful(free.checked(), free, judge(free, envelope, fit, unnamed))
     return Lawful(vehicle.checked(), free, judge(vehicle, envelope, fit))

@@ -11,7 +11,7 @@ from ..physics.trials import TRIALS, Trial, drive
 from ..physics.vehicle import Vehicle
 from .options import Candidate, Linearisation, Option
 from .search import Search
-from .weak import WeakForm, WeakSettings
+from .weak import WeakForm
 
 PLAUSIBLE = 0.25
 """Share of the force at work that a plausible amount of an effect makes in the trial in which it shows most."""
@@ -60,7 +60,7 @@ def rehearse(search: Search, vehicle: Vehicle, active: Sequence[str]) -> Rehears
     ----------
     active : keys of the candidates present in `vehicle`
     """
-    heading = float(search.weak.motions[0].heading[0])
+    heading = float(search.balance.motions[0].heading[0])
     for driver in (vehicle, search.nominal):
         runs = [(n, run) for n, several in enumerate(drive(driver, TRIALS, heading)) for run in several]
         if runs:
@@ -71,7 +71,7 @@ def rehearse(search: Search, vehicle: Vehicle, active: Sequence[str]) -> Rehears
 def _rehearsal(
     search: Search, vehicle: Vehicle, active: Sequence[str], runs: Sequence[tuple[int, Motion]]
 ) -> Rehearsal:
-    settings = search.weak.settings if isinstance(search.weak, WeakForm) else WeakSettings()
+    settings = search.balance.tests
     trials = list(dict.fromkeys(n for n, _ in runs))
     # One long motion is far quicker than many; test functions across its joints are left out.
     motion = _joined([run for _, run in runs])

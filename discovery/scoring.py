@@ -13,12 +13,11 @@ from ..physics.effects import PARAMETERS
 from ..physics.frames import Array
 from ..physics.matrices import mass_matrix
 from ..physics.vehicle import Vehicle
-from .changes import apply_fit, reset, settled
+from .balance.base import Balance
+from .changes import apply_fit, present, reset, settled
 from .gram import Fit, GramScores
-from .options import Candidate, Linearisation, Option
+from .options import Candidate, Kind, Linearisation, Option
 from .rollouts import rollouts_part
-from .shooting import Shooting
-from .weak import WeakForm
 
 ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
@@ -66,11 +65,11 @@ class State:
 
 
 class Scoring:
-    """The score of models made of candidates, on one weak form or on rollouts.
+    """The score of models made of candidates, on one balance, of forces or of rollouts.
 
     Parameters
     ----------
-    weak : the tested balance, of forces or of rollouts
+    balance : what models are held against, of forces or of rollouts
     nominal : the vehicle to be corrected
     pool : candidates that may be missing; those that are nuisances are in every model, whatever a caller asks for
     settings : what a change must be worth
@@ -84,16 +83,15 @@ class Scoring:
         several times what sensor noise makes, lest noise be explained
     """
 
-    def __init__(
-        self, weak: WeakForm | Shooting, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings
-    ) -> None:
-        self.weak, self.nominal, self.pool, self.settings = weak, nominal, tuple(pool), settings
+    def __init__(self, balance: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
+        self.balance, self.nominal, self.pool, self.settings = balance, nominal, tuple(pool), settings
         self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
+        self._kinds = {c.key: c.kind for c in self.pool}
         self._general = {c.key for c in self.pool if c.effect.general}
-        self.force_scale = np.maximum(weak.force_scale(nominal), 1e-9)
+        self.force_scale = np.maximum(balance.force_scale(nominal), 1e-9)
         self._mass = np.diag(mass_matrix(nominal))
-        self.noise_blocks = _noise_blocks(weak, nominal)
-        self.nominal_error = (weak.balance(nominal) ** 2).mean(axis=0)
+        self.noise_blocks = _noise_blocks(balance, nominal)
+        self.nominal_error = (balance.balance(nominal) ** 2).mean(axis=0)
         at_work = np.maximum(self.force_scale, np.sqrt(self.nominal_error))
         self.quiet = at_work < ALIVE * self.noise_error
         self.floor = np.where(
@@ -109,10 +107,10 @@ class Scoring:
         pool: Sequence[Candidate] | None = None,
     ) -> tuple[Linearisation, GramScores]:
         """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
-        linear = Linearisation(self.weak, vehicle, self.nominal, self.pool if pool is None else pool, active)
+        linear = Linearisation(self.balance, vehicle, self.nominal, self.pool if pool is None else pool, active)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
         weight = 1.0 / (remains + self.floor)
-        return linear, GramScores(linear.columns, linear.noise, self.weak.block, weight)
+        return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
 
     def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
         """Fit a choice of options, held-out errors made comparable between models.
@@ -124,7 +122,7 @@ class Scoring:
         fit = scores.fit(chosen)
         by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
         ratio = np.ones(3)
-        for option in chosen if self.weak.forces else ():
+        for option in chosen if self.balance.forces else ():
             for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free)):
                 if symbol in _INERTIA:
                     axis = _INERTIA[symbol]
@@ -136,7 +134,7 @@ class Scoring:
 
     def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
-        likelihood = 0.5 * self.weak.independent * np.log(fit.held_out + self.floor).sum()
+        likelihood = 0.5 * self.balance.independent * np.log(fit.held_out + self.floor).sum()
         return float(likelihood + self.price(fit, chosen))
 
     @property
@@ -147,7 +145,7 @@ class Scoring:
     @property
     def noise_error(self) -> Array:
         """Root mean square that sensor noise alone leaves in the nominal balance, (3,) [N, N, N m]."""
-        return np.sqrt(self.noise_blocks.sum(axis=0) / self.weak.time.size)
+        return np.sqrt(self.noise_blocks.sum(axis=0) / self.balance.time.size)
 
     def price(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """What the parameters that no limit holds must earn; a fixed shape counts as one parameter."""
@@ -157,7 +155,7 @@ class Scoring:
             free = int((~fit.held[at : at + size]).sum())
             at += size
             if option.present and option.key not in self.nuisances:
-                broad = ":" in option.key or option.key in self._general
+                broad = option.kind is Kind.TERM or option.key in self._general
                 each = self.settings.unnamed_price if broad else self.settings.price
                 total += each * (free if size else 1)
         return total
@@ -165,6 +163,10 @@ class Scoring:
     def named(self, active: Sequence[str]) -> tuple[str, ...]:
         """The keys among `active` that are effects or terms, not nuisances."""
         return tuple(key for key in active if key not in self.nuisances)
+
+    def of_kind(self, keys: Sequence[str], kind: Kind) -> tuple[str, ...]:
+        """The keys among `keys` whose candidates are of a kind."""
+        return tuple(key for key in keys if self._kinds[key] is kind)
 
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
         """Refine a model's parameters by Gauss-Newton and score it."""
@@ -174,7 +176,7 @@ class Scoring:
             linear, scores = self.linearise(vehicle, active, error, pool)
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
-            moved = self.weak.nearer(vehicle, apply_fit(vehicle, chosen, fit))
+            moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
             rests = settled(vehicle, moved, chosen)
             vehicle, error = moved, fit.in_sample
             if rests:
@@ -197,9 +199,9 @@ class Scoring:
     def replace(self, state: State, old: str, new: str, linear: Linearisation, scores: GramScores) -> State:
         """A model with one effect in place of another, fitted from the better of its shapes."""
         now = {key: linear.options[key][0] for key in state.active}
-        rest = {key: option for key, option in now.items() if key != old} | {f"-{old}": linear.options[old][1]}
-        present = [option for option in linear.options[new] if option.present]
-        best = min(({**rest, new: option} for option in present), key=lambda change: self.quick(scores, change))
+        rest = {key: option for key, option in now.items() if key != old} | {old: linear.options[old][1]}
+        shapes = [option for option in linear.options[new] if option.present]
+        best = min(({**rest, new: option} for option in shapes), key=lambda change: self.quick(scores, change))
         return self.apply(state, now, best, scores)
 
     def apply(self, state: State, now: dict[str, Option], change: dict[str, Option], scores: GramScores) -> State:
@@ -207,7 +209,7 @@ class Scoring:
         chosen = list(change.values())
         fit = self.fit(scores, chosen)
         start = apply_fit(reset(state.vehicle, self.nominal, now, change), chosen, fit)
-        return self.evaluate(start, [key for key in change if not key.startswith("-")], fit.in_sample)
+        return self.evaluate(start, present(change), fit.in_sample)
 
     def matters(self, without: State, within: State) -> bool:
         """True when what a model adds to another is material.
@@ -221,7 +223,7 @@ class Scoring:
         unexplained = np.sqrt(np.maximum(within.fit.held_out - self.noise_error**2, 0.0)) / self.share_scale
         if not (share >= np.maximum(self.settings.least, unexplained))[~self.quiet].any():
             return False
-        parts = rollouts_part(self.weak.motions, without.vehicle, within.vehicle)
+        parts = rollouts_part(self.balance.motions, without.vehicle, within.vehicle)
         return bool((parts >= self.settings.weight)[~self.quiet].any())
 
     def unique_share(self, without: State, within: State) -> Array:
@@ -234,10 +236,10 @@ class Scoring:
         return self.score(self.fit(scores, chosen), chosen)
 
 
-def _noise_blocks(weak: WeakForm | Shooting, nominal: Vehicle) -> Array:
+def _noise_blocks(balance: Balance, nominal: Vehicle) -> Array:
     """Summed squares that sensor noise adds to the nominal balance in each block, (blocks, 3)."""
-    every = weak.balances(nominal)
-    blocks = np.zeros((int(weak.block.max()) + 1, 3))
+    every = balance.balances(nominal)
+    blocks = np.zeros((balance.blocks, 3))
     if every.shape[0] > 1:
-        np.add.at(blocks, weak.block, ((every[1:] - every[0]) ** 2).mean(axis=0))
+        np.add.at(blocks, balance.block, ((every[1:] - every[0]) ** 2).mean(axis=0))
     return blocks

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from .changes import changes, difference
+from .changes import changes, difference, present
 from .options import Candidate
 from .scoring import ALIVE, Scoring, SearchSettings, State
 
@@ -61,7 +61,7 @@ class Search(Scoring):
         kept = tuple(key for key in state.active if any(c.key == key for c in simple))
         if len(kept) == len(state.active):
             return state
-        found = Search(self.weak, self.nominal, simple, self.settings).run(self.restrict(state, kept))
+        found = Search(self.balance, self.nominal, simple, self.settings).run(self.restrict(state, kept))
         if found.score > state.score:
             return state
         self.trail.append(difference(state.active, found.active))
@@ -114,7 +114,7 @@ class Search(Scoring):
             scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
             ranked = sorted(scored, key=lambda item: item[:2])
             for score, _, change in ranked[:6]:
-                active = tuple(key for key in change if not key.startswith("-"))
+                active = present(change)
                 if score > state.score - self.settings.margin:
                     break
                 if frozenset(active) in refused and set(active) != set(state.active):

@@ -8,12 +8,14 @@ count less (soft-L1, Triggs et al. 2000, section 4.3).
 """
 
 from collections.abc import Sequence
+from typing import ClassVar, final
 
 import numpy as np
 
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .balance.base import SEEING, Balance, Neighbourhood, WeakSettings
 from .rollings import LEAST_BLOCKS, LEAST_NOISE, LEAST_STARTS, Rollings, ShootingSettings, lay
 from .tangent import Tangent, transitions
 
@@ -21,20 +23,17 @@ __all__ = ["Shooting", "ShootingSettings"]
 
 _NOISE_SEED = 20041
 _HALVINGS = 5
+_STEP_SHARE = 0.02
 
 
-class Shooting:
-    """Rollout errors of one or more motions, in the form that `Search` and `Linearisation` take.
+@final
+class Shooting(Balance):
+    """Rollout errors of one or more motions, see `Balance`; a test is a bin of a rollout.
 
     Attributes
     ----------
-    motions : the gap-free stretches; no rollout reaches across two of them
-    time : (tests,) time of each bin [s]
-    block : (tests,) index of the contiguous block each bin belongs to; no block holds rollouts of two logs
-    independent : effective number of independent tests: rollouts scored, those that overlap counted once
-    noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
-    memo : kept for the duck type; columns change with the model, so `about` gives each model a memo of its own
-    blind : (3,) True for an axis that is not scored
+    block : no block holds rollouts of two logs
+    independent : rollouts scored, those that overlap counted once
 
     Parameters
     ----------
@@ -42,6 +41,7 @@ class Shooting:
     about : model whose rollouts tell how start errors spread and which starts no model follows
     settings : horizon, spacing, bins
     blind : axes that are not scored
+    laid : rollouts laid out before over the same motions with the same settings; None to lay them out
 
     Raises
     ------
@@ -49,25 +49,20 @@ class Shooting:
         when the motions hold too few rollouts for a few blocks, or have time steps that do not fit together.
     """
 
-    unit = ("m/s", "m/s", "rad/s")
-    forces = False
+    unit: ClassVar[tuple[str, str, str]] = ("m/s", "m/s", "rad/s")
+    forces: ClassVar[bool] = False
 
     def __init__(
         self,
         motions: Sequence[Motion],
         about: Vehicle,
         settings: ShootingSettings | None = None,
-        blind: Sequence[bool] = (False, False, False),
+        blind: Sequence[bool] = SEEING,
+        laid: Rollings | None = None,
     ) -> None:
         self.settings = settings or ShootingSettings()
-        self._data = lay(motions, about, self.settings)
-        self._setup(about, tuple(bool(b) for b in blind))
-
-    def _setup(self, about: Vehicle, blind: tuple[bool, ...]) -> None:
-        data = self._data
-        self.motions, self.noise = data.motions, data.noise
-        self.blind = blind
-        self.memo: dict[tuple[object, ...], Array] = {}
+        self._data = data = laid or lay(motions, about, self.settings)
+        self.motions, self.noise, self.blind = data.motions, data.noise, tuple(bool(b) for b in blind)
         bins = data.measured.shape[0]
         self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
         begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
@@ -85,19 +80,21 @@ class Shooting:
         spread = None if quiet else data.binned(transitions(data, about, states))
         self._whitener = self._whitening(spread) if spread is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
-        self._weight[:, np.array(blind)] = 0.0
+        self._weight[:, np.array(self.blind)] = 0.0
         self._noise = self.finished(self._drawn_noise(spread))
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
-        other = object.__new__(Shooting)
-        other.settings, other._data = self.settings, self._data
-        other._setup(about, self.blind)
-        return other
+        return Shooting(self.motions, about, self.settings, self.blind, self._data)
 
-    def about(self, vehicle: Vehicle) -> Tangent:
-        """The balance of models near one, by the linearised rollouts of that model."""
-        return Tangent(self, vehicle)
+    def about(self, vehicle: Vehicle) -> Neighbourhood:
+        """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
+        return Neighbourhood(Tangent(self, vehicle).balances, linear=False, step_share=_STEP_SHARE)
+
+    @property
+    def tests(self) -> WeakSettings:
+        """The usual ones: rollouts have none of their own."""
+        return WeakSettings()
 
     @property
     def data(self) -> Rollings:
@@ -155,16 +152,8 @@ class Shooting:
         """Where each rollout comes from."""
         return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
 
-    def force_scale(self, vehicle: Vehicle) -> Array:
-        """Size of the velocities that the forces make within a rollout (3,) [m/s, m/s, rad/s].
-
-        The root mean square of the measured change since the start, or of what the thrust adds to a rollout of the
-        model, whichever is larger.
-        """
-        return np.sqrt((self.largest_force(vehicle) ** 2).mean(axis=0))
-
     def largest_force(self, vehicle: Vehicle) -> Array:
-        """The larger of measured change of velocity and what thrust adds to the prediction, (tests, 3)."""
+        """The larger of measured change since the start and what thrust adds to the rollout, (tests, 3), as speeds."""
         data = self._data
         change = data.measured - data.initial[:, 3:].T
         thrust = self._errors(data.states(vehicle.with_values({"thrust_scale": 0.0}))) - self._errors(

@@ -24,20 +24,10 @@ _STEP = 1e-4
 
 
 class Tangent:
-    """The balance of a shooting form for models near a base model.
-
-    Attributes
-    ----------
-    memo : columns about this base model, which no other model shares
-    linear, step_share : see `WeakForm`; added mass bends a column, so that its steps are small
-    """
-
-    linear = False
-    step_share = 0.02
+    """The balance of a shooting form for models near a base model."""
 
     def __init__(self, form: "Shooting", base: Vehicle) -> None:
         self.form, self.base = form, base
-        self.memo: dict[tuple[object, ...], Array] = {}
         data = form.data
         self._states = data.states(base)
         predicted = data.binned(self._states[:, :, 3:].transpose(1, 2, 0))

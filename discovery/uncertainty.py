@@ -9,10 +9,9 @@ from scipy.stats import t as student
 from ..physics.effects import Parameter
 from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
+from .balance.base import Balance
 from .gram import GramScores
 from .options import Candidate, Option
-from .shooting import Shooting
-from .weak import WeakForm
 
 _SMALL = 1e-12
 _PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
@@ -73,7 +72,7 @@ def share_of_draws(passes: np.ndarray) -> float:
 
 
 def intervals(
-    weak: WeakForm | Shooting,
+    balance: Balance,
     scores: GramScores,
     pool: Sequence[Candidate],
     chosen: Sequence[Option],
@@ -90,11 +89,11 @@ def intervals(
     found = block_bootstrap(scores, chosen, seed)
     active = {option.key for option in chosen}
     stepped = [p for candidate in pool if candidate.key in active for p in candidate.parameters if p.stepped]
-    return found | {p.symbol: profile_interval(weak, vehicle, p, scores.weight, seed) for p in stepped}
+    return found | {p.symbol: profile_interval(balance, vehicle, p, scores.weight, seed) for p in stepped}
 
 
 def profile_interval(
-    weak: WeakForm | Shooting, vehicle: Vehicle, parameter: Parameter, weight: Array, seed: int, draws: int = 400
+    balance: Balance, vehicle: Vehicle, parameter: Parameter, weight: Array, seed: int, draws: int = 400
 ) -> Interval:
     """95 % interval of a parameter that moves the force in steps, so that no derivative tells its spread.
 
@@ -112,7 +111,7 @@ def profile_interval(
     value = vehicle.value(parameter.symbol)
     least, most = min(parameter.lower, value), max(parameter.upper, value)
     reach = _PROFILE * max(value, _LEAST_PROFILE)
-    blocks = int(weak.block.max()) + 1
+    blocks = balance.blocks
     rng = np.random.default_rng(seed)
     counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws)
 
@@ -120,8 +119,8 @@ def profile_interval(
         """Summed squared error of each block, (blocks, values)."""
         found = np.zeros((blocks, values.size))
         for k, x in enumerate(values.tolist()):
-            squares = weak.balance(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight
-            np.add.at(found[:, k], weak.block, squares)
+            squares = balance.balance(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight
+            np.add.at(found[:, k], balance.block, squares)
         return found
 
     grid = np.linspace(max(least, value - reach), min(most, value + reach), 2 * _PROFILED + 1)

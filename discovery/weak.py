@@ -7,7 +7,8 @@ force [N, N, N m].
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -18,7 +19,10 @@ from ..physics.frames import FORCE_UNITS, Array
 from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .balance.base import SEEING, Balance, Neighbourhood, WeakSettings
 from .rollouts import rollout_squares
+
+__all__ = ["WeakForm", "WeakSettings"]
 
 _LEAST_TESTS, _LEAST_BLOCKS = 8, 4
 _AT_ONCE = 1024
@@ -28,28 +32,9 @@ _QUIET = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 
 
-@dataclass(frozen=True, slots=True)
-class WeakSettings:
-    """How the balance is tested.
-
-    Attributes
-    ----------
-    half_width : half the support of a test function, T [s]
-    stride : distance between test functions [s]
-    power : p of the test function
-    blocks : most contiguous blocks for held-out scores and block bootstrap; a short log has fewer
-    copies : copies of the log with more noise, from which the effect of sensor noise on scores is known
-    """
-
-    half_width: float = 0.8
-    stride: float = 0.2
-    power: int = 3
-    blocks: int = 16
-    copies: int = 2
-
-
-class WeakForm:
-    """Test functions laid over one or more motions.
+@final
+class WeakForm(Balance):
+    """Test functions laid over one or more motions: a balance of forces, see `Balance`.
 
     Parameters
     ----------
@@ -60,15 +45,7 @@ class WeakForm:
 
     Attributes
     ----------
-    motions : the gap-free stretches; no test function reaches across two of them
-    time : (tests,) centre of each test function [s]
-    block : (tests,) index of the contiguous block each test function belongs to
-    independent : effective number of independent tests (total time / half width)
-    noise : (3,) white sensor noise on u, v [m/s] and r [rad/s], estimated from the motions
-    memo : results that callers keep with the data they belong to
-    linear : columns of damping, mass and thrust do not depend on the model
-    step_share : share of a parameter's step by which its column is taken
-    forces : the balance is one of forces, so that a lighter hull needs less of it
+    independent : total time over half width
     claimed : the measured side is what a model claims
 
     Raises
@@ -77,10 +54,8 @@ class WeakForm:
         when the motions are too short for a few blocks of test functions.
     """
 
-    linear = True
-    step_share = 1.0
-    forces = True
-    unit = FORCE_UNITS
+    unit: ClassVar[tuple[str, str, str]] = FORCE_UNITS
+    forces: ClassVar[bool] = True
 
     def __init__(
         self, motions: Sequence[Motion], settings: WeakSettings, claims: Sequence[Array] | None = None
@@ -96,7 +71,8 @@ class WeakForm:
             [replace(m, velocity=m.velocity + self.noise * rng.standard_normal(m.velocity.shape)) for m in self.motions]
             for _ in range(copies)
         ]
-        self.memo: dict[tuple[object, ...], Array] = {}
+        self.blind = SEEING
+        self._near = Neighbourhood(self.balances)
         self._kernels: list[tuple[Array, Array, np.ndarray]] = []
         times = []
         for motion in self.motions:
@@ -121,17 +97,31 @@ class WeakForm:
         covered = sum(motion.duration for motion in self.motions)
         self.independent = covered / settings.half_width
 
-    def about(self, vehicle: Vehicle) -> "WeakForm":
-        """The form in which columns about a vehicle are taken: this one, whatever the vehicle."""
-        return self
+    def about(self, vehicle: Vehicle) -> Neighbourhood:
+        """The same for every vehicle."""
+        return self._near
 
     def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
-        """The model that a Gauss-Newton step reached: forces are all but linear, so a full step is never too long."""
+        """The whole step: forces are all but linear, so it is never too long."""
         return moved
+
+    def refreshed(self, about: Vehicle) -> "WeakForm":
+        """The same form: none of its weights depends on a model."""
+        return self
 
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge; none for claims."""
         return np.zeros((0, 3)) if self.claimed else rollout_squares(self.motions, vehicle)
+
+    @property
+    def tests(self) -> WeakSettings:
+        """Those of this form."""
+        return self.settings
+
+    @property
+    def sources(self) -> list[str]:
+        """None are kept apart."""
+        return []
 
     def average(self, series: Sequence[Array]) -> Array:
         """int phi f dt for (n, c) series, one for each motion: (tests, c)."""
@@ -173,16 +163,8 @@ class WeakForm:
             force.append(modelled_force(vehicle, motion))
         return self.derivative(momentum) - self.average(force)
 
-    def force_scale(self, vehicle: Vehicle) -> Array:
-        """Size of the forces at work on each axis (3,) [N, N, N m].
-
-        The root mean square over the log of the largest single contribution to the balance: inertia, or the model's
-        total force, or the thrust on its axis, whichever is larger at the time.
-        """
-        return np.sqrt((self.largest_force(vehicle) ** 2).mean(axis=0))
-
     def largest_force(self, vehicle: Vehicle) -> Array:
-        """Modulus of the largest single contribution to the balance at each test, (tests, 3) [N, N, N m]."""
+        """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""
         mass = mass_matrix(vehicle)
         rates = self.derivative([motion.velocity for motion in self.motions]) @ mass
         modelled = self.average([modelled_force(vehicle, motion) for motion in self.motions])

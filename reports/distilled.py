@@ -6,9 +6,9 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ..discovery.discover import DiscoverySettings
 from ..discovery.distil import distil_model
 from ..discovery.distilled import Distilled
+from ..discovery.settings import DiscoverySettings
 from ..physics.errors import expect
 from ..residuals.models import Model
 from .inputs import INPUTS_CURE, Inputs, PathLike

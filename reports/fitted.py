@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..discovery.calibrate import Calibration, calibrate
-from ..discovery.discover import DiscoverySettings
+from ..discovery.settings import DiscoverySettings
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources

@@ -7,8 +7,9 @@ from typing import Any
 import pandas as pd
 
 from ..discovery.add import add_effects
-from ..discovery.discover import Discovery, DiscoverySettings, find_missing
+from ..discovery.discover import Discovery, find_missing
 from ..discovery.findings import Findings
+from ..discovery.settings import DiscoverySettings
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..discovery.reason import Reason
 from ..physics.effects import BY_NAME
 
 MINUS = "\N{MINUS SIGN}"
@@ -69,11 +70,9 @@ def twins(candidate: Mapping[str, Any]) -> list[str]:
 
 
 def cannot_tell(candidate: Mapping[str, Any]) -> bool:
-    """Whether the log holds no manoeuvre in which the effect would show, so that no number about it means anything.
-
-    The findings say so in their sentence only.
-    """
-    return candidate["verdict"] == "possible" and str(candidate.get("sentence")).startswith("This log cannot tell:")
+    """Whether the log holds nothing that could show the effect, so that no number about it means anything."""
+    word = candidate.get("reason")
+    return word is not None and Reason(word).cannot_tell
 
 
 def finite(value: Any) -> float:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add import add_effects
-from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.discover import find_missing
+from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
 from undertow.measurements.prepare import prepare
 from undertow.physics.errors import LogError, RequestError

@@ -5,11 +5,12 @@ import pytest
 
 from undertow.discovery.calibratable import beside, calibratable, nuisance_candidates
 from undertow.discovery.calibrate import Calibration, calibrate
-from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.identified import identified
 from undertow.discovery.options import candidates
 from undertow.discovery.refit import CALIBRATED
 from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.settings import DiscoverySettings
 from undertow.discovery.shooting import Shooting, ShootingSettings
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.errors import RequestError

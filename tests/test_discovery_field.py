@@ -7,10 +7,11 @@ import pytest
 
 from undertow.discovery.add import add_effects
 from undertow.discovery.colour import unexplained
-from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.nuisance import misalignment, nuisances
 from undertow.discovery.options import candidates
 from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.settings import DiscoverySettings
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.measurements.compass import Compass, compass_of, corrected
 from undertow.physics.errors import RequestError
@@ -107,8 +108,9 @@ def test_coloured_noise_alone_is_no_effect(nominal: Vehicle) -> None:
 
 def test_white_noise_is_not_coloured(nominal: Vehicle) -> None:
     log = white(driven(nominal.with_values(HIDDEN), 4.0, 0), 1)
-    search = Search(WeakForm([log], WeakSettings()), nominal, candidates(nominal), SearchSettings())
-    assert not unexplained(search).coloured.any()
+    weak = WeakForm([log], WeakSettings())
+    search = Search(weak, nominal, candidates(nominal), SearchSettings())
+    assert not unexplained(weak, search).coloured.any()
 
 
 def test_a_compass_deviation_is_measured_and_taken_away(nominal: Vehicle) -> None:

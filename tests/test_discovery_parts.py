@@ -7,12 +7,13 @@ import pytest
 
 from undertow.discovery import lawful
 from undertow.discovery.add import add_effects
-from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.lawful import lawful_refit
 from undertow.discovery.library import TermLibrary, shortlist
 from undertow.discovery.options import candidates
 from undertow.discovery.rollouts import rollout_squares, rollouts_object
 from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.settings import DiscoverySettings
 from undertow.discovery.uncertainty import block_bootstrap
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.errors import RequestError

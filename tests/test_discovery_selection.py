@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.ensemble import inclusion
 from undertow.discovery.equivalent import in_plain_words, same_model
 from undertow.discovery.gram import GramScores
 from undertow.discovery.library import term_candidate
-from undertow.discovery.options import Option, candidates
+from undertow.discovery.options import Kind, Option, candidates
 from undertow.discovery.rollouts import rollouts_part
 from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.settings import DiscoverySettings
 from undertow.discovery.uncertainty import profile_interval
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.effects import PARAMETERS
@@ -44,7 +45,7 @@ def test_noise_on_a_column_does_not_pull_its_coefficient_towards_zero():
     columns[:, 0] = np.column_stack([seen, truth * clean])
     noise = np.zeros((4, rows, 3, 2))
     noise[:, :, 0, 0] = level * rng.normal(size=(4, rows))
-    free = Option("x", True, ("x",), (0.0,), (0,), -1, (-np.inf,), (np.inf,))
+    free = Option("x", Kind.EFFECT, True, ("x",), (0.0,), (0,), -1, (-np.inf,), (np.inf,))
     block = np.arange(rows) * 8 // rows
     blind = GramScores(columns, noise[:0], block, np.ones(3)).fit([free]).change[0]
     cleared = GramScores(columns, noise, block, np.ones(3)).fit([free]).change[0]
@@ -58,7 +59,7 @@ def test_clearing_never_makes_normal_equations_indefinite():
     columns[:, 0] = rng.normal(size=(400, 2))
     noise = np.zeros((2, 400, 3, 2))
     noise[:, :, 0, 0] = 3.0 * rng.normal(size=(2, 400))
-    free = Option("x", True, ("x",), (0.0,), (0,), -1, (-np.inf,), (np.inf,))
+    free = Option("x", Kind.EFFECT, True, ("x",), (0.0,), (0,), -1, (-np.inf,), (np.inf,))
     scores = GramScores(columns, noise, np.arange(400) * 8 // 400, np.ones(3))
     _, left, _ = scores.block_normal([free])
     assert left.sum(axis=0)[0, 0] > 0.0
@@ -72,10 +73,10 @@ def test_an_effect_under_the_material_share_must_change_rollouts():
     assert found.active == ("surge_quadratic_damping",)
     assert search.matters(nothing, found)
     small = replace(search.settings, materiality=10.0, least=10.0)
-    assert not Search(search.weak, HULL, search.pool, small).matters(nothing, found)
+    assert not Search(search.balance, HULL, search.pool, small).matters(nothing, found)
     between = replace(search.settings, materiality=10.0)
-    assert Search(search.weak, HULL, search.pool, between).matters(nothing, found)
-    assert not Search(search.weak, HULL, search.pool, replace(between, weight=10.0)).matters(nothing, found)
+    assert Search(search.balance, HULL, search.pool, between).matters(nothing, found)
+    assert not Search(search.balance, HULL, search.pool, replace(between, weight=10.0)).matters(nothing, found)
 
 
 def test_two_models_part_by_what_lies_between_them():

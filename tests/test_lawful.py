@@ -8,12 +8,13 @@ import pytest
 
 from undertow.discovery import lawful, programme
 from undertow.discovery.certify import certify
-from undertow.discovery.discover import DiscoverySettings, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.gram import GramScores
 from undertow.discovery.lawful import passive_refit
 from undertow.discovery.library import term_candidate
 from undertow.discovery.options import Option, candidates
 from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.settings import DiscoverySettings
 from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.errors import RequestError
 from undertow.physics.laws import (

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from undertow.discovery.discover import Discovery, DiscoverySettings, find_missing
+from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.findings import FoundEffect
 from undertow.discovery.library import term_candidate
 from undertow.discovery.options import candidates
 from undertow.discovery.rollouts import rollout_squares
 from undertow.discovery.search import Search
+from undertow.discovery.settings import DiscoverySettings
 from undertow.discovery.weak import WeakForm
 from undertow.physics.errors import RequestError
 from undertow.physics.hidden_effects import apply_effects

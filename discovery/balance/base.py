@@ -1,0 +1,126 @@
+"""What a search works on: a balance between measured and modelled motion, and how it changes near a model."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+
+SEEING = (False, False, False)
+"""No axis is blind."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Neighbourhood:
+    """The balance of models near one model, from which columns are taken.
+
+    Attributes
+    ----------
+    balances : the balance of a model and of noisier copies of the log, (1 + copies, tests, 3)
+    memo : columns that callers keep with the data they belong to
+    linear : columns of damping, mass and thrust do not depend on the model
+    step_share : share of a parameter's step by which its column is taken
+    """
+
+    balances: Callable[[Vehicle], Array]
+    memo: dict[tuple[object, ...], Array] = field(default_factory=dict)
+    linear: bool = True
+    step_share: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class WeakSettings:
+    """How the balance is tested.
+
+    Attributes
+    ----------
+    half_width : half the support of a test function, T [s]
+    stride : distance between test functions [s]
+    power : p of the test function
+    blocks : most contiguous blocks for held-out scores and block bootstrap; a short log has fewer
+    copies : copies of the log with more noise, from which the effect of sensor noise on scores is known
+    """
+
+    half_width: float = 0.8
+    stride: float = 0.2
+    power: int = 3
+    blocks: int = 16
+    copies: int = 2
+
+
+class Balance(ABC):
+    """Measured minus modelled motion of gap-free stretches, as tests that are zero for a perfect model and log.
+
+    Attributes
+    ----------
+    unit : of the balance on each axis
+    forces : the balance is one of forces, so that a lighter hull needs less of it, and no rollout is fitted to it
+    motions : the gap-free stretches; no test reaches across two of them
+    time : (tests,) time of each test [s]
+    block : (tests,) index of the contiguous block that each test belongs to
+    independent : effective number of independent tests
+    noise : (3,) white sensor noise on u, v [m/s] and r [rad/s]
+    blind : (3,) True for an axis that is not scored
+    """
+
+    unit: ClassVar[tuple[str, str, str]]
+    forces: ClassVar[bool]
+
+    motions: tuple[Motion, ...]
+    time: Array
+    block: np.ndarray
+    independent: float
+    noise: Array
+    blind: tuple[bool, ...]
+
+    @abstractmethod
+    def balance(self, vehicle: Vehicle) -> Array:
+        """Measured minus modelled, (tests, 3)."""
+
+    @abstractmethod
+    def balances(self, vehicle: Vehicle) -> Array:
+        """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3)."""
+
+    @abstractmethod
+    def about(self, vehicle: Vehicle) -> Neighbourhood:
+        """The balance of models near a vehicle."""
+
+    @abstractmethod
+    def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
+        """The model that a Gauss-Newton step from one vehicle to another may reach."""
+
+    @abstractmethod
+    def refreshed(self, about: Vehicle) -> "Balance":
+        """The same balance with its weights about another model."""
+
+    @abstractmethod
+    def squares(self, vehicle: Vehicle) -> Array:
+        """Mean square velocity errors of open-loop rollouts, (starts, 3), for the second judge."""
+
+    @abstractmethod
+    def largest_force(self, vehicle: Vehicle) -> Array:
+        """Modulus of the largest single contribution to the balance at each test, (tests, 3)."""
+
+    def force_scale(self, vehicle: Vehicle) -> Array:
+        """Size of what is at work on each axis (3,): the root mean square of `largest_force`."""
+        return np.sqrt((self.largest_force(vehicle) ** 2).mean(axis=0))
+
+    @property
+    @abstractmethod
+    def tests(self) -> WeakSettings:
+        """How forces are tested along other motions than these."""
+
+    @property
+    @abstractmethod
+    def sources(self) -> list[str]:
+        """Where each row of `squares` comes from."""
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return int(self.block.max()) + 1

@@ -1,0 +1,355 @@
+"""The selection: which effects a log asks for, weighed one against the other, on whatever balance judges it.
+
+Search, evidence and look-alikes are the same on forces and on rollouts. What differs is where a search begins, and what
+is tried after it: a force balance may leave structure for terms that nobody has named; rollouts are weighed by the
+model that was found, and lose what cannot be told from nothing.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..physics.frames import AXES
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .balance.base import Balance
+from .basis import Basis
+from .equivalent import in_plain_words
+from .evidence import TELL_APART, Evidence, weigh
+from .faint import with_faint
+from .identifiability import Identifiability, identify
+from .library import shortlist, term_candidate, twins
+from .nuisance import part_by_sight
+from .options import Candidate, Kind
+from .polish import polish
+from .refit import Freed, freed
+from .rehearsal import Rehearsal, plausible_amounts, rehearse
+from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
+from .search import Search, State
+from .shooting import ShootingSettings
+from .weak import WeakForm
+
+ENOUGH_BLOCKS = 5
+"""Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""
+TOO_SHORT = (
+    "Undecided: rollouts with commands fill {blocks} independent blocks of this log, and to be sure of anything takes "
+    "{enough}; give a longer log, or several together."
+)
+_REFINEMENTS = 3
+_STATIC = ("hull", "coupling", "mass", "thruster")
+_POLISHES = 10
+_SPHERE = 0.5
+_ROUNDS = 3
+"""Searches at most, each with weights about the model of the one before."""
+_STRUCTURE = 1.5
+"""A force error above this many times what sensor noise explains is structure that the model leaves."""
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Selected:
+    """A finished selection, before the sure effects are kept.
+
+    Attributes
+    ----------
+    motions : the motions that were looked at, without what sensors add to them
+    search, state : the search, and the model that it ended with
+    evidence : on every candidate
+    known : what the log can show and tell apart
+    plausible, rehearsal : amounts and trials for the advice
+    forces : the same model on the force balance [N, N, N m], for the advice and the report
+    unseen : candidates that the log cannot judge because an axis is blind
+    notes : how the log was judged, and what was done to it, in words
+    free : what is calibrated in every model, if anything
+    """
+
+    motions: tuple[Motion, ...]
+    search: Search
+    state: State
+    evidence: tuple[Evidence, ...]
+    known: Identifiability
+    plausible: dict[str, tuple[float, ...]]
+    rehearsal: Rehearsal | None
+    forces: tuple[Search, State]
+    unseen: tuple[Candidate, ...] = ()
+    notes: tuple[str, ...] = ()
+    free: Freed | None = None
+
+
+def select(basis: Basis, say: Say) -> Selected:
+    """Search the catalogue on the balance that judges a log, and weigh all candidates.
+
+    Parameters
+    ----------
+    basis : what judges, and the settings
+    say : told a line for each step
+
+    Raises
+    ------
+    RequestError
+        when the log is too short for a few blocks of rollouts.
+    """
+    return _on_rollouts(basis, say) if basis.rolls else _on_forces(basis, say)
+
+
+def _on_forces(basis: Basis, say: Say) -> Selected:
+    """Search the catalogue, then terms where named effects leave structure; rollouts may object."""
+    weak, search, free = basis.forces, basis.instant, None
+    nominal, seed = basis.nominal, basis.settings.seed
+    if basis.settings.refit and not weak.claimed:
+        free = freed(weak, nominal, basis.pool, basis.settings.search)
+        say(free.sentence)
+        search = Search(weak, nominal, free.pool, basis.settings.search)
+    pool = search.pool
+    rehearsal = rehearse(search, nominal, search.nuisances)
+    plausible = plausible_amounts(search, rehearsal)
+    say(identify(search, nominal, search.nuisances, plausible).sentence)
+    say("searching the catalogue of effects")
+    state = search.run(progress=say)
+    if leaves_structure(search, state):
+        say("named effects leave structure: looking for terms that nobody has named")
+        search, state = _with_terms(weak, search, state, say)
+    else:
+        state = search.again(state, say)
+    state = in_plain_words(search, state)
+    say("weighing the evidence")
+    if search.pool != pool:
+        rehearsal = rehearse(search, nominal, search.nuisances)
+        plausible = plausible_amounts(search, rehearsal)
+    known = identify(search, state.vehicle, state.active, plausible)
+    evidence = with_faint(search, state, known, weigh(search, state, seed, known), seed)
+    kept = tuple(e.key for e in evidence if e.sure)
+    if kept and not weak.claimed:
+        corrected = search.restrict(state, kept).vehicle
+        if worse_as_a_whole(weak.motions, base(search, state), corrected):
+            evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
+    forces = search, state
+    return Selected(weak.motions, search, state, tuple(evidence), known, plausible, rehearsal, forces, free=free)
+
+
+def _on_rollouts(basis: Basis, say: Say) -> Selected:
+    """Search with weights that follow the model that was found, and drop what cannot be told from nothing."""
+    nominal, seed = basis.nominal, basis.settings.seed
+    for note in basis.notes:
+        say(note)
+    pool, free = basis.pool, None
+    if basis.settings.refit:
+        free = freed(basis.cleared_forces(), nominal, pool, basis.settings.search)
+        pool = free.pool
+    seen, unseen = part_by_sight(slender(pool, nominal), basis.blind)
+    unseen = [c for c in unseen if not c.nuisance]
+    if free is not None:
+        free = free.seen(seen)
+        say(free.sentence)
+    form = basis.balance()
+    settings = replace(basis.settings.search, refinements=_REFINEMENTS)
+    search = Search(form, nominal, seen, settings)
+    say("searching the catalogue of effects on open-loop rollouts")
+    state = min((search.run(s, say) for s in _starts(search, basis.settings.shooting)), key=lambda s: s.score)
+    for _ in range(_ROUNDS - 1):
+        form = form.refreshed(state.vehicle)
+        search = Search(form, nominal, seen, settings)
+        again = search.run(start=state, progress=say)
+        same = set(again.active) == set(state.active)
+        state = again
+        if same:
+            break
+    state = lean(search, state)
+    rehearsal = rehearse(search, nominal, search.nuisances)
+    plausible = plausible_amounts(search, rehearsal)
+    known = identify(search, state.vehicle, state.active, plausible)
+    say("weighing the evidence")
+    evidence = modest(weigh(search, state, seed, known), form)
+    nothing = np.zeros(3)
+    evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), False, dormant=True) for c in unseen]
+    forces = Search(basis.cleared_forces(), nominal, seen, replace(settings, refinements=0))
+    return Selected(
+        basis.motions,
+        search,
+        state,
+        tuple(evidence),
+        known,
+        plausible,
+        rehearsal,
+        (forces, forces.evaluate(state.vehicle, state.active)),
+        tuple(unseen),
+        (*basis.told, *disagreements(form, nominal, state.vehicle)),
+        free,
+    )
+
+
+def base(search: Search, state: State) -> Vehicle:
+    """The model without any effect: the nominal one, calibrated where its parameters are free."""
+    return search.restrict(state, ()).vehicle if search.nuisances else search.nominal
+
+
+def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> tuple[tuple[str | None, Vehicle], ...]:
+    """Calibrate, where that is wanted, and add the kept effects one by one, the most valuable first, refitted.
+
+    Parameters
+    ----------
+    final : the model with the kept effects
+    corrected : the vehicle that is written, for the last step
+    calibrated : name of the step that only calibrates
+    """
+    found: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
+    effects: Sequence[str] = search.named(final.active)
+    if search.nuisances:
+        found.append((calibrated, base(search, final) if effects else corrected))
+    chosen: list[str] = []
+    while len(chosen) < len(effects):
+        rest = [key for key in effects if key not in chosen]
+        trials = [(search.restrict(final, [*chosen, key]), key) for key in rest]
+        best, key = min(trials, key=lambda pair: pair[0].score)
+        chosen.append(key)
+        found.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
+    return tuple(found)
+
+
+def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+    """The model with the kept effects alone, polished; with none, where rollouts get worse with all of them."""
+    final = on_rollouts(search, search.restrict(state, kept), kept, shooting)
+    form = search.balance
+    if not kept or form.forces:
+        return final
+    nothing = search.restrict(state, ())
+    worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle))
+    return nothing if worse else final
+
+
+def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+    """A model polished on its rollouts, where that betters its score; the same on the force balance."""
+    form = search.balance
+    symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
+    if not symbols or form.forces:
+        return state
+    limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
+    polished = polish(form.motions, state.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
+    return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
+
+
+def worse_as_a_whole(motions: Sequence[Motion], nominal: Vehicle, corrected: Vehicle) -> bool:
+    """True when 10 s open-loop rollouts of a corrected model are significantly worse than the nominal model's.
+
+    A force balance can ask for effects that wreck predictions; then none of them is called missing.
+    """
+    before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (nominal, corrected))
+    return rollouts_object(before, after)
+
+
+def leaves_structure(search: Search, state: State) -> bool:
+    """True when the force error on some axis is neither immaterial nor explained by sensor noise."""
+    error = np.sqrt(state.fit.held_out)
+    return bool((error > np.maximum(np.sqrt(search.floor), _STRUCTURE * search.noise_error)).any())
+
+
+def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[Search, State]:
+    """Search again with a sparse shortlist of unnamed terms, from the named model and from nothing; keep the better.
+
+    Terms that move much like a chosen one then join, so that a term is not blamed where its twin would do as well.
+    """
+    nominal = named.nominal
+    taken = {s for c in named.pool if c.nuisance for s in c.symbols}
+
+    def widened(symbols: Iterable[str]) -> Search:
+        terms = [term_candidate(s, nominal) for s in dict.fromkeys(symbols) if s not in taken]
+        return Search(weak, nominal, (*named.pool, *terms), named.settings)
+
+    symbols = [*shortlist(weak, base(named, state)), *shortlist(weak, state.vehicle)]
+    search = widened(symbols)
+    found = [search.run(start=state, progress=say), search.run(progress=say)]
+    best = min(found, key=lambda s: s.score)
+    alike = [s for s in twins(weak, best.vehicle, search.of_kind(best.active, Kind.TERM)) if s not in taken]
+    if not alike:
+        return search, best
+    search = widened([*symbols, *alike])
+    return search, search.run(start=best, progress=say)
+
+
+def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
+    """Models to search from: the nominal one with what it has fitted, and that with every static effect fitted.
+
+    A wrong nominal number bends rollouts so much that no single effect looks right beside it, and a search that begins
+    there ends soon. These are polished on the rollouts first, and lose what they do not need in the search. Weaker
+    thrusters and another power of thrust belong to it: either alone looks wrong without the other. One thruster is the
+    measure of the rest. Added mass in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a
+    light one with weak ones.
+    """
+    first = next((c.key for c in search.pool if c.effect.per_thruster), "")
+    static = [
+        c
+        for c in search.pool
+        if c.effect.family in _STATIC
+        and not (c.effect.shapes or c.effect.general or c.nuisance)
+        and c.key not in ("surge_added_mass", first)
+    ]
+    fitted = [
+        c
+        for c in static
+        if c.key == "thrust_scale"
+        or c.effect.family == "mass"
+        or any(search.nominal.value(p.symbol) != p.null for p in c.parameters)
+    ]
+    form = search.balance
+    for group in dict.fromkeys((tuple(fitted), tuple(static))):
+        symbols = [s for c in search.pool if c in group or c.nuisance for s in c.symbols]
+        if symbols:
+            begun = polish(form.motions, search.nominal, symbols, shooting, blind=form.blind, rounds=_POLISHES).vehicle
+            yield search.evaluate(begun, tuple(c.key for c in group))
+
+
+def lean(search: Search, state: State) -> State:
+    """The model without effects that earn less than it takes to tell two effects apart, the least of them first.
+
+    A log cannot tell such an effect from nothing, and beside it others look less sure than they are.
+    """
+    while search.named(state.active):
+        without = min((search.without(state, key) for key in search.named(state.active)), key=lambda s: s.score)
+        if without.score >= state.score + TELL_APART:
+            break
+        state = without
+    return state
+
+
+def modest(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
+    """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
+    most = 1.0 - 0.5 ** (form.blocks - 1)
+    return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
+
+
+def slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
+    """Candidates with added mass in surge held to half the hull's mass: that of a sphere, and a hull is longer.
+
+    Nothing else keeps a hull from growing heavy together with its thrusters (Lamb 1932, article 114: at most 1/2).
+    """
+    found = []
+    for c in pool:
+        limited = tuple(replace(p, lower=-_SPHERE * nominal.mass) if p.symbol == "X_udot" else p for p in c.parameters)
+        found.append(replace(c, parameters=limited))
+    return found
+
+
+def disagreements(form: Balance, nominal: Vehicle, corrected: Vehicle) -> list[str]:
+    """Sentences on logs in which rollouts of the corrected model are worse than the nominal model's on some axis."""
+    sources = form.sources
+    if len(set(sources)) < 2:
+        return []
+    before, after = form.squares(nominal), form.squares(corrected)
+    notes = []
+    for source in dict.fromkeys(sources):
+        rows = np.array([s == source for s in sources])
+        was, now = (np.sqrt(x[rows].mean(axis=0)) for x in (before, after))
+        worse = [
+            f"{name} {b:.2f} instead of {a:.2f} {unit}"
+            for name, a, b, unit, level in zip(AXES, was, now, form.unit, np.sqrt(after.mean(axis=0)), strict=True)
+            if b > 1.2 * a and b > level
+        ]
+        if worse:
+            notes.append(f"{_name(source)} disagrees with the other logs: rollout error {', '.join(worse)}")
+    return notes
+
+
+def _name(source: str) -> str:
+    return source.replace("\\", "/").rsplit("/", 1)[-1]
