@@ -170,7 +170,7 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
             "but empty holds none; give the folder of that training, or leave --resume out",
         ),
         (("--out", "missing/M"), "does not exist; make it"),
-        (("--out", "full"), "holds other files .* give a new one"),
+        (("--out", "full"), "holds other files (thesis.txt) and nothing that this verb wrote; give a new one"),
         (("--out", "file"), "it is a file"),
     ],
 )
