@@ -98,9 +98,10 @@ def remedies(faults: Sequence[Fault], logs: Sequence[tuple[str, Log]]) -> tuple[
         right = sum(one == set(fault.told) for one in told)
         false = [(name, one - set(fault.told)) for (name, _), one in zip(logs, told, strict=True)]
         wrong += sum(bool(one) for _, one in false)
-        lines.append(f"| {fault.name} | {len(logs)} | {right} | {sum(bool(one) for _, one in false)} |")
-        lines += [f"| - {name}: told {', '.join(sorted(one))} | | | |" for name, one in false if one]
-        print(lines[-1], flush=True)
+        rows = [f"| {fault.name} | {len(logs)} | {right} | {sum(bool(one) for _, one in false)} |"]
+        rows += [f"| - {name}: told {', '.join(sorted(one))} | | | |" for name, one in false if one]
+        print("\n".join(rows), flush=True)
+        lines += rows
     return lines, wrong
 
 
