@@ -14,7 +14,7 @@ from .vehicle import Vehicle
 SPEED_LIMIT = 50.0
 """Speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held."""
 
-_ERROR, _PARTS = 0.3, 16
+_ERROR, _PARTS = 0.3, 8
 """Error of a step, as a share of the speeds, above which it is halved, and most parts of a step: what turns fast under
 a force that only turns it has no other limit. Stability needs no more, and only bounds are asked of such rollouts."""
 _PROBE = 1e-4
