@@ -201,8 +201,8 @@ def test_a_killed_training_goes_on_to_the_same_bytes(killing: Any, tmp_path: Pat
 
     whole = laid("whole")
     assert run(whole) == 0
-    # In the instant before the checkpoint of the first or the second epoch has its name, and before the last one goes.
-    for kill_at, kept in ((1, False), (2, True), (4, True)):
+    # In the instant before the checkpoint of the first, the second and the third epoch has its name.
+    for kill_at, kept in ((1, False), (2, True), (3, True)):
         folder = laid(f"killed at {kill_at}")
         assert run(folder, kill_at=kill_at) == -signal.SIGKILL
         assert (folder / "net" / "checkpoint.safetensors").exists() == kept
