@@ -161,6 +161,19 @@ def test_help_at_no_width_at_all(attacks: Any, tmp_path: Path) -> None:
     assert (end.code, end.traceback) == (0, False)
 
 
+def test_a_working_folder_that_was_removed(attacks: Any, tmp_path: Path) -> None:
+    place = tmp_path / "gone"
+    place.mkdir()
+
+    def leave() -> None:
+        os.chdir(place)
+        place.rmdir()
+
+    end = attacks.running.undertow("check", "blueboat", cwd=tmp_path, before=leave)
+    assert (end.code, end.traceback) == (2, False)
+    assert end.err.startswith(b"undertow: the current folder cannot be used")
+
+
 def test_twenty_columns_hold_every_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "20")
