@@ -16,6 +16,7 @@ import typer
 
 from .physics.effects import EFFECTS
 from .reports.console import (
+    check_here,
     failing_clearly,
     interrupted,
     open_streams,
@@ -601,6 +602,7 @@ def main() -> None:
     from .reports.interruption import finish
 
     open_streams()
+    check_here()
     try:
         with sending():
             app()

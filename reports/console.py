@@ -41,6 +41,15 @@ def open_streams() -> None:
         del os.environ["COLUMNS"]  # the terminal knows better
 
 
+def check_here() -> None:
+    """Leave with exit code 2 when the working folder was removed: every relative path, and Python itself, need it."""
+    try:
+        os.getcwd()
+    except OSError as error:
+        complain(f"undertow: the current folder cannot be used ({error.strerror}); change to one that is there")
+        raise SystemExit(2) from None
+
+
 @contextmanager
 def sending() -> Iterator[None]:
     """Send all that is printed inside; end without a word, with exit code 1, when the reader has left (a closed pipe).

@@ -161,6 +161,19 @@ def test_help_at_no_width_at_all(attacks: Any, tmp_path: Path) -> None:
     assert (end.code, end.traceback) == (0, False)
 
 
+def test_a_working_folder_that_was_removed(attacks: Any, tmp_path: Path) -> None:
+    place = tmp_path / "gone"
+    place.mkdir()
+
+    def leave() -> None:
+        os.chdir(place)
+        place.rmdir()
+
+    end = attacks.running.undertow("check", "blueboat", cwd=tmp_path, before=leave)
+    assert (end.code, end.traceback) == (2, False)
+    assert end.err.startswith(b"undertow: the current folder cannot be used")
+
+
 def test_twenty_columns_hold_every_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "20")
@@ -201,8 +214,8 @@ def test_a_killed_training_goes_on_to_the_same_bytes(killing: Any, tmp_path: Pat
 
     whole = laid("whole")
     assert run(whole) == 0
-    # In the instant before the checkpoint of the first or the second epoch has its name, and before the last one goes.
-    for kill_at, kept in ((1, False), (2, True), (4, True)):
+    # In the instant before the checkpoint of the first, the second and the third epoch has its name.
+    for kill_at, kept in ((1, False), (2, True), (3, True)):
         folder = laid(f"killed at {kill_at}")
         assert run(folder, kill_at=kill_at) == -signal.SIGKILL
         assert (folder / "net" / "checkpoint.safetensors").exists() == kept

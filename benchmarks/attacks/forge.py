@@ -176,6 +176,8 @@ def _verb(main: Any, words: list[str], wait: int, streams: list[int], asked: dic
     signal.set_wakeup_fd(-1)
     os.read(wait, 1)
     time.sleep(delay)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.alarm(60)  # a verb that hangs ends by this signal, which `kills.ended` tells
     if asked["kill_at"] is not None:
         _kill_at(asked["kill_at"], asked["where"])
     code: Any = 0

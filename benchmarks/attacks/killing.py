@@ -16,6 +16,8 @@ CALLS = (
 )
 """System calls that change names; what a file holds before it has its name matters to nobody."""
 STRACE = shutil.which("strace")
+Moment = tuple[str, int] | float
+"""The n-th system call of a name, or seconds after the start."""
 
 
 class Watched:
@@ -47,6 +49,11 @@ class Watched:
                 counts[called[1]] += 1
                 found.append((called[1], counts[called[1]]))
         return found
+
+
+def told(at: Moment) -> str:
+    """A moment in words."""
+    return f"at {at[0]} {at[1]}" if isinstance(at, tuple) else f"after {at:.2f} s"
 
 
 def kill_after(pid: int, seconds: float) -> None:

@@ -1,6 +1,7 @@
 """Kill -9 at every change of a name and at random moments: the old result or the new one stays, whole."""
 
 import random
+import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -9,7 +10,7 @@ from pathlib import Path
 from queue import Queue
 
 from .forge import Forge
-from .killing import STRACE, Watched, kill_after
+from .killing import STRACE, Moment, Watched, kill_after, told
 from .running import Ended, Sent, undertow
 from .trial import Attack, Contents, Ground, Job, Trial, Verdict, contents, differences, judged, sound
 
@@ -64,6 +65,8 @@ def lay(ground: Ground, folder: Path) -> Contents:
     return contents(folder)
 
 
+HOOKED = 25
+"""Changes of names at which is killed where strace, which counts them, is missing."""
 OLDER = ("log.csv.gz", "audit.json", "page.html", "mon/report.html")
 """Results of earlier calls that are not as the scenes' own."""
 
@@ -128,53 +131,47 @@ class Killing:
         while not self.forges.empty():
             self.forges.get().close()
 
-    def call(self, words: Sequence[str], folder: Path) -> Ended:
-        """One call in a forked process."""
+    def played(
+        self, words: Sequence[str], folder: Path, at: Moment | None = None
+    ) -> tuple[Ended, list[tuple[str, int]]]:
+        """A call in a forked process, killed at a moment or not, and the changes of names that strace saw."""
         with self.forge() as forge:
-            forge.prepare([words], folder)
-            forge.release()
-            return ended(words, forge.collect()[0])
-
-    def stage(self, scene: Scene, folder: Path) -> tuple[Stage, list[tuple[str, int]]]:
-        """A scene played to its end, and the changes of names that it makes."""
-        before = lay(self.ground, folder)
-        with self.forge() as forge:
-            (pid,) = forge.prepare([scene.words], folder)
-            watched = Watched(pid, folder.with_suffix(".strace")) if STRACE else None
-            forge.release()
-            (found,) = forge.collect()
-        end = ended(scene.words, found)
-        sound(end)
-        changes = watched.changes() if watched else [("any", number) for number in range(1, 25)]
-        return Stage(scene, before, contents(folder), end.seconds), changes
-
-    def killed(self, stage: Stage, folder: Path, at: tuple[str, int] | float) -> Trial:
-        """Kill a scene at a change of a name, or after seconds, and let the next ordinary call follow."""
-        scene = stage.scene
-        lay(self.ground, folder)
-        with self.forge() as forge:
-            by_hook = at[1] if not STRACE and isinstance(at, tuple) else None
-            (pid,) = forge.prepare([scene.words], folder, by_hook)
-            watched = Watched(pid, folder.with_suffix(".strace"), at) if STRACE and isinstance(at, tuple) else None
+            by_hook = at[1] if isinstance(at, tuple) and not STRACE else None
+            (pid,) = forge.prepare([words], folder, by_hook)
+            change = at if isinstance(at, tuple) else None
+            held = Watched(pid, folder.with_suffix(".strace"), change) if STRACE and not isinstance(at, float) else None
             forge.release()
             if isinstance(at, float):
                 kill_after(pid, at)
             (found,) = forge.collect()
-            if watched is not None:
-                watched.changes()
-        first = ended(scene.words, found)
+            return ended(words, found), held.changes() if held is not None else []
+
+    def stage(self, scene: Scene, folder: Path) -> tuple[Stage, list[tuple[str, int]]]:
+        """A scene played to its end, and the changes of names that it makes."""
+        before = lay(self.ground, folder)
+        end, changes = self.played(scene.words, folder)
+        sound(end)
+        if not STRACE:
+            changes = [("change", number) for number in range(1, HOOKED)]
+        return Stage(scene, before, contents(folder), end.seconds), changes
+
+    def killed(self, stage: Stage, folder: Path, at: Moment) -> Trial:
+        """Kill a scene at a change of a name, or after seconds, and let the next ordinary call follow."""
+        scene = stage.scene
+        lay(self.ground, folder)
+        first, _ = self.played(scene.words, folder, at)
         files = stage.judged(folder)
         ends, wrong = self.resumed(scene, folder)
         wrong = wrong or stage.finished(folder)
-        moment = f"after {at:.2f} s" if isinstance(at, float) else f"at {at[0]} {at[1]}"
-        return Trial(f"{scene.name} killed {moment} (exit {first.code})", (first, *ends), files.lost, files.torn, wrong)
+        what = f"{scene.name} killed {told(at)} (exit {first.code})"
+        return Trial(what, (first, *ends), files.lost, files.torn, wrong)
 
     def resumed(self, scene: Scene, folder: Path) -> tuple[tuple[Ended, ...], str]:
         """The next ordinary call, with --resume where it asks for it."""
-        end = self.call(scene.words, folder)
+        end = self.played(scene.words, folder)[0]
         ends: tuple[Ended, ...] = (end,)
         if end.code == 2 and scene.resumed and "--resume" in end.err.decode():
-            end = self.call((*scene.words, *scene.resumed), folder)
+            end = self.played((*scene.words, *scene.resumed), folder)[0]
             ends = (*ends, end)
         return ends, "" if end.code in (0, 1) else f"the next call fails: {end}"
 
@@ -184,7 +181,8 @@ def ended(words: Sequence[str], found: tuple[int, float, int, str, str]) -> Ende
     code, seconds, memory, out, err = found
     lines = err.splitlines() or [""]
     message = len(err) if code else max(map(len, lines))
-    return Ended((*words,), code, out.encode(), err.encode(), message, seconds, memory)
+    hung = code == -signal.SIGALRM
+    return Ended((*words,), code, out.encode(), err.encode(), message, seconds, memory, hung)
 
 
 def attacks(killing: Killing, scratch: Path, kills: int, seed: int) -> Iterator[Attack]:
@@ -210,7 +208,7 @@ def attacks(killing: Killing, scratch: Path, kills: int, seed: int) -> Iterator[
     yield Attack("kills", "kill -9 of whole processes, at random moments", jobs)
 
 
-def _at(killing: Killing, stage: Stage, at: tuple[str, int] | float) -> Job:
+def _at(killing: Killing, stage: Stage, at: Moment) -> Job:
     return lambda folder: killing.killed(stage, folder, at)
 
 

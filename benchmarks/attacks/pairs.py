@@ -36,7 +36,7 @@ def attacks(killing: Killing, scratch: Path, tries: int, seed: int) -> Iterator[
                 place = scratch / f"alone {name} {out} {number}"
                 place.mkdir()
                 before = lay(killing.ground, place)
-                seconds = max(seconds, killing.call(each, place).seconds)
+                seconds = max(seconds, killing.played(each, place)[0].seconds)
                 alone.append(contents(place))
             delays = [draw.uniform(0.0, TOGETHER if k % 2 else seconds) for k in range(tries)]
             jobs = [_pair(killing, words, before, alone, delay) for delay in delays]

@@ -4,8 +4,8 @@ import random
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from .killing import STRACE, Watched, kill_after
-from .kills import Killing, ended
+from .killing import STRACE, Moment, told
+from .kills import Killing
 from .trial import Attack, Contents, Job, Trial, contents, differences, sound
 
 WORDS = (
@@ -22,13 +22,9 @@ def attacks(killing: Killing, scratch: Path, tries: int, seed: int) -> Iterator[
     place = scratch / "uninterrupted"
     place.mkdir()
     killing.ground.laid(place)
-    with killing.forge() as forge:
-        (pid,) = forge.prepare([WORDS], place)
-        watched = Watched(pid, place.with_suffix(".strace")) if STRACE else None
-        forge.release()
-        (found,) = forge.collect()
-    end = sound(ended(WORDS, found))
-    after, changes = contents(place), watched.changes() if watched else []
+    end, changes = killing.played(WORDS, place)
+    sound(end)
+    after = contents(place)
     moments = [[draw.uniform(0.0, end.seconds) for _ in range(1 + (k % KILLED_TWICE == 0))] for k in range(tries)]
     jobs = [_resumed(killing, after, times) for times in moments]
     yield Attack("resume", "a training killed at random moments, and resumed", jobs)
@@ -37,28 +33,19 @@ def attacks(killing: Killing, scratch: Path, tries: int, seed: int) -> Iterator[
     yield Attack("resume", "a training killed at every change of a name, and resumed", jobs, why)
 
 
-def _resumed(killing: Killing, after: Contents, kills: Sequence[float | tuple[str, int]]) -> Job:
+def _resumed(killing: Killing, after: Contents, kills: Sequence[Moment]) -> Job:
     def job(folder: Path) -> Trial:
         killing.ground.laid(folder)
         words: tuple[str, ...] = WORDS
         ends = []
         for kill in [*kills, None]:
-            with killing.forge() as forge:
-                (pid,) = forge.prepare([words], folder)
-                held = Watched(pid, folder.with_suffix(".strace"), kill) if isinstance(kill, tuple) else None
-                forge.release()
-                if isinstance(kill, float):
-                    kill_after(pid, kill)
-                (found,) = forge.collect()
-                if held is not None:
-                    held.changes()
-            ends.append(ended(words, found))
+            ends.append(killing.played(words, folder, kill)[0])
             kept = (folder / "trained" / "checkpoint.safetensors").exists()
             words = (*WORDS, "--resume") if kept else WORDS
         last = ends[-1]
         wrong = "" if last.code == 0 else f"it does not go on: {last}"
         wrong = wrong or differences(contents(folder), after)
-        moments = ", ".join(f"{kill:.2f} s" if isinstance(kill, float) else "{} {}".format(*kill) for kill in kills)
-        return Trial(f"killed at {moments}", tuple(ends), wrong=wrong)
+        moments = ", ".join(map(told, kills))
+        return Trial(f"killed {moments}", tuple(ends), wrong=wrong)
 
     return job
