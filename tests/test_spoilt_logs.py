@@ -1,4 +1,4 @@
-"""Logs that were spoilt: what happened to them is named, what they lead to is refused, and a sound log is left alone."""
+"""Logs that were spoilt: what happened to them is named, and refused where it matters; a sound log is left alone."""
 
 import importlib
 import tracemalloc

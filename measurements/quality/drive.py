@@ -294,7 +294,7 @@ def _answered(parts: Sequence[_Part], lag: int) -> float:
 
 
 def _turn(records: Sequence[Record], name: str) -> int:
-    """1 for a thruster at port, which turns the boat to starboard as it pushes ahead, -1 at starboard, 0 for neither."""
+    """1 for a thruster at port, which turns the boat to starboard by pushing ahead, -1 at starboard, else 0."""
     for record in records:
         for thruster in record.vehicle.thrusters if record.vehicle else ():
             if thruster.channel == name:

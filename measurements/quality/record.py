@@ -72,7 +72,7 @@ class Record:
         return Record.of(replace(self.log, channels=dict(channels)), self.zeros, self.vehicle)
 
     def driven(self, stretch: Stretch) -> Motion | None:
-        """The motion of a stretch with the commands of the vehicle's thrusters; None where one is not known all along."""
+        """The motion of a stretch with the commands of the vehicle's thrusters; None where one is not known."""
         if self.vehicle is None or not {t.channel for t in self.vehicle.thrusters} <= set(self.commands):
             return None
         commands = stretch.commands[:, [self.commands.index(t.channel) for t in self.vehicle.thrusters]]

@@ -155,7 +155,7 @@ def _last_digit(steps: Array) -> float | None:
 
 
 def _resolution(values: Array) -> float:
-    """The difference between positions (n, 2) that are next to each other in size, which is small if not in any order."""
+    """The usual difference between positions (n, 2) that are next to each other in size."""
     gaps = [np.diff(np.unique(column)) for column in values.T]
     return float(np.hypot.reduce([np.quantile(gap, 0.5) if gap.size else 0.0 for gap in gaps]))
 
