@@ -250,7 +250,7 @@ def test_the_screen_begins_with_the_verdict(place: Path):
     lines = [line for line in inspected("inspect", "raw.csv").splitlines() if line.strip()]
     assert lines[1].startswith("Not usable as it is: psi")
     assert "what was found, what follows, and what to do" in " ".join(lines[3:8])
-    assert call("inspect", "raw.csv").exit_code == 0
+    assert call("inspect", "raw.csv").exit_code == 1
 
 
 def test_remarks_above_a_table_are_notes(place: Path):
