@@ -14,7 +14,17 @@ from .fixes import fixes_of
 from .record import Record
 
 _PLACE = ("x", "y")
-_SENSORS = (_PLACE, ("psi",), ("u",), ("v",), ("r",), ("ax",), ("ay",), ("wind_u",), ("wind_v",))
+_SENSORS: tuple[tuple[str, ...], ...] = (
+    _PLACE,
+    ("psi",),
+    ("u",),
+    ("v",),
+    ("r",),
+    ("ax",),
+    ("ay",),
+    ("wind_u",),
+    ("wind_v",),
+)
 _GOES_ON = ("x", "psi")
 """What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
 _JUMP = 3.0
@@ -168,8 +178,8 @@ def _last_digit(steps: Array) -> float | None:
 
 def _resolution(values: Array) -> float:
     """The usual difference between positions (n, 2) that are next to each other in size."""
-    gaps = [np.diff(np.unique(column)) for column in values.T]
-    return float(np.hypot.reduce([np.quantile(gap, 0.5) if gap.size else 0.0 for gap in gaps]))
+    gaps = [np.diff(np.unique(np.asarray(column, dtype=float))) for column in values.T]
+    return float(np.hypot.reduce([float(np.median(gap)) if gap.size else 0.0 for gap in gaps]))
 
 
 def _times(count: int) -> str:
