@@ -178,12 +178,12 @@ def main() -> int:
                 ways.setdefault(spoil.name, []).append(right)
                 lines.append(f"| {case.name} | {spoil.name} | {'yes' if right else 'NO'} | {said[:230]} | {told} |")
                 print(lines[-1], flush=True)
+    of_sound, of_spoilt = (sum(len(ways[s.name]) for s in many if s.name in ways) for many in (SOUND, SPOILS))
     always = sum(all(found) for name, found in ways.items() if any(s.name == name for s in SPOILS))
     lines += [
         "",
         f"Causes named: {always} of {sum(s.name in ways for s in SPOILS)} ways in every log; missed in "
-        f"{len(missed)} of {sum(len(ways[s.name]) for s in SPOILS if s.name in ways)}. Sound logs accused: {len(accused)} of "
-        f"{sum(len(ways[s.name]) for s in SOUND if s.name in ways)}."
+        f"{len(missed)} of {of_spoilt}. Sound logs accused: {len(accused)} of {of_sound}."
         + (f" False names: {len(false)}." if chosen.discover else ""),
         *(f"- missed: {where}" for where in missed),
         *(f"- accused: {where}" for where in accused),

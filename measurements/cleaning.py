@@ -87,8 +87,8 @@ class Cleaner:
             for count, names in self._repeated.items()
         ]
         sets = [
-            f"the clock was set at t = {at:.3f} s by {by:+.6g} s; what follows is put {APART:g} s after it, as a stretch "
-            "of its own"
+            f"the clock was set at t = {at:.3f} s by {by:+.6g} s; what follows is put {APART:g} s after it, as a "
+            "stretch of its own"
             for at, by in self._clock.sets
         ]
         return (*sets, *mended, *empty, *repeated)

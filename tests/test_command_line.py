@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from verbs import call, done, files, process, refused, strict
+from verbs import call, done, files, inspected, process, refused, strict
 
 import undertow
 from undertow.__main__ import main
@@ -144,9 +144,9 @@ def test_simulate_says_whether_values_are_added_or_absolute(here: Path) -> None:
 
 
 def test_inspect_as_a_table_and_as_json(place: Path) -> None:
-    table = done("inspect", place / "log.csv", "-v", "blueboat")
+    table = inspected("inspect", place / "log.csv", "-v", "blueboat")
     assert all(word in table for word in ("Channels", "newton_port", "rad/s", "What the boat did"))
-    content = strict(done("inspect", place / "log.csv", "-v", "blueboat", "--json"))
+    content = strict(inspected("inspect", place / "log.csv", "-v", "blueboat", "--json"))
     assert content["schema"] == "undertow.inspection/1"
     assert [c["name"] for c in content["channels"]] == [*"xy", "psi", *"uvr", "newton_port", "newton_stbd"]
     written = strict((place / "run" / "inspection.json").read_text())

@@ -206,7 +206,8 @@ def _stood_still(
     noise = np.max([part.noise for part in parts], axis=0)
     if np.any(size < _PART * usual) or np.any(size < _NOISE * noise):
         return None
-    together = turn * float(np.corrcoef(left.T)[0, 1])
+    surge, yaw = left.T - left.T.mean(axis=1, keepdims=True)
+    together = turn * float(surge @ yaw) / float(np.sqrt((surge @ surge) * (yaw @ yaw)))
     if together < (_TOGETHER if modelled else _TOGETHER_LEARNT):
         return None
     text = (
@@ -218,7 +219,7 @@ def _stood_still(
 
 def _all_stood_still(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
     """The finding that no command moves while the boat does."""
-    rows = [_to_the_end(part.long.all(axis=1)) for part in parts]
+    rows = [_to_the_end(np.asarray(part.long.all(axis=1))) for part in parts]
     seconds = sum(int(np.count_nonzero(use)) for use in rows) * _STEP
     whole = sum(part.rates.shape[0] for part in parts) * _STEP
     if seconds < max(_LEAST, _TAIL * whole):
@@ -294,7 +295,7 @@ def _answered(parts: Sequence[_Part], lag: int) -> float:
 
 
 def _turn(records: Sequence[Record], name: str) -> int:
-    """1 for a thruster at port, which turns the boat to starboard as it pushes ahead, -1 at starboard, 0 for neither."""
+    """1 for a thruster at port, which turns the boat to starboard by pushing ahead, -1 at starboard, else 0."""
     for record in records:
         for thruster in record.vehicle.thrusters if record.vehicle else ():
             if thruster.channel == name:

@@ -1,4 +1,4 @@
-"""Whether single values stand out of a record, or a record jumps across all of its range: glitches and short counters."""
+"""Whether single values stand out of a record, or it jumps across all of its range: glitches and short counters."""
 
 from collections.abc import Callable, Sequence
 from typing import ClassVar, final

@@ -7,12 +7,24 @@ import numpy as np
 
 from ...physics.frames import Array
 from ..channels import Channel
+from ..log import Log
+from .axes import track_of
 from .finding import Check, Finding, Reach
 from .fixes import fixes_of
 from .record import Record
 
 _PLACE = ("x", "y")
-_SENSORS = (_PLACE, ("psi",), ("u",), ("v",), ("r",), ("ax",), ("ay",), ("wind_u",), ("wind_v",))
+_SENSORS: tuple[tuple[str, ...], ...] = (
+    _PLACE,
+    ("psi",),
+    ("u",),
+    ("v",),
+    ("r",),
+    ("ax",),
+    ("ay",),
+    ("wind_u",),
+    ("wind_v",),
+)
 _GOES_ON = ("x", "psi")
 """What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
 _JUMP = 3.0
@@ -29,6 +41,8 @@ _MOST = 0.3
 """Share of the time from which what is left of a stuck sensor's log is no log of it."""
 _TURNS, _RUNS = 0.5, 3.0
 """Turning [rad] and way [m] from which the rest of the log says that the boat moved."""
+_NO_DRIFT = 2e-4
+"""Share of a track, about that of rounding, that is left by heading and speed where a boat does not drift."""
 _DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs", "ax": "runs", "ay": "turns"}
 """What the boat must do for a record to change: a hull that turns drifts, one that runs straight need not."""
 
@@ -88,6 +102,8 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     drive = _DRIVES.get(names[0])
     if drive is None or not any(_moves(record, drive, names) for record in having):
         return None
+    if names == ("v",) and _follows([record.log for record in having]):
+        return None
     value = every[0].value[0]
     text = (
         f"{' and '.join(names)} never {'change' if len(names) > 1 else 'changes'} ({value:g} {every[0].unit} in every "
@@ -100,6 +116,12 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     return Finding(
         "stuck", "defect", text, float(value), every[0].unit, None, names, wrong, remedy, short=short, reach=reach
     )
+
+
+def _follows(logs: Sequence[Log]) -> bool:
+    """Whether the track is what heading and speed alone make it: then the boat does not drift indeed."""
+    track = track_of(logs)
+    return track is not None and track.certain and track.left < _NO_DRIFT
 
 
 def _moves(record: Record, drive: str, but: tuple[str, ...]) -> bool:
@@ -155,9 +177,9 @@ def _last_digit(steps: Array) -> float | None:
 
 
 def _resolution(values: Array) -> float:
-    """The difference between positions (n, 2) that are next to each other in size, which is small if not in any order."""
-    gaps = [np.diff(np.unique(column)) for column in values.T]
-    return float(np.hypot.reduce([np.quantile(gap, 0.5) if gap.size else 0.0 for gap in gaps]))
+    """The usual difference between positions (n, 2) that are next to each other in size."""
+    gaps = [np.diff(np.unique(np.asarray(column, dtype=float))) for column in values.T]
+    return float(np.hypot.reduce([float(np.median(gap)) if gap.size else 0.0 for gap in gaps]))
 
 
 def _times(count: int) -> str:

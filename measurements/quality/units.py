@@ -224,6 +224,8 @@ def _unrelated(logs: Sequence[Log], track: Track | None, channels: tuple[str, ..
 def _moves(log: Log) -> bool:
     """Whether positions and speed both move, far beyond their noise."""
     x, y, u = (log.channels[name] for name in ("x", "y", "u"))
+    if min(channel.time.size for channel in (x, y, u)) < 3:
+        return False
     way = np.hypot(np.ptp(x.value), np.ptp(y.value))
     steps = np.hypot(np.median(np.abs(np.diff(x.value))), np.median(np.abs(np.diff(y.value))))
     ahead = float(np.abs(u.value).mean()) * float(u.time[-1] - u.time[0])
