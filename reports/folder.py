@@ -1,6 +1,5 @@
 """The run folder: written whole or not at all, and read back for `add`."""
 
-import json
 import os
 import tempfile
 import warnings
@@ -11,6 +10,8 @@ from ..measurements.inspection import inspect_log
 from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
+from ..physics.printable import shown
+from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.neural import is_network_folder
 from .effect_forces import found_forces
@@ -191,7 +192,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
             "what of the network is a named effect"
         )
     try:
-        record = json.loads((folder / "run.json").read_text("utf-8"))
+        record = read_json(folder / "run.json")
         logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
         namespace = record.get("namespace")  # a run of an earlier version has none
     except (OSError, ValueError, KeyError, TypeError):
@@ -204,7 +205,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
     if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
         raise RequestError(
             f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
-            f"'namespace', got {logs!r}, {frame!r}, {channel_map!r}, {namespace!r}; run "
+            f"'namespace', got {shown(logs)}, {shown(frame)}, {shown(channel_map)}, {shown(namespace)}; run "
             "'undertow discover' to write the folder anew"
         )
     for path in logs:

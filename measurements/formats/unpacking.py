@@ -43,9 +43,9 @@ def most_unpacked(packed: int) -> int:
     return max(min(_ALWAYS + _MOST_TIMES * packed, _PASSING), _USUAL_TIMES * packed)
 
 
-def most_held(packed: int, most: int = HELD) -> int:
-    """Bytes to which a file of `packed` bytes may unpack, when all of them are in memory together."""
-    return min(_ALWAYS + _MOST_TIMES * packed, most)
+def most_held(packed: int, most: int | None = None) -> int:
+    """Bytes to which a file of `packed` bytes may unpack, when all of them are in memory together; `HELD` at most."""
+    return min(_ALWAYS + _MOST_TIMES * packed, HELD if most is None else most)
 
 
 def check_unpacked(size: int, packed: int, most: int | None = None) -> None:
