@@ -2,10 +2,10 @@
 
 python benchmarks/fuzz_files.py [--files 2000] [--kind NAME]... [--seed 0] [--draw]
 
-YAML and JSON are spoilt in their structure, everything else in its bytes. Each file is used in every way in which a verb
-uses it, in a process of its own with 60 s for each file and 1.3 GB of memory beyond what the loaded program takes. What
-counts as a crash is any exception but undertow's own three, and a message of more than 4,000 characters. Without --draw,
-the pictures of a page are laid out but not turned into SVG, which takes seconds a page.
+YAML and JSON are spoilt in their structure, everything else in its bytes. Each file is used in every way in which a
+verb uses it, in a process that has 60 s for each file, and 1.3 GB of memory beyond what the loaded program takes. What
+counts as a crash is any exception but undertow's own three, and a message of more than 4,000 characters. Without
+--draw, the pictures of a page are laid out but not turned into SVG, which takes seconds a page.
 """
 
 import argparse

@@ -30,7 +30,7 @@ def _number(value: Any) -> Any:
     if amount > LARGEST or amount != amount:
         raise ValueError(f"expected a finite number of at most {LARGEST:g}")
     if 0.0 < amount < sys.float_info.min:
-        raise ValueError("expected a number that is not so close to zero; write 0")
+        raise ValueError("expected a number that is not so close to zero")
     return value
 
 

@@ -12,6 +12,7 @@ from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
 from ..physics.folders import finish, replace_folder
+from ..physics.printable import shown
 from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.neural import is_network_folder
@@ -188,7 +189,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
     if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
         raise RequestError(
             f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
-            f"'namespace', got {logs!r}, {frame!r}, {channel_map!r}, {namespace!r}; run "
+            f"'namespace', got {shown(logs)}, {shown(frame)}, {shown(channel_map)}, {shown(namespace)}; run "
             "'undertow discover' to write the folder anew"
         )
     for path in logs:

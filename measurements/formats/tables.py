@@ -61,6 +61,7 @@ def read_text(head: Head) -> pd.DataFrame:
     try:
         with warnings.catch_warnings(), in_file(head.path), text:
             warnings.simplefilter("error", pd.errors.ParserWarning)
+            text.look_through(head.separator)
             # A column of numbers and words; what is no number becomes NaN below.
             warnings.simplefilter("ignore", pd.errors.DtypeWarning)
             parts = pd.read_csv(
@@ -120,7 +121,7 @@ def _joined(parts: Iterable[pd.DataFrame], width: int, packed: int | None) -> pd
             if isinstance(column.dtype, pd.CategoricalDtype):
                 part[name] = _numbered(column, known.setdefault(name, {}))
             elif name != time and not pd.api.types.is_numeric_dtype(column):
-                part[name] = _numbers(column)
+                part[name] = _numbers(column.astype("category"))  # each word is looked at once
         done.append(part)
     frame = pd.concat(done, ignore_index=True) if len(done) != 1 else done[0]
     for name, codes in known.items():

@@ -232,7 +232,8 @@ def _checkpoint(folder: Path) -> Path:
     from undertow.residuals.checkpoint import Checkpoint, write_checkpoint
 
     weights = {"a": torch.zeros(3), "b": torch.ones(2, 2)}
-    state = Checkpoint(weights, weights, {0: weights}, torch.get_rng_state(), [{"loss": 1.0}], 2.0, {"data": "x"})
+    kept, moments = ({name: value.clone() for name, value in weights.items()} for _ in range(2))
+    state = Checkpoint(weights, kept, {0: moments}, torch.get_rng_state(), [{"loss": 1.0}], 2.0, {"data": "x"})
     write_checkpoint(folder, state)
     return folder / "checkpoint.safetensors"
 
