@@ -113,18 +113,18 @@ class Coasting:
         said, _ = network(inputs[:, None].expand(-1, self.rows, -1))
         return base + coasting_power(self.mass, inputs[:, :3], said[:, -1])
 
-    def excess(self, network: Network, index: Tensor) -> Tensor:
-        """Power above what is aimed at at states, and the push at rest above it, 0 where lawful, (m,)."""
-        over = (self.power(network, index) - self.aimed[index]) / self.unit[index]
-        pushed = (self.push(network, index).abs() - INSIDE * TOLERANCE) / EXCESS_UNIT
-        return torch.cat([over.clamp(min=0.0), pushed.clamp(min=0.0).flatten()])
+    def penalty(self, network: Network, index: Tensor) -> Tensor:
+        """Mean squared power above what is aimed at at states, and push at rest above it; 0 where lawful."""
+        over = ((self.power(network, index) - self.aimed[index]) / self.unit[index]).clamp(min=0.0)
+        pushed = ((self.push(network, index).abs() - INSIDE * TOLERANCE) / EXCESS_UNIT).clamp(min=0.0)
+        return over.square().mean() + pushed.square().sum(dim=1).mean()
 
     def violating_share(self, network: Network) -> float:
-        """Share of all states at which more power is gained than is allowed, or the hull pushes itself at rest."""
+        """Share of all states at which more power is gained than is allowed; rest counts as one of them."""
         with torch.no_grad():
             over = self.power(network) > self.allowed
-            pushed = (self.push(network).abs() > TOLERANCE).any(dim=1)
-            return float(torch.cat([over, pushed]).double().mean())
+            pushed = (self.push(network).abs() > TOLERANCE).any()
+            return float(torch.cat([over, pushed[None]]).double().mean())
 
 
 def _beside(

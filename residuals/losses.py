@@ -87,7 +87,7 @@ class Objective:
         power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], said)
         along = surplus(power - self.allowed[index]) / self.scale[index]
         drawn = torch.randint(self.coasting.count, (STATES,), generator=draw).to(index)
-        return along.square().mean() + self.coasting.excess(network, drawn).square().mean()
+        return along.square().mean() + self.coasting.penalty(network, drawn)
 
     def _astray(self, network: Network, index: Tensor, inputs: Tensor, draw: torch.Generator) -> Tensor:
         """Mean squared velocity error along rollouts from one random row, in what the unit adds up to on them.

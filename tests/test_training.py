@@ -157,7 +157,7 @@ def test_a_network_that_pushes_more_than_the_drag_creates_energy(dragged: Split,
     drag = -float(damping_power(HULL, np.array([1.0, 0.0, 0.0])))
     allowed = float(let_pass(full_force(HULL), np.array([1.0, 0.0, 0.0])))
     coasting, network = engine(dragged, (drag + allowed + beyond) / mass)
-    assert coasting.violating_share(network) == pytest.approx(0.5 * share), "four states, and their pushes at rest"
+    assert coasting.violating_share(network) == pytest.approx(0.8 * share), "four states, and rest"
 
 
 @pytest.mark.parametrize(("beyond", "share"), [(1e-3, True), (-1e-3, False)])
@@ -437,10 +437,10 @@ def test_lawful_is_what_the_auditor_says(dragged: Split) -> None:
 
 def test_smoothness_calms_the_correction(dragged: Split) -> None:
     def change(weight: float) -> float:
-        found = train(dragged, HULL, "mlp", settings=replace(QUICK, epochs=25, lambda_smooth=weight, lambda_phys=0.0))
+        found = train(dragged, HULL, "mlp", settings=replace(QUICK, epochs=25, lambda_smooth=weight))
         return float(np.abs(np.diff(found.model.correction(dragged.test.motions[0]), axis=0)).mean())
 
-    assert change(100.0) < 0.7 * change(0.0)
+    assert change(300.0) < 0.7 * change(0.0)
 
 
 @pytest.mark.parametrize(
@@ -540,7 +540,7 @@ def test_the_force_equation_takes_tensors_and_arrays_alike() -> None:
 
 def test_training_through_rollouts_helps_rollouts() -> None:
     parts = parts_of({"thruster_lag": 0.4})
-    before = TrainingSettings(epochs=25, batch=4, learning_rate=5e-3, lambda_phys=10.0)
+    before = TrainingSettings(epochs=40, batch=4, learning_rate=5e-3, lambda_phys=0.0)
     one, many = (
         rollout_scores(train(parts, HULL, "mlp", {"units": 32}, pure=True, settings=s).model, parts.test, (2.0,))
         for s in (before, replace(before, rollout_rows=10))
