@@ -74,9 +74,9 @@ def _told_apart(inputs: list[tuple[str, list[Any]]], thrusters: int) -> list[tup
             return [(label,) for label in names]
     if len(inputs) == len(_NAMES):
         return [(label,) for label in _NAMES]
-    by_width = (
-        {3: ("velocity",), 1: ("heading",), thrusters: ("commands",)} if thrusters not in (1, 3) else {3: _NAMES[:1]}
-    )
+    by_width: dict[int | None, tuple[str, ...]] = {3: ("velocity",)}
+    if thrusters not in (1, 3):
+        by_width |= {1: ("heading",), thrusters: ("commands",)}
     if len(inputs) == 1:
         by_width |= {4 + thrusters: _NAMES, 3 + thrusters: ("velocity", "commands"), None: _NAMES}
     found = [by_width.get(_width(shape)) for _, shape in inputs]

@@ -39,13 +39,14 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         "of 1 log in",
         "Kept epoch",
         "It keeps every law that 'undertow check' asks",
-        "The audit fails: it breaks",
         "Acceleration on the test part",
         "2 s nominal",
-        "hybrid mlp fail 291",
+        "hybrid mlp pass 291",
         "(model.yaml, weights.safetensors)",
     ):
         assert text in said
+    assert "The audit fails" not in said
+    assert call("check", place / "M", place / "log.csv").exit_code == 0, "what training calls lawful, check passes"
     lines = (place / "progress.txt").read_text().splitlines()
     assert [line.split()[1] for line in lines] == ["1", "10", "20"]
     assert all("validation error" in line and "breaks the laws at" in line for line in lines)

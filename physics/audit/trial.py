@@ -149,7 +149,7 @@ def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, s
     n = velocity.shape[0]
     names = tuple(t.name for t in vehicle.thrusters)
     idle = np.zeros((n, len(names)))
-    run = Motion(np.arange(n) * 1.0, np.zeros((n, 2)), np.zeros(n), velocity, idle, names)
+    run = Motion(np.arange(n, dtype=float), np.zeros((n, 2)), np.zeros(n), velocity, idle, names)
     return envelope_of([run], calm(vehicle)), source
 
 
