@@ -1,7 +1,12 @@
 """The command line: the verbs of undertow, each loading only what it needs."""
 
-import io
 import sys
+
+if __name__ == "__main__" or sys.argv[0].endswith(("undertow", "undertow.exe")):  # not when it is imported
+    from .reports.interruption import listen
+
+    listen()  # before anything else: what follows takes a second, in which Ctrl-C is pressed too
+
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,7 +15,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .physics.effects import EFFECTS
-from .reports.console import check_file, failing_clearly, flush, print_json, progress, prose, say, show, tell_replaced
+from .reports.console import (
+    check_here,
+    failing_clearly,
+    interrupted,
+    open_streams,
+    print_json,
+    progress,
+    prose,
+    say,
+    say_lines,
+    sending,
+    show,
+    tell_replaced,
+)
 
 if TYPE_CHECKING:
     from .discovery.findings import FoundEffect, Step
@@ -37,6 +55,9 @@ AsIsOption = Annotated[
     bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Write over what this verb did not write; never over what it reads.")
+]
 SeedOption = Annotated[
     int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
 ]
@@ -83,7 +104,10 @@ def options(
 
 
 @app.command()
-def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")] = Path("undertow-demo")) -> None:
+def demo(
+    out: Annotated[Path, typer.Option("--out", help="Run folder to write.")] = Path("undertow-demo"),
+    force: ForceOption = False,
+) -> None:
     """Tell the whole story on a log recorded from a Gazebo BlueBoat."""
     from importlib import resources
 
@@ -93,9 +117,10 @@ def demo(out: Annotated[Path, typer.Option("--out", help="Run folder to write.")
             resources.as_file(folder / "gazebo_blueboat.csv.gz") as log,
             resources.as_file(folder / "demo.yaml") as car,
         ):
-            _check_folder(out)
-            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.\n")
-            _discover(out, partial(_read, [log], str(car), None, None), report=True, seed=0)
+            _check_folder(out, force=force)
+            say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.")
+            say("")
+            _discover(out, partial(_read, [log], str(car), None, None), report=True, seed=0, force=force)
 
 
 @app.command()
@@ -113,26 +138,34 @@ def inspect(
     fix: Annotated[
         Path | None, typer.Option("--fix", metavar="OUT.csv", help="Write the log with the safe repairs made.")
     ] = None,
+    force: ForceOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Say whether logs are sound and what to do about it, and what undertow would do with them."""
+    """Say whether logs are sound and what to do about it, and what undertow would do with them.
+
+    Exit code 1 for a log with a defect, or one that cannot be used; with --fix, where the repaired log has one.
+    """
     with failing_clearly():
         from .measurements.channel_map import map_text
         from .physics.files import write_text
+        from .physics.marks import on_top
         from .physics.vehicle import load_vehicle
         from .reports.looked_over import look_over
         from .reports.reading_progress import reading_progress
 
-        earlier = {out: check_file(out) for out in (map_out, fix) if out is not None}
+        earlier = _earlier(
+            (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
+            (logs, vehicle, channels),
+            force=force,
+        )
         model = None if vehicle is None else load_vehicle(vehicle)
         with reading_progress(progress) as reading:
             found, read = look_over(
                 logs, model, frame=frame, channel_map=channels, namespace=namespace, fix=fix, progress=reading
             )
         if map_out is not None:
-            write_text(map_out, map_text(read.entries, read.unused))
-        for out in earlier:
-            tell_replaced(out, earlier[out])
+            write_text(map_out, on_top("inspect --map-out", map_text(read.entries, read.unused)))
+        tell_replaced(earlier)
         if as_json:
             print_json(found)
         else:
@@ -140,8 +173,10 @@ def inspect(
 
             show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
             of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
-            say(f"The channel map in use{of}; edit it, and give it back with --map:\n")
-            say(map_text(read.entries))
+            say(f"The channel map in use{of}; edit it, and give it back with --map:")
+            say_lines(f"\n{map_text(read.entries)}")
+        if not found.get("fixed", found)["usable"]:
+            raise typer.Exit(1)
 
 
 @app.command()
@@ -159,6 +194,7 @@ def compare(
     series: Annotated[
         Path | None, typer.Option("--series", help="MCAP file to write, for Foxglove or PlotJuggler.")
     ] = None,
+    force: ForceOption = False,
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
@@ -170,15 +206,13 @@ def compare(
         from .physics.files import write_json
         from .reports.compare import compare as compare_models
 
-        kept = [path for path in (out, series) if path is not None]
-        kinds = ["comparison"] * (out is not None) + ["series"] * (series is not None)
-        earlier = [path for path, kind in zip(kept, kinds, strict=True) if check_file(path, vehicle, kind)]
+        targets = (("--out", "compare", out), ("--series", "compare --series", series))
+        earlier = _earlier(targets, (logs, vehicle, channels, model), force=force)
         inputs = _read(logs, vehicle, frame, channels, judge, namespace=namespace, as_is=as_is)
         found = compare_models(inputs, model or [], series)
         if out is not None:
             write_json(out, found.to_dict())
-        for path in kept:
-            tell_replaced(path, path in earlier)
+        tell_replaced(earlier)
         if as_json:
             print_json(found.to_dict())
         else:
@@ -214,6 +248,7 @@ def check(
         str | None, typer.Option("--vehicle", "-v", help="Vehicle of a model that carries none (ONNX, function).")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="audit.json to write.")] = None,
+    force: ForceOption = False,
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -226,7 +261,7 @@ def check(
         from .reports.checked import check as judge
         from .reports.reading_progress import reading_progress
 
-        earlier = out is not None and check_file(out, model, "audit")
+        earlier = _earlier((("--out", "check", out),), (model, logs, vehicle, channels), force=force)
         with reading_progress(progress) as reading:
             found = judge(
                 model,
@@ -240,7 +275,7 @@ def check(
             )
         if out is not None:
             write_json(out, found.to_dict())
-            tell_replaced(out, earlier)
+        tell_replaced(earlier)
         if as_json:
             print_json(found.to_dict())
         else:
@@ -260,6 +295,7 @@ def discover(
     vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Run folder to write.")],
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
+    force: ForceOption = False,
     refit: Annotated[
         bool, typer.Option("--refit", help="Calibrate the model's own parameters while effects are judged.")
     ] = False,
@@ -272,9 +308,9 @@ def discover(
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
     with failing_clearly():
-        _check_folder(out)
+        _check_folder(out, (logs, vehicle, channels), report=not no_report, force=force)
         read = partial(_read, logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
-        _discover(out, read, report=not no_report, seed=seed, refit=refit, as_json=as_json)
+        _discover(out, read, report=not no_report, seed=seed, refit=refit, force=force, as_json=as_json)
 
 
 @app.command()
@@ -286,6 +322,7 @@ def fit(
         list[str] | None, typer.Option("--free", metavar="SYMBOL", help="Calibrate this too, though it has no value.")
     ] = None,
     hold: Annotated[list[str] | None, typer.Option("--hold", metavar="SYMBOL", help="Leave this as it is.")] = None,
+    force: ForceOption = False,
     seed: SeedOption = 0,
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -299,12 +336,12 @@ def fit(
         from .reports import terminal
         from .reports.fitted import fit as calibrate
 
-        earlier = out is not None and check_file(out, vehicle, "vehicle")
+        earlier = _earlier((("--out", "fit", out),), (logs, vehicle, channels), force=force)
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
-            done.vehicle.save(out)
-            tell_replaced(out, earlier)
+            done.vehicle.save(out, by="fit")
+        tell_replaced(earlier)
         if as_json:
             print_json(done.to_dict())
             return
@@ -327,6 +364,7 @@ def add(
     ] = None,
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    force: ForceOption = False,
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
@@ -341,7 +379,8 @@ def add(
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
-        earlier = out is not None and check_file(out, vehicle, "vehicle")
+        read = (run, effects if run is None else (), vehicle, channels)
+        earlier = _earlier((("--out", "add", out),), read, force=force)
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
@@ -362,8 +401,8 @@ def add(
         inputs = _read(paths, nominal, frame, channels, namespace=namespace, as_is=as_is)
         found = add_named(names, inputs, progress=progress)
         if out is not None:
-            found.discovery.corrected.save(out)
-            tell_replaced(out, earlier)
+            found.discovery.corrected.save(out, by="add")
+        tell_replaced(earlier)
         findings = found.findings
         if as_json:
             content = findings.to_dict()
@@ -411,6 +450,7 @@ def train(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Of the recipe, such as learning_rate=0.001, patience=50."),
     ] = None,
+    force: ForceOption = False,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say what of the correction is a named effect, and what is memory.")
     ] = False,
@@ -425,7 +465,7 @@ def train(
         from .reports import trained
         from .reports.training_progress import training_progress
 
-        trained.check_folder(out, resume)
+        trained.check_folder(out, resume, (logs, vehicle, channels), force=force)
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = trained.settings_with(set_ or [], seed=seed, device=device, **given)
         chosen = trained.parsed_options(option or [])
@@ -441,13 +481,13 @@ def train(
                     settings=settings,
                     out=out,
                     resume=resume,
+                    force=force,
                     progress=told,
                 )
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as error:
             kept = (out / trained.CHECKPOINT).exists()
             how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"
-            print(f"\nundertow: interrupted; {how}", file=sys.stderr)
-            raise typer.Exit(130) from None
+            interrupted(error, how)
         if explain:
             done = trained.explained(done, out, progress)
         if as_json:
@@ -505,6 +545,7 @@ def simulate(
         float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log in seconds.")
     ] = 300.0,
     noise: Annotated[str, typer.Option("--noise", help="Sensors: clean, field or rough.")] = "field",
+    force: ForceOption = False,
     seed: SeedOption = 0,
 ) -> None:
     """Write the log of a world with hidden effects."""
@@ -513,7 +554,7 @@ def simulate(
         from .physics.vehicle import load_vehicle
         from .physics.worlds import parse_effect, simulate_world
 
-        earlier = check_file(out)
+        earlier = _earlier((("--out", "simulate", out),), (vehicle,), force=force)
         hidden: dict[str, tuple[float, ...]] = {}
         for text in effect or []:
             name, values = parse_effect(text)
@@ -525,7 +566,7 @@ def simulate(
         nominal = load_vehicle(vehicle)
         world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
         world.write(out)
-        tell_replaced(out, earlier)
+        tell_replaced(earlier)
         before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
         changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
         listed = ", ".join(changed) or "nothing"
@@ -546,28 +587,41 @@ def report(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Page of several runs (./report.html), or a copy of the one.")
     ] = None,
+    force: ForceOption = False,
 ) -> None:
     """Write the HTML page of run folders, one page of several, and PDF."""
     with failing_clearly():
         from .reports.reported import report as report_runs
 
-        for path in report_runs(runs, models=model or [], pdf=pdf, out=out, progress=progress):
+        for path in report_runs(runs, models=model or [], pdf=pdf, out=out, force=force, progress=progress):
             say(f"{path}")
 
 
 def main() -> None:
-    """Run the command line; exit code 0 done, 1 a check found violations, 2 wrong usage or unreadable input."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal that cannot show "m/s²" gets "m/s?", not a traceback
+    """Run the command line; exit code 0 done, 1 a check found violations, 2 wrong usage or unreadable input.
+
+    130 when interrupted (Ctrl-C), 143 when terminated.
+    """
+    from .reports.interruption import finish
+
+    open_streams()
+    check_here()
     try:
-        app()
+        with sending():
+            app()
     finally:
-        flush()
+        finish()
 
 
 def _discover(
-    out: Path, read: Callable[[], "Inputs"], *, report: bool, seed: int, refit: bool = False, as_json: bool = False
+    out: Path,
+    read: Callable[[], "Inputs"],
+    *,
+    report: bool,
+    seed: int,
+    refit: bool = False,
+    force: bool = False,
+    as_json: bool = False,
 ) -> None:
     """Read, search, write the run folder, and tell the story; the time told is that of all four."""
     import time
@@ -581,7 +635,7 @@ def _discover(
     from .reports.run import discover as find
 
     run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
-    write_run(run, out, report=report, progress=progress)
+    write_run(run, out, report=report, force=force, progress=progress)
     findings = run.findings
     if as_json:
         print_json(findings.to_dict())
@@ -670,10 +724,19 @@ def _is_log(word: str) -> bool:
     return Path(word).exists() or Path(word).suffix.lower() in SUFFIXES or is_pattern(word)
 
 
-def _check_folder(out: Path) -> None:
+def _check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:
     from .reports.folder import check_target
 
-    check_target(out)
+    check_target(out, reads, report=report, force=force)
+
+
+def _earlier(
+    targets: Iterable[tuple[str, str, Path | None]], reads: Iterable[Any], *, force: bool = False
+) -> list[Path]:
+    """Check the files to be written, each with its option and what writes it; give those that are there already."""
+    from .reports.targets import Kind, check_targets
+
+    return check_targets([(option, Kind(by), path) for option, by, path in targets], reads, force=force)
 
 
 if __name__ == "__main__":

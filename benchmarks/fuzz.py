@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -90,13 +91,16 @@ def _work(name: str, seeds: range, inspect: bool, channel: Connection) -> None:
     channel.close()
 
 
-def fuzz(name: str, seeds: range, inspect: bool = False) -> Tally:
-    """Read broken files of one format, in as many processes as die of it."""
+Work = Callable[[str, range, bool, Connection], None]
+
+
+def fuzz(name: str, seeds: range, inspect: bool = False, work: Work = _work) -> Tally:
+    """Read broken files of one format, in as many processes as die of it; `work` sends (seed, outcome, bytes held)."""
     tally = Tally()
     context = multiprocessing.get_context("spawn")
     while seeds:
         ours, theirs = context.Pipe(duplex=False)
-        process = context.Process(target=_work, args=(name, seeds, inspect, theirs))
+        process = context.Process(target=work, args=(name, seeds, inspect, theirs))
         process.start()
         theirs.close()
         done = seeds.start - 1

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from ..physics.errors import LogError
+from ..physics.files import yaml_text
+from ..physics.printable import shown
+from ..physics.reading import read_yaml, reason
 from .channels import COMMAND_UNITS, UNITS, is_canonical, unit_of
 
 _KEYS = {"from", "scale", "offset", "frame", "unit"}
@@ -26,8 +27,8 @@ _UNITS = {
 }
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _MOST_UNUSED = 40
-_MOST_TOLD = 120
-"""Characters of a wrong file that a message shows."""
+_LONGEST = 300
+"""Letters of a name that stands in a remark."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,27 +71,22 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         when the file is missing, is not such a mapping, names an unknown channel or key, or a unit that cannot be the
         channel's.
     """
-    if not path.is_file():
+    if not path.exists():
         raise LogError(f"{path}: no such channel map; expected a YAML file of 'channel: topic:field' lines.")
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise LogError(f"{path}: the channel map is not YAML ({error}). Quote names that hold a colon.") from error
+        content = read_yaml(path)
+    except (OSError, ValueError) as error:
+        told = f"the channel map is not YAML ({reason(error)}). Quote names that hold a colon."
+        raise LogError(f"{path}: {told}") from error
     if not isinstance(content, dict) or not content:
-        raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {_cut(content)}.")
+        raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {shown(content)}.")
     return {_name(path, key): None if value is None else _entry(path, key, value) for key, value in content.items()}
-
-
-def _cut(content: object) -> str:
-    """What a file held instead, as text that fits a message."""
-    told = repr(content)
-    return told if len(told) <= _MOST_TOLD else f"{told[:_MOST_TOLD]}... ({len(told)} characters)"
 
 
 def _name(path: Path, key: Any) -> str:
     if not isinstance(key, str) or not is_canonical(key):
         kinds = ", ".join(f"{kind}_<thruster>" for kind in COMMAND_UNITS)
-        raise LogError(f"{path}: unknown channel {key!r} in the channel map; expected {' '.join(UNITS)}, {kinds}.")
+        raise LogError(f"{path}: unknown channel {shown(key)} in the channel map; expected {' '.join(UNITS)}, {kinds}.")
     return key
 
 
@@ -100,28 +96,28 @@ def _entry(path: Path, key: str, value: Any) -> Entry:
     if not isinstance(value, dict) or not isinstance(value.get("from"), str) or set(value) - _KEYS:
         raise LogError(
             f"{path}: channel map entry '{key}' must be 'topic:field', a column, null, or a mapping with 'from' and "
-            f"optionally scale, offset, unit, frame; got {value!r}."
+            f"optionally scale, offset, unit, frame; got {shown(value)}."
         )
     numbers = []
     for part, null in (("scale", 1.0), ("offset", 0.0)):
         number = value.get(part, null)
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise LogError(f"{path}: channel map entry '{key}' needs a number as {part}, got {number!r}.")
+            raise LogError(f"{path}: channel map entry '{key}' needs a number as {part}, got {shown(number)}.")
         numbers.append(float(number))
     frame = value.get("frame")
     if frame not in (None, "ned", "enu"):
-        raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {frame!r}.")
+        raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {shown(frame)}.")
     unit = value.get("unit")
     if unit is not None and (not isinstance(unit, str) or unit not in _UNITS):
         raise LogError(
-            f"{path}: channel map entry '{key}' needs a unit among {', '.join(_UNITS)}, or a scale; got {unit!r}."
+            f"{path}: channel map entry '{key}' needs a unit among {', '.join(_UNITS)}, or a scale; got {shown(unit)}."
         )
     factor = 1.0 if unit is None else _UNITS[unit].get(unit_of(key))
     if factor is None:
         fitting = [name for name, factors in _UNITS.items() if unit_of(key) in factors]
         raise LogError(
             f"{path}: channel map entry '{key}' is a channel in {unit_of(key)}; expected a unit that fits it "
-            f"({', '.join(fitting) or 'there is none here'}), or a scale; got {unit!r}."
+            f"({', '.join(fitting) or 'there is none here'}), or a scale; got {shown(unit)}."
         )
     return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame)
 
@@ -156,12 +152,11 @@ def map_text(entries: Mapping[str, Entry], unused: Sequence[str] = ()) -> str:
     pwm_port: {from: left}
     """
     lines = [
-        f"{name}: "
-        + yaml.safe_dump(parts, default_flow_style=True, sort_keys=False, width=math.inf, allow_unicode=True)
+        f"{name}: {yaml_text(parts, default_flow_style=True, width=math.inf)}"
         for name, parts in map_dict(entries).items()
     ]
     if unused:
-        lines.append("# Not used:\n" + "".join(f"#   {name!r}\n" for name in unused[:_MOST_UNUSED]))
+        lines.append("# Not used:\n" + "".join(f"#   {shown(name, _LONGEST)}\n" for name in unused[:_MOST_UNUSED]))
     if len(unused) > _MOST_UNUSED:
         lines.append(f"#   and {len(unused) - _MOST_UNUSED} more\n")
     return "".join(lines)

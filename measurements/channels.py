@@ -73,13 +73,20 @@ class Lost:
     empty : rows without a number
     repeated : rows whose stamp another row repeats
     backward : rows that stood after a later one, and were sorted
-    cut : values outside the longest piece of a log whose clock was set back
+    astray : rows whose stamp is far out of order, alone among others that are not
+    sets : (when, by how much) the clock was set while the log was written [s]; what follows was moved
     """
 
     empty: int = 0
     repeated: int = 0
     backward: int = 0
-    cut: int = 0
+    astray: int = 0
+    sets: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def disordered(self) -> bool:
+        """Whether time runs backwards in the file."""
+        return self.backward > 0 or any(by < 0.0 for _, by in self.sets)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

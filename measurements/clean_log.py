@@ -9,8 +9,11 @@ import numpy as np
 
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes
+from ..physics.marks import on_top
+from ..physics.printable import one_line
 from .log import Log
 
+VERB = "inspect --fix"
 _PART = 1 << 16
 """Rows that are written together; all at once, the rows of a long log would take gigabytes."""
 
@@ -49,20 +52,15 @@ def write_clean(log: Log, fixes: Sequence[str], left: Sequence[str], out: str | 
     Raises
     ------
     RequestError
-        see `check_target`; and for a log whose clock was set back, of which only a piece was read.
+        see `check_target`.
     """
     target = Path(out)
     check_target(target, [log.path])
-    if any(channel.lost.cut for channel in log.channels.values()):
-        raise RequestError(
-            f"--fix {out}: the clock of {log.path} is set back, and only its longest piece was looked over; a repaired "
-            "log would lose the rest. Cut the log where the clock was set, and repair each piece."
-        )
     done = [f"fixed: {fix}" for fix in fixes] or ["nothing had to be fixed"]
     wrong = [f"not fixed: {sentence}" for sentence in left]
     remarks = [f"repaired by undertow from {log.name}", *done, *wrong, *log.notes]
-    head = "".join(f"# {' '.join(remark.split())}\n" for remark in remarks)
-    data = b"".join(part.encode("utf-8") for part in (head, *_table(log)))
+    head = "".join(f"# {one_line(' '.join(remark.split()))}\n" for remark in remarks)
+    data = on_top(VERB, "".join((head, *_table(log)))).encode("utf-8")
     return write_bytes(target, gzip.compress(data, mtime=0) if target.suffix == ".gz" else data)
 
 

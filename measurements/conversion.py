@@ -73,8 +73,7 @@ def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -
     """
     notes = _frame_notes(sources)
     sources = {name: _in_degrees(source, notes) if name in PLACE else source for name, source in sources.items()}
-    cleaner = Cleaner(where, mend)
-    cleaner.choose_piece([source.stream for source in sources.values()])
+    cleaner = Cleaner(where, [source.stream for source in sources.values()], mend)
     channels = {name: _channel(name, source, cleaner) for name, source in sources.items()}
     for channel in channels.values():
         check_limits(channel, where)

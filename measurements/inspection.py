@@ -18,7 +18,7 @@ from .dataset import PAPER, WEAK, Recipe
 from .log import Log
 from .needs import problems
 from .prepare import native_rate, prepare, shortfall, usable_spans
-from .quality.examination import Examination, examine, pool, verdict
+from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
 from .quality.record import Record
 from .resampling import gap_limit, gaps
@@ -75,6 +75,7 @@ class Inspection:
     quality : what each check found
     examination : the same with the log as repaired
     map : the channel map in use
+    curable : whether nothing is missing any more once the safe fixes are made
     """
 
     path: str
@@ -87,11 +88,22 @@ class Inspection:
     notes: tuple[str, ...]
     examination: Examination
     map: dict[str, dict[str, str | float]]
+    curable: bool
 
     @property
     def quality(self) -> tuple[Finding, ...]:
         """What each check found."""
         return self.examination.findings
+
+    @property
+    def usable(self) -> bool:
+        """Whether the log can be used as it is: nothing is missing, and no check found a defect."""
+        return not self.plan.missing and is_sound(self.quality)
+
+    @property
+    def repaired(self) -> bool:
+        """Whether the log can be used once the safe fixes are made: no defect is left, and nothing else is missing."""
+        return (self.usable or self.curable) and is_sound([f for f in self.quality if f.fix is None])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values, fit for strict JSON (no NaN or Infinity)."""
@@ -99,6 +111,7 @@ class Inspection:
             "schema": SCHEMA,
             "path": self.path,
             "verdict": self.verdict,
+            "usable": self.usable,
             "quality": [finding.to_dict() for finding in self.quality],
             "channels": [asdict(channel) for channel in self.channels],
             "unused": list(self.unused),
@@ -124,11 +137,17 @@ class Inspections:
     verdict: str
     quality: tuple[Finding, ...]
 
+    @property
+    def usable(self) -> bool:
+        """Whether every log can be used as it is, and no check of all together found a defect."""
+        return is_sound(self.quality) and all(inspection.usable for inspection in self.logs)
+
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values, fit for strict JSON."""
         return {
             "schema": SCHEMA_OF_SEVERAL,
             "verdict": self.verdict,
+            "usable": self.usable,
             "quality": [finding.to_dict() for finding in self.quality],
             "logs": [inspection.to_dict() for inspection in self.logs],
         }
@@ -151,9 +170,7 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
     examination = examine(log, vehicle)
     # Late and held fixes make false speeds; what the boat did is told of the log without them.
     seen = [stretch.motion for stretch in Record.of(examination.clean).stretches]
-    # What lies beyond a clock that was set back is lost to a repaired log, so none is written.
-    cut = any(channel.lost.cut for channel in log.channels.values())
-    curable = bool(plan.missing) and not cut and not _plan(_mended(examination.clean), vehicle, recipe).missing
+    curable = not _plan(_mended(examination.clean), vehicle, recipe).missing
     return Inspection(
         path=str(log.path),
         verdict=verdict(examination.findings, plan.missing, curable),
@@ -165,6 +182,7 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
         notes=log.notes,
         examination=examination,
         map=map_dict(log.entries),
+        curable=curable,
     )
 
 
@@ -245,5 +263,5 @@ def _plan(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> Plan:
 
 def _backward(log: Log) -> list[str]:
     """Time that runs backwards, which reading for inspection alone puts up with."""
-    names = [name for name, channel in log.channels.items() if channel.lost.backward or channel.lost.cut]
+    names = [name for name, channel in log.channels.items() if channel.lost.disordered]
     return [f"time runs backwards in {', '.join(names)}; every other verb refuses the log."] if names else []

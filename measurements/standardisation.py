@@ -12,6 +12,8 @@ from ..physics.errors import RequestError
 from ..physics.files import write_text
 from ..physics.frames import Array
 from ..physics.motion import Motion
+from ..physics.printable import shown
+from ..physics.reading import read_json, reason
 from .derive import feature_names, stacked
 
 SCHEMA = "undertow.standardisation/1"
@@ -95,14 +97,14 @@ class Standardisation:
         """
         if not isinstance(content, dict) or content.get("schema") != SCHEMA:
             came = content.get("schema") if isinstance(content, dict) else type(content).__name__
-            raise RequestError(f"{where}: expected schema '{SCHEMA}', got {came!r}.")
+            raise RequestError(f"{where}: expected schema '{SCHEMA}', got {shown(came)}.")
         try:
             rows = [(str(row["name"]), float(row["mean"]), float(row["scale"])) for row in content["features"]]
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise RequestError(f"{where}: expected features with name, mean and scale ({error!r}).") from error
         values = np.array([row[1:] for row in rows]).reshape(len(rows), 2)
         if not rows or not np.isfinite(values).all() or (values[:, 1] <= 0).any():
-            raise RequestError(f"{where}: expected finite means and positive scales, got {rows}.")
+            raise RequestError(f"{where}: expected finite means and positive scales, got {shown(rows)}.")
         return cls(tuple(row[0] for row in rows), values[:, 0], values[:, 1])
 
     def write(self, path: Path | str) -> None:
@@ -120,7 +122,7 @@ class Standardisation:
         """
         path = Path(path)
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-            raise RequestError(f"{path}: expected a JSON file with schema '{SCHEMA}' ({error}).") from error
+            content = read_json(path)
+        except (OSError, ValueError) as error:
+            raise RequestError(f"{path}: expected a JSON file with schema '{SCHEMA}' ({reason(error)}).") from error
         return cls.from_dict(content, str(path))

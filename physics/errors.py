@@ -1,15 +1,27 @@
 """The three ways in which undertow refuses: a log, a vehicle, or a request that cannot be used."""
 
+from .printable import shortened, shown
 
-class LogError(ValueError):
+_MOST_TOLD = 3900
+"""Characters of a text, so that "undertow: " and a path can be put before it within the 4,000 of any message."""
+
+
+class _BoundedError(ValueError):
+    """A text that fits on a screen, whatever of a broken file it quotes: of a longer one, head and tail are kept."""
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(shortened(str(text), _MOST_TOLD))
+
+
+class LogError(_BoundedError):
     """A log that cannot be read or used; the text says what was expected, what came, and what to try."""
 
 
-class VehicleError(ValueError):
+class VehicleError(_BoundedError):
     """A vehicle file or parameter that cannot be used; the text says what was expected, what came, and what to try."""
 
 
-class RequestError(ValueError):
+class RequestError(_BoundedError):
     """A request that cannot be met (unknown effect, unusable option, failed solve); the text says what to try."""
 
 
@@ -29,8 +41,10 @@ def expect(what: str, given: object, kind: type | tuple[type, ...], cure: str) -
     kinds = kind if isinstance(kind, tuple) else (kind,)
     if not isinstance(given, kinds):
         wanted = " or ".join(k.__name__ for k in kinds)
-        shown = f"{type(given).__name__} {given!r}" if isinstance(given, str | int | float) else type(given).__name__
-        raise RequestError(f"{what}: expected {_article(wanted)}, got {_article(shown)}; {cure}")
+        came = (
+            f"{type(given).__name__} {shown(given)}" if isinstance(given, str | int | float) else type(given).__name__
+        )
+        raise RequestError(f"{what}: expected {_article(wanted)}, got {_article(came)}; {cure}")
 
 
 def _article(name: str) -> str:

@@ -191,6 +191,9 @@ def mass_margin(vehicle: Vehicle) -> float:
 
     M is symmetric by construction (N_vdot = Y_rdot, Fossen 2021, property 6.1).
     """
+    least = min(vehicle.mass, vehicle.inertia_z)
+    if least <= 0.0:  # a rigid body has mass; added mass cannot make up for it
+        return float(np.sign(least))
     size = np.sqrt([vehicle.mass, vehicle.mass, vehicle.inertia_z])
     return float(np.linalg.eigvalsh(mass_matrix(vehicle) / np.outer(size, size)).min())
 

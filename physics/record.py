@@ -63,6 +63,10 @@ class Record(BaseModel):
         """The same with other values in some fields, checked."""
         return type(self).model_validate({**dict(self), **changes})
 
+    def __getitem__(self, name: str) -> Any:
+        """A field as JSON has it, by its name there: `step["rollout_rmse"]["10"]["position"]`."""
+        return self.to_dict()[name]
+
     def to_dict(self) -> dict[str, Any]:
         """As JSON has it."""
         content = self.model_dump(mode="json", by_alias=True)

@@ -12,6 +12,7 @@ from .averages import area_average
 from .errors import RequestError
 from .files import write_bytes
 from .frames import Array, body_to_earth, wrap_angle
+from .marks import in_stamps, parquet_data, remark
 from .motion import Motion
 from .vehicle import Vehicle
 
@@ -85,7 +86,7 @@ class SimulatedLog:
 
         Topic `odometry` has the fields x y psi u v r, topic `command` one field `<command>_<thruster>` each, and topic
         `anemometer`, if there is one, wind_u and wind_v. Gzip when the name ends in `.gz`, Parquet when it ends in
-        `.parquet`, CSV otherwise. The same log gives the same bytes.
+        `.parquet`, CSV otherwise. The same log gives the same bytes, with a mark of the verb `simulate` (see `marks`).
 
         Raises
         ------
@@ -99,7 +100,7 @@ class SimulatedLog:
             data = self._parquet(target)
         else:
             text = "".join(["time,topic,field,value\n", *(f"{t:.6f},{a},{b},{x:.9g}\n" for t, a, b, x in self._rows())])
-            data = text.encode("utf-8")
+            data = in_stamps(text).encode("utf-8")
             data = gzip.compress(data, mtime=0) if target.suffix == ".gz" else data
         return write_bytes(target, data)
 
@@ -123,9 +124,12 @@ class SimulatedLog:
     def _parquet(self, target: Path) -> bytes:
         import pandas as pd
 
-        buffer = io.BytesIO()
+        table = pd.DataFrame(self._rows(), columns=["time", "topic", "field", "value"])
+        plain, marked = io.BytesIO(), io.BytesIO()
         try:
-            pd.DataFrame(self._rows(), columns=["time", "topic", "field", "value"]).to_parquet(buffer, index=False)
+            table.to_parquet(plain, index=False)
+            table.attrs["undertow"] = remark("simulate", parquet_data(plain.getvalue()))
+            table.to_parquet(marked, index=False)
         except ImportError:
             raise RequestError(f"cannot write {target}: Parquet needs pyarrow: pip install 'undertow[logs]'") from None
-        return buffer.getvalue()
+        return marked.getvalue()

@@ -7,6 +7,7 @@ from itertools import combinations_with_replacement
 
 from .errors import VehicleError
 from .frames import Array
+from .printable import shown
 
 _FACTOR = re.compile(r"(\|[uvr]\||[uvr])(?:\^([1-3]))?")
 _INDEX = {"u": 0, "v": 1, "r": 2}
@@ -71,7 +72,7 @@ def parse_form(text: str) -> Form:
         position = match.end()
     if position < len(squeezed) or not 1 <= len(factors) <= 3:
         raise VehicleError(
-            f"term form {text!r}: expected a product of one to three of u, v, r, |u|, |v|, |r|, "
+            f"term form {shown(text)}: expected a product of one to three of u, v, r, |u|, |v|, |r|, "
             "for example 'u|u|' or '|v|r'"
         )
     return Form(squeezed, tuple(factors))

@@ -9,9 +9,16 @@ from scipy.signal import lfilter
 
 from .errors import RequestError
 from .frames import Array
+from .quantities import Number, Positive
 
+_SIDES = {"port": "port", "left": "port", "stbd": "starboard", "starboard": "starboard", "right": "starboard"}
+"""Words in a thruster's name that say on which side it sits."""
+_SLIGHT = 0.1
+"""Share of a thruster's force, or of its arm, below which its sign says nothing: it is lost in what the file rounds."""
 CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
 _NEUTRAL_PWM, _HALF_RANGE_PWM = 1500.0, 500.0
+_MOST_POINTS = 10_000
+"""Points of a curve: a command in microseconds has 1,400 steps."""
 GAINS = (
     "gain_astern_100",
     "gain_astern_67",
@@ -28,8 +35,8 @@ class TableCurve(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     kind: Literal["table"]
-    command: tuple[float, ...] = Field(min_length=2)
-    force: tuple[float, ...] = Field(min_length=2)
+    command: tuple[Number, ...] = Field(min_length=2, max_length=_MOST_POINTS)
+    force: tuple[Number, ...] = Field(min_length=2, max_length=_MOST_POINTS)
 
     @model_validator(mode="after")
     def _ordered(self) -> "TableCurve":
@@ -53,15 +60,22 @@ class TableCurve(BaseModel):
         return (command - neutral) / reach
 
     def _neutral(self, kind: CommandKind) -> float:
+        ends = self.rest()
+        return sum(ends) / 2.0 if ends else _NEUTRAL_PWM if kind == "pwm" else 0.0
+
+    def rest(self) -> tuple[float, float] | None:
+        """The commands between which the table pushes neither way; None where it has no such place."""
         force = np.asarray(self.force)
-        crossing = np.flatnonzero((force[:-1] < 0) & (force[1:] > 0))
+        crossing = np.flatnonzero(force[:-1] * force[1:] < 0)
         at_zero = np.flatnonzero(force == 0)
         if at_zero.size:
-            return float(np.mean([self.command[at_zero[0]], self.command[at_zero[-1]]]))
+            return self.command[at_zero[0]], self.command[at_zero[-1]]
         if crossing.size:
             k = int(crossing[0])
-            return float(np.interp(0.0, force[k : k + 2], self.command[k : k + 2]))
-        return _NEUTRAL_PWM if kind == "pwm" else 0.0
+            share = force[k] / (force[k] - force[k + 1])
+            zero = float(self.command[k] + share * (self.command[k + 1] - self.command[k]))
+            return zero, zero
+        return None
 
 
 class PropellerCurve(BaseModel):
@@ -74,11 +88,11 @@ class PropellerCurve(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     kind: Literal["propeller"]
-    scale: float = Field(gt=0)
-    offset: float = 0.0
-    k_t: float = Field(gt=0)
-    rho: float = Field(gt=0)
-    diameter: float = Field(gt=0)
+    scale: Positive
+    offset: Number = 0.0
+    k_t: Positive
+    rho: Positive
+    diameter: Positive
 
     def thrust(self, command: Array, kind: CommandKind) -> Array:
         """Force [N] at the given commands."""
@@ -110,26 +124,26 @@ class Thruster(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
-    x: float
-    y: float
-    angle: float = 0.0
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)
+    x: Number
+    y: Number
+    angle: Number = 0.0
     command: CommandKind
     curve: Annotated[TableCurve | PropellerCurve, Field(discriminator="kind")]
-    scale: float = Field(default=1.0, ge=0)
-    thrust_scale: float = Field(default=1.0, ge=0)
-    reverse_scale: float = Field(default=1.0, ge=0)
-    thrust_exponent: float = Field(default=1.0, gt=0)
-    dead_zone: float = Field(default=0.0, ge=0, lt=1)
-    lag: float = Field(default=0.0, ge=0)
-    delay: float = Field(default=0.0, ge=0)
-    advance_loss: float = 0.0
-    gain_astern_100: float = Field(default=1.0, ge=0)
-    gain_astern_67: float = Field(default=1.0, ge=0)
-    gain_astern_33: float = Field(default=1.0, ge=0)
-    gain_ahead_33: float = Field(default=1.0, ge=0)
-    gain_ahead_67: float = Field(default=1.0, ge=0)
-    gain_ahead_100: float = Field(default=1.0, ge=0)
+    scale: Number = Field(default=1.0, ge=0)
+    thrust_scale: Number = Field(default=1.0, ge=0)
+    reverse_scale: Number = Field(default=1.0, ge=0)
+    thrust_exponent: Positive = 1.0
+    dead_zone: Number = Field(default=0.0, ge=0, lt=1)
+    lag: Number = Field(default=0.0, ge=0)
+    delay: Number = Field(default=0.0, ge=0)
+    advance_loss: Number = 0.0
+    gain_astern_100: Number = Field(default=1.0, ge=0)
+    gain_astern_67: Number = Field(default=1.0, ge=0)
+    gain_astern_33: Number = Field(default=1.0, ge=0)
+    gain_ahead_33: Number = Field(default=1.0, ge=0)
+    gain_ahead_67: Number = Field(default=1.0, ge=0)
+    gain_ahead_100: Number = Field(default=1.0, ge=0)
 
     @model_validator(mode="after")
     def _consistent(self) -> "Thruster":
@@ -233,6 +247,44 @@ def neutral_command(thruster: Thruster) -> float:
     if isinstance(curve, PropellerCurve) and thruster.command == "rad_s":
         return 0.0
     return float(command_of(thruster, np.array(fraction)))
+
+
+def resting_commands(thruster: Thruster) -> tuple[float, float] | None:
+    """The commands between which a thruster does not push: the zero of its curve, and its dead zone about that.
+
+    None where no command stops it, as a table without a zero has it.
+    """
+    curve = thruster.curve
+    alone = neutral_command(thruster)
+    zero = curve.rest() if isinstance(curve, TableCurve) else (alone, alone)
+    if zero is None or thruster.dead_zone == 0.0:
+        return zero
+    dead = command_of(thruster, np.array([-thruster.dead_zone, thruster.dead_zone])).tolist()
+    return min(*zero, *dead), max(*zero, *dead)
+
+
+def side_named(name: str) -> str:
+    """The side that a thruster's name speaks of, `port` or `starboard`; empty where it speaks of none.
+
+    >>> side_named("stbd"), side_named("bow")
+    ('starboard', '')
+    """
+    sides = {_SIDES[word] for word in name.lower().split("_") if word in _SIDES}
+    return sides.pop() if len(sides) == 1 else ""
+
+
+def push_and_turn(thruster: Thruster) -> tuple[int, int]:
+    """Which way more command pushes (1 ahead, -1 astern) and turns the boat (1 to starboard, -1 to port).
+
+    0 where it does so with less than a tenth of its force, or of its lever arm.
+    """
+    ends = np.sort(command_of(thruster, np.array([-1.0, 1.0])))
+    low, high = thruster.curve.thrust(ends, thruster.command).tolist()
+    ahead, aside = np.cos(thruster.angle), np.sin(thruster.angle)
+    arm = thruster.x * aside - thruster.y * ahead
+    turns = abs(arm) > _SLIGHT * np.hypot(thruster.x, thruster.y)
+    rises = int(np.sign(high - low))
+    return rises * int(np.sign(ahead) if abs(ahead) > _SLIGHT else 0), rises * int(np.sign(arm) if turns else 0)
 
 
 def shift(series: Array, delay: float, time_step: float) -> Array:

@@ -2,23 +2,40 @@
 
 import math
 import os
-from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
+from collections.abc import Mapping
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from .effects import PARAMETERS, Parameter
 from .errors import VehicleError
-from .files import read_yaml, write_text
+from .files import write_text, yaml_text
 from .frames import AXES
+from .marks import on_top
+from .possible import impossible, insistable
+from .printable import shown
+from .quantities import Number, complaint, complaints, positive, unknown_key
+from .reading import parse_yaml, read_yaml, reason
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
+_LONGEST_NAME = 200
+"""Letters of a name: two lines of a page."""
+_MOST_THRUSTERS = 64
+_MOST_TERMS = 1000
+"""Terms that nobody has named: more than three times all monomials up to degree three, on three axes."""
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
 _FAULTS = ("thrust_scale", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", "advance_loss")
 SHARED_THRUSTER_KEYS = (*_FAULTS, *GAINS)
@@ -34,8 +51,8 @@ class Term(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     axis: Literal["surge", "sway", "yaw"]
-    form: str
-    value: float
+    form: str = Field(max_length=_LONGEST_NAME)
+    value: Number
 
     @model_validator(mode="after")
     def _readable(self) -> "Term":
@@ -48,27 +65,43 @@ class Term(BaseModel):
         return f"{self.axis}:{self.form}"
 
 
+def _to_be_judged(info: ValidationInfo) -> bool:
+    """Whether a vehicle that cannot be is wanted all the same, see `load_vehicle`."""
+    return bool(info.context and info.context.get("judged"))
+
+
+def _positive(value: float, info: ValidationInfo) -> float:
+    return value if _to_be_judged(info) else positive(value)
+
+
 class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
     Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6: hydrodynamic derivatives carry their sign, so
     damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` [m] ahead of
-    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value.
+    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value. What no hull
+    has, such as positive damping, is refused unless `insist` names it (see `possible.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-    name: str = "vehicle"
-    mass: float = Field(gt=0)
-    inertia_z: float = Field(gt=0)
-    x_g: float = 0.0
-    added_mass: dict[str, float] = {}
-    damping: dict[str, float] = {}
-    coupling: dict[str, float] = {}
-    thrusters: tuple[Thruster, ...] = Field(min_length=1)
-    environment: dict[str, float] = {}
-    memory: dict[str, float] = {}
-    terms: tuple[Term, ...] = ()
+    name: str = Field(default="vehicle", max_length=_LONGEST_NAME)
+    mass: Annotated[Number, AfterValidator(_positive)]
+    inertia_z: Annotated[Number, AfterValidator(_positive)]
+    x_g: Number = 0.0
+    added_mass: dict[str, Number] = {}
+    damping: dict[str, Number] = {}
+    coupling: dict[str, Number] = {}
+    thrusters: tuple[Thruster, ...] = Field(min_length=1, max_length=_MOST_THRUSTERS)
+    environment: dict[str, Number] = {}
+    memory: dict[str, Number] = {}
+    terms: tuple[Term, ...] = Field(default=(), max_length=_MOST_TERMS)
+    insist: tuple[str, ...] = Field(default=(), max_length=_MOST_TERMS)
     sources: dict[str, Any] = {}
+
+    @field_validator("insist", mode="before")
+    @classmethod
+    def _one_or_several(cls, keys: Any) -> Any:
+        return (keys,) if isinstance(keys, str) else keys
 
     @model_validator(mode="before")
     @classmethod
@@ -86,11 +119,11 @@ class Vehicle(BaseModel):
         return {**data, **pair}
 
     @model_validator(mode="after")
-    def _sound(self) -> "Vehicle":
+    def _sound(self, info: ValidationInfo) -> "Vehicle":
         for section in _SECTIONS:
             for key in getattr(self, section):
                 if key not in _keys(section):
-                    raise ValueError(_unknown_key(key, _keys(section), section))
+                    raise ValueError(unknown_key(key, _keys(section), section))
         names = [t.name for t in self.thrusters]
         if len(set(names)) < len(names):
             raise ValueError(f"thruster names must differ, got {', '.join(names)}")
@@ -101,7 +134,8 @@ class Vehicle(BaseModel):
         m22, m33 = self.mass - self.value("Y_vdot"), self.inertia_z - self.value("N_rdot")
         m23 = self.mass * self.x_g - self.value("Y_rdot")
         m11 = self.mass - self.value("X_udot")
-        if not (m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2):
+        definite = m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2
+        if not definite and not _to_be_judged(info):
             raise ValueError(
                 "the mass matrix M = M_RB + M_A is not positive definite: "
                 f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}; "
@@ -109,6 +143,14 @@ class Vehicle(BaseModel):
             )
         if self.value("memory_time") <= 0:
             raise ValueError(f"memory_time must be positive, got {self.value('memory_time'):g} s")
+        known = insistable(self.values, self.thrusters)
+        for key in self.insist:
+            if key not in known:
+                raise ValueError(unknown_key(key, known, "insist"))
+        refused = {key: why for key, why in impossible(self.values, self.thrusters).items() if key not in self.insist}
+        if refused and not _to_be_judged(info):
+            whole = ", ".join(dict.fromkeys((*self.insist, *refused)))
+            raise ValueError(f"{'; '.join(refused.values())}; or say so in the vehicle file with 'insist: [{whole}]'")
         return self
 
     @cached_property
@@ -134,7 +176,7 @@ class Vehicle(BaseModel):
         if symbol not in self.values:
             if ":" in symbol:
                 return 0.0
-            raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
+            raise VehicleError(unknown_key(symbol, self.values, "the vehicle's parameters"))
         return self.values[symbol]
 
     def with_values(self, changes: Mapping[str, float], name: str | None = None) -> "Vehicle":
@@ -163,7 +205,7 @@ class Vehicle(BaseModel):
                 section = PARAMETERS[symbol].section
                 update[section] = {**update.get(section, getattr(self, section)), symbol: number}
             else:
-                raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
+                raise VehicleError(unknown_key(symbol, self.values, "the vehicle's parameters"))
         update |= {"thrusters": tuple(thrusters), "terms": tuple(terms.values())}
         copy = self.model_copy(update=update)
         vars(copy).pop("values", None)  # the cache of this vehicle, which the copy brought along
@@ -177,7 +219,12 @@ class Vehicle(BaseModel):
         VehicleError
             when a limit of the file format is broken.
         """
-        return vehicle_from_dict(self.model_dump(mode="json"), self.name)
+        return vehicle_from_dict(self.model_dump(mode="json") | {"insist": self._insisted}, self.name)
+
+    @property
+    def _insisted(self) -> list[str]:
+        """What it insists on, and what `with_values` made of it that no hull has: undertow reads what it wrote."""
+        return list(dict.fromkeys((*self.insist, *impossible(self.values, self.thrusters))))
 
     def parameter(self, symbol: str) -> Parameter:
         """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own."""
@@ -197,26 +244,28 @@ class Vehicle(BaseModel):
                 [moment, *([f"(s/m)^{speeds}"] if speeds else []), *([f"(s/rad)^{rates}"] if rates else [])]
             )
             return Parameter(symbol, "coupling", unit, axis=index, form=form)
-        raise VehicleError(_unknown_key(symbol, self.values, "the vehicle's parameters"))
+        raise VehicleError(unknown_key(symbol, self.values, "the vehicle's parameters"))
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed."""
-        write_text(path, yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True, width=120))
+    def save(self, path: str | os.PathLike[str], by: str | None = None) -> None:
+        """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed.
+
+        Parameters
+        ----------
+        by : verb that made the vehicle, for a mark on top, by which the verb knows its own file (see `marks`)
+        """
+        text = yaml_text(self.to_dict(), width=120)
+        write_text(path, text if by is None else on_top(by, text))
 
     def to_dict(self) -> dict[str, Any]:
         """The content of the vehicle file, which `vehicle_from_dict` reads; what has its null value is left out."""
         data = self.model_dump(mode="json", exclude_defaults=True)
+        if self._insisted:
+            data["insist"] = self._insisted
         return {key: data[key] for key in type(self).model_fields if key in data}
 
 
-def _unknown_key(key: str, known: Iterable[str], where: str) -> str:
-    names = sorted(k for k in known if "{" not in k)
-    near = get_close_matches(str(key), names, n=1, cutoff=0.0)
-    return f"unknown key {key!r} in {where}: did you mean {near[0]!r}?" if near else f"unknown key {key!r} in {where}"
-
-
-def vehicle_from_dict(data: Any, where: str) -> Vehicle:
-    """Build a vehicle from plain data.
+def vehicle_from_dict(data: Any, where: str, *, judged: bool = False) -> Vehicle:
+    """Build a vehicle from plain data; one that cannot be too, where it is to be `judged`.
 
     Raises
     ------
@@ -228,26 +277,21 @@ def vehicle_from_dict(data: Any, where: str) -> Vehicle:
             f"{where}: expected a mapping of vehicle keys (mass, inertia_z, thrusters ...), got {type(data).__name__}"
         )
     try:
-        return Vehicle.model_validate(data)
+        return Vehicle.model_validate(data, context={"judged": judged})
     except ValidationError as error:
-        lines = []
-        for item in error.errors():
-            path = [str(part) for part in item["loc"] if part not in ("table", "propeller")]
-            if item["type"] == "extra_forbidden":
-                inside = path[:-1]
-                model = (
-                    Thruster
-                    if inside[:1] == ["thrusters"] and len(inside) == 2
-                    else Term
-                    if inside[:1] == ["terms"]
-                    else Vehicle
-                )
-                lines.append(_unknown_key(path[-1], model.model_fields, ".".join(inside) or "the vehicle file"))
-            else:
-                message = item["msg"].removeprefix("Value error, ")
-                got = "" if isinstance(item["input"], dict) or item["type"] == "missing" else f", got {item['input']!r}"
-                lines.append(f"{'.'.join(path)}: {message}{got}" if path else message)
-        raise VehicleError(f"{where}: " + "; ".join(lines)) from None
+        raise VehicleError(f"{where}: {complaints(error.errors(include_url=False), _in_words)}") from None
+
+
+def _in_words(item: Any) -> str:
+    """One of pydantic's complaints as a sentence."""
+    path = [str(part) for part in item["loc"] if part not in ("table", "propeller")]
+    if item["type"] != "extra_forbidden":
+        return complaint(item, path)
+    inside = path[:-1]
+    model = (
+        Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else Term if inside[:1] == ["terms"] else Vehicle
+    )
+    return unknown_key(path[-1], model.model_fields, ".".join(inside) or "the vehicle file")
 
 
 def shipped_vehicles() -> tuple[str, ...]:
@@ -259,8 +303,14 @@ def _shipped() -> Any:
     return resources.files(__package__ or "undertow.physics") / "vehicles"
 
 
-def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
+def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehicle:
     """Read a vehicle file, or one of the shipped ones by its bare name (`blueboat`, `otter`, ...).
+
+    Parameters
+    ----------
+    path : of the file
+    judged : take a vehicle that cannot be too (a mass that is not positive, drag that drives): it is about to be
+        judged by the laws
 
     Raises
     ------
@@ -270,26 +320,26 @@ def load_vehicle(path: str | os.PathLike[str]) -> Vehicle:
     text = os.fspath(path)
     source = Path(text)
     if not source.exists() and text in shipped_vehicles():
-        return vehicle_from_dict(yaml.safe_load((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
+        return vehicle_from_dict(parse_yaml((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
     if source.is_dir():
         raise VehicleError(
             f"vehicle file {text}: this is a folder; give a YAML file (a run folder's vehicle is its model.yaml; a "
             "trained network is a model, not a vehicle)"
         )
-    if not source.is_file():
+    if not source.exists():
         raise VehicleError(
             f"vehicle file {text}: no such file; give a YAML file or one of {', '.join(shipped_vehicles())}"
         )
     try:
-        data = read_yaml(source.read_text("utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise VehicleError(f"vehicle file {text}: not readable as YAML ({reason})") from None
+        data = read_yaml(source)
+    except (OSError, ValueError) as error:
+        raise VehicleError(f"vehicle file {text}: not readable as YAML ({reason(error)})") from None
     if isinstance(data, dict) and "schema" in data:
         raise VehicleError(
-            f"vehicle file {text}: this is a file of schema {data['schema']!r}, not a vehicle; give the vehicle's file"
+            f"vehicle file {text}: this is a file of schema {shown(data['schema'])}, not a vehicle; give the vehicle's "
+            "file"
         )
-    return vehicle_from_dict(data, f"vehicle file {text}")
+    return vehicle_from_dict(data, f"vehicle file {text}", judged=judged)
 
 
 def is_finite(vehicle: Vehicle) -> bool:

@@ -23,6 +23,9 @@ from ..residuals.models import Model, VehicleModel
 
 AUDIT_SCHEMA = "undertow.audit/1"
 _MOST_COMMANDS = 2000
+_DENSE = (2**16, 2**14, 2**13)
+"""States that are asked beside the first, evenly and again at the ends: of foreign models, whose violations may fill
+any corner, of networks without a memory, and of formulas, which are smooth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,17 +131,27 @@ def witness_of(
         model.vehicle,
         model.settled,
         along=model.acceleration,
-        rollout=model.rollout,
+        rollout=None if formula or isinstance(model, FunctionModel) else model.rollout,
         envelope=envelope,
         commands=possible_commands(model.vehicle, seed) if commands is None else commands,
         time_step=motions[0].time_step if motions else model.time_step,
         exact=formula,
         own_mass=not (isinstance(model, FunctionModel) or model.kind == "network"),
+        dense=_dense(model),
         prove=partial(_proof, model),
         coriolis=partial(coriolis_matrix, model.vehicle) if formula else None,
         motions=tuple(motions),
         seed=seed,
     )
+
+
+def _dense(model: Model) -> int:
+    """How many states more a model is asked; none where each is held for seconds, so that a memory settles."""
+    if isinstance(model, FunctionModel):
+        return _DENSE[0]
+    if isinstance(model, VehicleModel):
+        return _DENSE[2]
+    return 0 if model.remembers else _DENSE[1]
 
 
 def _proof(model: Model, envelope: Envelope, limit: float, force: Array) -> Proof:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes
+from ..physics.marks import at_end
 
+VERB = "report --pdf"
 VARIABLE = "CHROME"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge", "microsoft-edge")
 PLACES = (
@@ -88,7 +90,7 @@ def print_pdf(page: Path, target: Path, browser: Path) -> Path:
         if not content.startswith(b"%PDF"):
             told = (run.stderr.strip().splitlines() or ["it said nothing"])[-1]
             raise RequestError(f"{browser} wrote no PDF of {page} (exit code {run.returncode}: {told}); {HINT}")
-    return write_bytes(target, content)
+    return write_bytes(target, at_end(VERB, content, b"% ", b""))
 
 
 def _of_playwright() -> Path | None:

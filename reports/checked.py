@@ -1,6 +1,5 @@
 """The verb `check`: from the name of a model, and logs if there are any, to what the laws say of it."""
 
-import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -13,8 +12,9 @@ from ..physics.audit.trial import possible_commands, reachable
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array
-from ..physics.laws import Envelope, envelope_of
+from ..physics.laws import Envelope, envelope_of, mass_margin
 from ..physics.motion import Motion
+from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.models import Model
 from ..residuals.neural import is_network_folder
@@ -59,10 +59,12 @@ def check(
         found, path = model, None
     else:
         path = os.fspath(model)
-        own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle)
-        found = load_model(path, own)
+        own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle, judged=True)
+        found = load_model(path, own, judged=True)
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
     record, note = (None, "") if paths or path is None else _own_logs(Path(path))
+    if mass_margin(found.vehicle) <= 0.0:  # a log prepared for a mass that cannot be tells nothing
+        paths, record, note = [], None, "Judged without a log: nothing means anything without a positive mass."
     motions: tuple[Motion, ...] = ()
     commands = None
     if paths or record is not None:
@@ -102,7 +104,7 @@ def _without_log(model: Model, path: str | None, seed: int) -> tuple[Envelope, s
     commands = possible_commands(model.vehicle, seed)
     if model.seen is not None:
         return _trained_on(model.vehicle, *model.seen, commands)
-    return reachable(model.vehicle, commands, seed), "the speeds that the vehicle reaches with its thrusters", commands
+    return *reachable(model.vehicle, commands, seed), commands
 
 
 def _trained_on(vehicle: Vehicle, low: Array, high: Array, commands: Array) -> tuple[Envelope, str, Array]:
@@ -121,9 +123,9 @@ def _stored_envelope(folder: Path) -> Envelope | None:
     if not folder.is_dir() or is_network_folder(folder):
         return None
     try:
-        box: dict[str, Any] = json.loads((folder / "findings.json").read_text("utf-8"))["passivity"]["envelope"]
+        box: dict[str, Any] = read_json(folder / "findings.json")["passivity"]["envelope"]
         (u0, u1), (v0, v1), (r0, r1) = (map(float, box[name]) for name in "uvr")
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None
     try:
         return Envelope((u0, v0, r0), (u1, v1, r1))

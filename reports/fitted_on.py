@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from ..physics.files import read_yaml
+from ..physics.reading import read_yaml
 from ..physics.vehicle import Vehicle
 from ..residuals.models import Model, VehicleModel
 from ..residuals.neural import SETTINGS, is_network_folder
@@ -92,11 +90,9 @@ def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
     folder = source if source.is_dir() else source.parent
     whole = source.is_dir() or source.name == SETTINGS
     if os.fspath(path) and whole and is_network_folder(folder):
-        training = _read(folder / SETTINGS).get("training") or {}
-        return _pairs(training.get("log_sha256") or []) or [(str(name), None) for name in training.get("logs") or []]
+        return _recorded(_read(folder / SETTINGS).get("training"))
     if os.fspath(path) and whole and (folder / "run.json").is_file():
-        record = _read(folder / "run.json")
-        return _pairs(record.get("log_sha256") or []) or [(str(name), None) for name in record.get("logs") or []]
+        return _recorded(_read(folder / "run.json"))
     # A network or a foreign model carries the nominal vehicle, whose sources are not its own.
     return _named_in(model.vehicle) if isinstance(model, VehicleModel) else []
 
@@ -107,6 +103,16 @@ def _named_in(vehicle: Vehicle) -> Digests:
     return [(name, None) for name in dict.fromkeys(name.strip(' "}') for text in texts for name in text.split(", "))]
 
 
+def _recorded(record: Any) -> Digests:
+    """The logs of a record of a training or a run; nothing where it holds something else."""
+    found: dict[str, list[Any]] = {"log_sha256": [], "logs": []}
+    for key in found:
+        told = record.get(key) if isinstance(record, dict) else None
+        found[key] = told if isinstance(told, list) else []
+    pairs = _pairs([item for item in found["log_sha256"] if isinstance(item, dict)])
+    return pairs or [(name, None) for name in found["logs"] if isinstance(name, str)]
+
+
 def _pairs(items: Sequence[Mapping[str, Any]]) -> Digests:
     return [(str(item.get("path")), item.get("sha256")) for item in items]
 
@@ -114,8 +120,8 @@ def _pairs(items: Sequence[Mapping[str, Any]]) -> Digests:
 def _read(path: Path) -> dict[str, Any]:
     """A file of plain data; nothing where it cannot be read, about which whoever loads the model complains."""
     try:
-        content = read_yaml(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError):
+        content = read_yaml(path)
+    except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}
 

@@ -1,63 +1,64 @@
 """The run folder: written whole or not at all, and read back for `add`."""
 
-import json
 import os
-import tempfile
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ..measurements.inspection import inspect_log
 from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError, expect
 from ..physics.files import write_json, write_text
+from ..physics.folders import finish, replace_folder
+from ..physics.printable import shown
+from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.neural import is_network_folder
 from .effect_forces import found_forces
 from .made_from import command, log_digests, seen_from, versions
 from .page import write_page
 from .run import Run, Say
+from .run_files import DATA, PAGE, PDF, RUN_FILES, RUN_SCHEMA, own_run, seal
+from .targets import check_target_folder
 from .viewer import Prediction, require_mcap, write_series
 
-RUN_SCHEMA = "undertow.run/1"
 INSPECTIONS_SCHEMA = "undertow.inspections/1"
-FILES = (
-    "findings.json",
-    "model.yaml",
-    "comparison.json",
-    "audit.json",
-    "series.csv",
-    "series.mcap",
-    "nominal.yaml",
-    "standardisation.json",
-    "inspection.json",
-    "run.json",
-    "report.html",
-)
-"""What a run folder holds; series.mcap and report.html may be left out."""
 
 
-def check_target(out: str | os.PathLike[str]) -> Path:
-    """The run folder's path, if it can be written.
+def check_target(
+    out: str | os.PathLike[str], reads: Iterable[Any] = (), *, report: bool = True, force: bool = False
+) -> Path:
+    """The run folder's path, if it can be written and nothing of the user's be lost.
+
+    Parameters
+    ----------
+    reads : logs, vehicle, map: what the run is made from
+    report : whether the page is written, too
+    force : replace also what undertow did not write
 
     Raises
     ------
     RequestError
-        when its parent is missing, it is a file, or it is a folder that holds other things than a run.
+        see `targets.check_target_folder`.
     """
     expect("write_run: out", out, (str, os.PathLike), "give the path of a folder")
     target = Path(out)
-    if target.is_file():
-        raise RequestError(f"cannot write the run to {target}: it is a file; give a folder that may be made")
-    if not target.absolute().parent.is_dir():
-        raise RequestError(f"cannot write the run to {target}: {target.absolute().parent} does not exist; make it")
-    if target.is_dir() and any(target.iterdir()) and not (target / "findings.json").is_file():
-        raise RequestError(f"cannot write the run to {target}: the folder holds other files; give a new one")
+    new = {name for name in RUN_FILES if name != PDF and (report or name != PAGE)}
+    check_target_folder("--out", target, new, own_run, reads, force=force)
     return target
 
 
-def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True, progress: Say | None = None) -> Path:
-    """Write the run folder: built under a temporary name, then renamed, so it appears whole.
+def write_run(
+    run: Run,
+    out: str | os.PathLike[str],
+    *,
+    report: bool = True,
+    progress: Say | None = None,
+    force: bool = False,
+) -> Path:
+    """Write the run folder: built under a temporary name, then renamed, so it appears whole; see `replace_folder`.
 
     An earlier run in the same folder is replaced; other files in it stay. When anything fails, or the user interrupts,
     the temporary folder goes and the earlier run is as it was.
@@ -66,6 +67,7 @@ def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True, pro
     ----------
     report : False to leave the HTML page out
     progress : called with a line when `series.mcap` is left out, for want of the extra `logs`; a warning without it
+    force : replace also files that undertow did not write, or that were changed since
 
     Raises
     ------
@@ -73,42 +75,23 @@ def write_run(run: Run, out: str | os.PathLike[str], *, report: bool = True, pro
         when the target cannot be written; see `check_target`.
     """
     expect("write_run: run", run, Run, "undertow.discover(INPUTS) and undertow.add(EFFECTS, INPUTS) make one")
-    target = check_target(out)
-    # A folder that exists may be another disk, onto which nothing can be renamed: build inside it.
-    beside = target if target.is_dir() else target.absolute().parent
+    read = run.inputs
+    target = check_target(out, (read.paths, read.channel_map), report=report, force=force)
+    say = progress or _warn
+
+    def build(work: Path) -> list[str]:
+        _write_files(run, work, target)
+        _write_viewer_series(run, work / "series.mcap", say)
+        seal(work, _record(run, target), DATA)
+        if report:
+            write_page(work)
+        return os.listdir(work)
+
     try:
-        with tempfile.TemporaryDirectory(dir=beside, prefix=".undertow.", ignore_cleanup_errors=True) as scratch:
-            work, aside = Path(scratch, "run"), Path(scratch, "earlier")
-            work.mkdir()
-            _write_files(run, work, target)
-            _write_viewer_series(run, work / "series.mcap", progress or _warn)
-            if report:
-                write_page(work)
-            if target.is_dir():
-                _replace_files(work, target, aside)
-            else:
-                os.replace(work, target)
+        replace_folder(target, build, own_run, force=force)
     except OSError as error:
         raise RequestError(f"cannot write the run to {target}: {error.strerror or error}") from None
     return target
-
-
-def _replace_files(work: Path, target: Path, aside: Path) -> None:
-    """Put the files of `work` in the place of an earlier run's, which go `aside` and come back when a step fails."""
-    aside.mkdir()
-    earlier = [name for name in FILES if (target / name).exists()]
-    try:
-        for name in earlier:
-            os.replace(target / name, aside / name)
-        for path in sorted(work.iterdir()):
-            os.replace(path, target / path.name)
-    except BaseException:
-        for name in FILES:
-            if (aside / name).exists():
-                os.replace(aside / name, target / name)
-            elif name not in earlier:
-                (target / name).unlink(missing_ok=True)
-        raise
 
 
 def _write_files(run: Run, folder: Path, target: Path) -> None:
@@ -121,24 +104,25 @@ def _write_files(run: Run, folder: Path, target: Path) -> None:
     Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
     inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
     write_json(folder / "inspection.json", {"schema": INSPECTIONS_SCHEMA, "logs": inspections})
+
+
+def _record(run: Run, target: Path) -> dict[str, Any]:
+    """What the run was made from, as `run.json` has it."""
     paths, read = list(run.inputs.paths), run.inputs
     mapped = None if read.channel_map is None else seen_from(target, str(read.channel_map))
     how = {"frame": read.frame, "channel_map": read.channel_map, "namespace": read.namespace, "as_is": read.as_is}
     there, seen = {**how, "channel_map": mapped}, [seen_from(target, path) for path in paths]
-    write_json(
-        folder / "run.json",
-        {
-            "schema": RUN_SCHEMA,
-            "logs": paths,
-            **how,
-            "seed": run.settings.seed,
-            "refit": run.settings.refit,
-            "judged_on": run.inputs.parts.judge,
-            "command": command(run.verb, seen, seed=run.settings.seed, refit=run.settings.refit, **there),
-            "versions": versions(),
-            "log_sha256": log_digests(paths),
-        },
-    )
+    return {
+        "schema": RUN_SCHEMA,
+        "logs": paths,
+        **how,
+        "seed": run.settings.seed,
+        "refit": run.settings.refit,
+        "judged_on": run.inputs.parts.judge,
+        "command": command(run.verb, seen, seed=run.settings.seed, refit=run.settings.refit, **there),
+        "versions": versions(),
+        "log_sha256": log_digests(paths),
+    }
 
 
 def _write_viewer_series(run: Run, path: Path, say: Say) -> None:
@@ -158,7 +142,7 @@ def _write_viewer_series(run: Run, path: Path, say: Say) -> None:
 
 
 def _warn(line: str) -> None:
-    warnings.warn(line, stacklevel=4)
+    warnings.warn(line, stacklevel=6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,6 +168,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
         when its nominal vehicle cannot be read.
     """
     folder = Path(run)
+    finish(folder)
     if is_network_folder(folder):
         raise RequestError(
             f"{folder} is the folder of a trained network, not of a run: effects are added to a vehicle; give a folder "
@@ -191,7 +176,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
             "what of the network is a named effect"
         )
     try:
-        record = json.loads((folder / "run.json").read_text("utf-8"))
+        record = read_json(folder / "run.json")
         logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
         namespace = record.get("namespace")  # a run of an earlier version has none
     except (OSError, ValueError, KeyError, TypeError):
@@ -204,7 +189,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
     if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
         raise RequestError(
             f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
-            f"'namespace', got {logs!r}, {frame!r}, {channel_map!r}, {namespace!r}; run "
+            f"'namespace', got {shown(logs)}, {shown(frame)}, {shown(channel_map)}, {shown(namespace)}; run "
             "'undertow discover' to write the folder anew"
         )
     for path in logs:

@@ -12,7 +12,7 @@ from ..measurements.dataset import PAPER, WEAK
 from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.log import Log, read_log
 from ..measurements.prepare import prepare
-from ..measurements.quality.finding import Finding
+from ..measurements.quality.finding import Finding, Reach
 from ..measurements.split import Split, split
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.motion import Motion
@@ -23,8 +23,6 @@ from .soundness import sound
 PathLike = str | os.PathLike[str]
 INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
 Judge = Literal["train", "validation", "test", "all"]
-_PARTLY = ("late fixes", "stuck")
-"""Checks whose defects make false motion in some seconds of a log; the rest of it is sound."""
 _JUDGES = ("train", "validation", "test", "all")
 
 
@@ -185,7 +183,7 @@ def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], li
         when two records of one quantity have opposite signs: every finding would be about the axes.
     """
     name, broken = Path(inspection.path).name, []
-    wrong = [f for f in inspection.quality if (f.verdict == "defect" and f.check in _PARTLY) or _is_biased(f)]
+    wrong = [f for f in inspection.quality if (f.verdict == "defect" and f.reach is Reach.SECONDS) or _is_biased(f)]
     notes = [f"{name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
     for record in inspection.alignment:
         if record.offset is None and record.correlation is not None and record.correlation < -LEAST_CORRELATION:

@@ -1,16 +1,42 @@
 """What every screen on the terminal is made of: headings, bullets, and tables that fit the width that there is."""
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from rich import box
 from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.measure import Measurement
+from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from ..physics.printable import one_line, printable, shortened
+
 _WIDEST = 1000
+
+
+class _Terminal(Console):
+    """A console on which text is text: no markup, no emoji codes, and no character that a terminal obeys."""
+
+    def render_str(self, text: str, **how: Any) -> Text:
+        """Make the text of a cell printable before its width is measured."""
+        return super().render_str(shortened(printable(text)), **how)
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """Make every piece printable, whatever it was made of; rich adds its own colours later."""
+        if isinstance(renderable, Text) and printable(renderable.plain) != renderable.plain:
+            how: dict[str, Any] = {key: getattr(renderable, key) for key in ("style", "justify", "overflow", "no_wrap")}
+            renderable = Text(printable(renderable.plain), **how)  # before it is wrapped, so that no part is cut off
+        for segment in super().render(renderable, options):
+            text, style, control = segment
+            yield segment if control or text.isprintable() else Segment(printable(text), style, control)
+
+
+def terminal() -> Console:
+    """The console for all that verbs print in tables and paragraphs."""
+    return _Terminal(markup=False, emoji=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,12 +48,17 @@ class Prose:
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
         """Wrap when the width is known; a path that is longer than a line is folded, not cut."""
-        lines = textwrap.wrap(self.text, options.max_width, break_on_hyphens=False) or [""]
+        lines = textwrap.wrap(self._told, options.max_width, break_on_hyphens=False) or [""]
         yield from (Text(line, style=self.style, no_wrap=True) for line in lines)
 
     def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
         """Any width will do, up to the whole text in one line."""
-        return Measurement(1, max(len(self.text), 1)).with_maximum(options.max_width)
+        return Measurement(1, max(len(self._told), 1)).with_maximum(options.max_width)
+
+    @property
+    def _told(self) -> str:
+        """The text as it is shown: one paragraph, at most as long as a message."""
+        return shortened(one_line(" ".join(self.text.split())))
 
 
 def plain_table(title: str, caption: str = "") -> Table:

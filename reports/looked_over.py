@@ -81,5 +81,6 @@ def look_over(
     if fix is not None:
         examination = inspection.examination
         write_clean(examination.clean, examination.fixes, examination.left, fix)
-        found["fixed"] = {"path": str(fix), "done": list(examination.fixes), "left": list(examination.left)}
+        done = {"done": list(examination.fixes), "left": list(examination.left), "usable": inspection.repaired}
+        found["fixed"] = {"path": str(fix), **done}
     return found, read[0]

@@ -3,6 +3,8 @@
 import html
 from collections.abc import Iterable, Mapping, Sequence
 
+from ..physics.printable import printable
+
 
 class Html(str):
     """Text that is markup already and must not be escaped again."""
@@ -10,9 +12,14 @@ class Html(str):
     __slots__ = ()
 
 
+def escaped(text: str) -> str:
+    """Text that a browser shows as it is: neither markup, nor a character that turns or hides what follows."""
+    return html.escape(printable(text))
+
+
 def render(*parts: str) -> Html:
     """Join parts, escaping every one that is not `Html`."""
-    return Html("".join(part if isinstance(part, Html) else html.escape(part) for part in parts))
+    return Html("".join(part if isinstance(part, Html) else escaped(part) for part in parts))
 
 
 def element(tag: str, *parts: str, cls: str = "", attributes: Mapping[str, str] | None = None) -> Html:
@@ -24,7 +31,7 @@ def element(tag: str, *parts: str, cls: str = "", attributes: Mapping[str, str] 
     '<p class="note">a &lt; b</p>'
     """
     named = ({"class": cls} if cls else {}) | dict(attributes or {})
-    opening = "".join(f' {name}="{html.escape(value)}"' for name, value in named.items())
+    opening = "".join(f' {name}="{escaped(value)}"' for name, value in named.items())
     return Html(f"<{tag}{opening}>{render(*parts)}</{tag}>")
 
 

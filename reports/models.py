@@ -1,10 +1,11 @@
 """Models by name: whatever a user may put behind `--model`, and what is asked of it before it is compared."""
 
-import json
 import os
 from pathlib import Path
 
 from ..physics.errors import RequestError
+from ..physics.folders import finish
+from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.model_files import load_network
@@ -34,13 +35,14 @@ def check_commands(model: Model, inputs: Inputs) -> None:
         )
 
 
-def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
+def load_model(path: PathLike, vehicle: Vehicle | None = None, *, judged: bool = False) -> Model:
     """A model from a vehicle file, a run folder, the folder of a trained network, an ONNX file or a Python function.
 
     Parameters
     ----------
     path : of the file or folder, after which the model is named; or `package.module:function`, which is imported
     vehicle : of a model that carries none (ONNX file, function): its mass, thrusters and water
+    judged : take a vehicle that cannot be too, see `load_vehicle`
 
     Raises
     ------
@@ -48,6 +50,7 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
         when there is none, a network is given and torch is missing, or a foreign model without a vehicle.
     """
     source, text = Path(path), os.fspath(path)
+    finish(source)
     if source.suffix == ".onnx":
         if vehicle is None:
             raise RequestError(f"model {text}: {NO_MASS}")
@@ -63,14 +66,16 @@ def load_model(path: PathLike, vehicle: Vehicle | None = None) -> Model:
     if source.is_dir():
         if not (source / "model.yaml").is_file():
             raise RequestError(f"{source} holds no model.yaml; give a run folder, a network or a vehicle file")
-        return VehicleModel(load_vehicle(source / "model.yaml"), source.name, "symbolic", fitted_numbers(source))
-    return VehicleModel(load_vehicle(path), source.stem, "physics")
+        return VehicleModel(
+            load_vehicle(source / "model.yaml", judged=judged), source.name, "symbolic", fitted_numbers(source)
+        )
+    return VehicleModel(load_vehicle(path, judged=judged), source.stem, "physics")
 
 
 def fitted_numbers(run: Path) -> int:
     """How many numbers the corrected model of a run folder had fitted, as its own comparison says; 0 without one."""
     try:
-        models = json.loads((run / "comparison.json").read_text("utf-8"))["models"]
+        models = read_json(run / "comparison.json")["models"]
         return int(next(m["parameters"] for m in models if m["name"] == CORRECTED))
-    except (OSError, ValueError, KeyError, StopIteration, TypeError):
+    except (OSError, ValueError, KeyError, StopIteration, TypeError, OverflowError):
         return 0

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..physics.files import write_text
+from ..physics.marks import at_end
 from .chapters.agreement import agreement
 from .chapters.equations import equations
 from .chapters.identified import identified
@@ -18,6 +19,7 @@ from .run_folder import RunFolder, read_run
 from .sections import falling_error, headline
 from .style import CSS
 
+VERB = "report"
 TITLE = "undertow: "
 """How the title of every page begins."""
 WAVE = Html(
@@ -72,7 +74,7 @@ def page(run: RunFolder) -> str:
 
 
 def document(title: str, subject: str, sections: Sequence[Html]) -> str:
-    """A whole page: the style sheet in its head, the sign of undertow on top, then the sections."""
+    """A whole page: the style sheet in its head, the sign of undertow on top, the sections, and a mark at the end."""
     brand = element("div", WAVE, element("b", "undertow"), element("span", subject), cls="brand")
     head = element(
         "head",
@@ -81,4 +83,5 @@ def document(title: str, subject: str, sections: Sequence[Html]) -> str:
         element("style", Html(CSS)),
     )
     body = element("body", element("main", brand, *sections))
-    return "<!doctype html>\n" + render(element("html", head, body, attributes={"lang": "en"})) + "\n"
+    text = "<!doctype html>\n" + render(element("html", head, body, attributes={"lang": "en"})) + "\n"
+    return at_end(VERB, text.encode("utf-8")).decode("utf-8")

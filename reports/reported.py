@@ -5,16 +5,21 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..physics.errors import RequestError
+from ..physics.exchange import link
 from ..physics.files import write_json, write_text
+from ..physics.folders import check_folder, replace_folder
 from .browser import find_browser, print_pdf
 from .facts import Comparison
 from .fleet_page import fleet_page
-from .page import TITLE, write_page
+from .page import write_page
+from .run_files import PAGE, PDF, RECORD, RUN_FILES, own_report, reseal
 from .run_folder import read_run
+from .targets import Kind, check_targets, same_place
 
 PathLike = str | os.PathLike[str]
 Say = Callable[[str], None]
 FLEET = Path("report.html")
+COMPARISON = "comparison.json"
 
 
 def report(
@@ -23,6 +28,7 @@ def report(
     models: Sequence[PathLike] = (),
     pdf: bool = False,
     out: PathLike | None = None,
+    force: bool = False,
     progress: Say | None = None,
 ) -> list[Path]:
     """Write the page of each run folder, and of several runs one page for all.
@@ -33,6 +39,7 @@ def report(
     models : to compare with the run's own, on the run's logs, before the page is written; `comparison.json` then has
         them
     pdf : print every page to a PDF file beside it
+    force : replace also pages that undertow did not write, or that were changed since
     out : the page of several runs (report.html in the working folder when None); of one run, a second copy of its page
 
     Returns
@@ -43,33 +50,72 @@ def report(
     Raises
     ------
     RequestError, VehicleError, LogError
-        when a run cannot be read, a model cannot be compared, `out` holds something else than a page of undertow, or
+        when a run cannot be read, a model cannot be compared, a file is there that this verb did not write, or
         no browser for `pdf` is there; nothing is written then.
     """
     folders = [Path(run) for run in runs]
-    twice = sorted({str(folder) for folder in folders if folders.count(folder) > 1})
+    twice = sorted({str(folder) for k, folder in enumerate(folders) if any(same_place(folder, o) for o in folders[:k])})
     if twice:
         raise RequestError(f"report: {', '.join(twice)} is given twice; give each run once")
     target = None if out is None and len(folders) == 1 else Path(out or FLEET)
     browser = find_browser() if pdf else None
-    if target is not None:
-        check_page(target)
+    new = [PAGE, *[PDF] * pdf, *[COMPARISON, RECORD] * bool(models)]
     for folder in folders:
         read_run(folder)
-        if pdf:
-            check_pdf(folder / "report.pdf")
-    if target is not None and pdf:
-        check_pdf(target.with_suffix(".pdf"))
-    for folder, comparison in _compared(folders, models, progress).items():
-        write_json(folder / "comparison.json", comparison.to_dict())
-    pages = [write_page(folder) for folder in folders]
+        _check_run(folder, new, force)
+    if target is not None:
+        if target.suffix.lower() not in (".html", ".htm"):
+            raise RequestError(f"--out {target}: expected a name that ends in .html; --pdf writes the PDF beside it")
+        printed = target.with_suffix(".pdf") if pdf else None
+        files = (("--out", Kind.PAGE, target), ("--pdf", Kind.PDF, printed))
+        check_targets(files, (folders, models), force=force)
+    found = _compared(folders, models, progress)
+    for folder in folders:
+        _rewrite(folder, found.get(folder), browser, force)
+    pages = [folder / PAGE for folder in folders]
     if target is not None:
         read = [read_run(folder) for folder in folders]
         text = fleet_page(read, target.absolute().parent) if len(read) > 1 else pages[0].read_text("utf-8")
         pages.append(_written(target, text))
     if browser is None:
         return pages
-    return [*pages, *(print_pdf(page, page.with_suffix(".pdf"), browser) for page in pages)]
+    if target is not None:
+        print_pdf(target, target.with_suffix(".pdf"), browser)
+    return [*pages, *(page.with_suffix(".pdf") for page in pages)]
+
+
+def _check_run(folder: Path, new: Sequence[str], force: bool) -> None:
+    """Refuse to write into a run what would be lost, or cannot be written."""
+    try:
+        check_folder(folder, new, own_report, force=force)
+    except OSError as error:
+        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
+
+
+def _rewrite(folder: Path, comparison: Comparison | None, browser: Path | None, force: bool) -> None:
+    """Write the page of a run anew; where other files change with it, the folder is replaced as a whole."""
+
+    def build(work: Path) -> list[str]:
+        new = [PAGE]
+        for name in RUN_FILES:
+            if (folder / name).is_file():
+                link(folder / name, work / name)
+        if comparison is not None:
+            write_json(work / COMPARISON, comparison.to_dict())
+            new += [COMPARISON, *[RECORD] * reseal(work, [COMPARISON])]
+        write_page(work)
+        if browser is not None:
+            print_pdf(work / PAGE, work / PDF, browser)
+            new.append(PDF)
+        return new
+
+    try:
+        if comparison is None and browser is None:
+            write_page(folder)
+        else:
+            replace_folder(folder, build, own_report, force=force)
+    except OSError as error:
+        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
 
 
 def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say | None) -> dict[Path, Comparison]:
@@ -84,42 +130,6 @@ def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say
             progress(f"comparing models on the logs of {folder}")
         found[folder] = compare_run(folder, models)
     return found
-
-
-def check_page(path: Path) -> None:
-    """Check that a page can be written there without losing anything else.
-
-    Raises
-    ------
-    RequestError
-        when its folder is missing, or there is something that is no page of undertow.
-    """
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise RequestError(f"--out {path}: expected a name that ends in .html; --pdf writes the PDF beside it")
-    if not path.absolute().parent.is_dir():
-        raise RequestError(f"cannot write {path}: {path.absolute().parent} does not exist; make it")
-    if path.exists() and not _begins_with(path, f"<title>{TITLE}".encode()):
-        raise RequestError(f"{path} is there and is no page of undertow; give another --out")
-
-
-def check_pdf(path: Path) -> None:
-    """Check that a PDF can be written there.
-
-    Raises
-    ------
-    RequestError
-        when there is something that is no PDF.
-    """
-    if path.exists() and not _begins_with(path, b"%PDF"):
-        raise RequestError(f"{path} is there and is no PDF; move it away")
-
-
-def _begins_with(path: Path, sign: bytes) -> bool:
-    try:
-        with path.open("rb") as stream:
-            return sign in stream.read(400)
-    except OSError:
-        return False
 
 
 def _written(path: Path, text: str) -> Path:

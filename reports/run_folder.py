@@ -2,21 +2,24 @@
 
 import hashlib
 import io
-import json
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 import pandas as pd
-import yaml
 
 from ..discovery.findings import Findings
 from ..physics.errors import RequestError, VehicleError
+from ..physics.folders import finish
+from ..physics.printable import shortened, shown
+from ..physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, reason, text_of
 from ..physics.record import Record
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from ..residuals.neural import is_network_folder
 from .facts import AuditRecord, Comparison, MadeFrom
+from .shapes import INSPECTIONS, LARGEST, check_bounds, check_shape
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (
@@ -26,6 +29,13 @@ SERIES_COLUMNS = (
 )
 Read = TypeVar("Read", bound=Record)
 REMEDY = "run 'undertow discover LOG --vehicle V --out RUN' to write the folder anew"
+_SECONDS = re.compile(r"\d{1,6}(\.\d{1,6})?")
+"""How a horizon is written as a key of JSON."""
+_MOST_SERIES = 512 * 2**20
+"""Bytes of series.csv: two days of one log."""
+_MOST_CELLS = 64_000_000
+"""Numbers of it: as many as fit into 0.5 GB."""
+_LONGEST_HEADER = 65536
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +82,7 @@ def read_run(folder: Path) -> RunFolder:
         When a file is missing, cannot be read, or is not of the expected schema.
     """
     folder = Path(folder)
+    finish(folder)
     if not folder.is_dir():
         raise RequestError(f"expected a run folder at {folder}, but there is none; {REMEDY}")
     if is_network_folder(folder):
@@ -81,37 +92,38 @@ def read_run(folder: Path) -> RunFolder:
         )
     digests: dict[str, str] = {}
 
-    def text(name: str) -> str:
+    def content(name: str, most: int = MOST_TEXT) -> bytes:
         try:
-            content = (folder / name).read_bytes()
-            digests[name] = hashlib.sha256(content).hexdigest()[:12]
-            return content.decode()
+            found = read_bytes(folder / name, most)
         except FileNotFoundError:
             raise RequestError(f"run folder {folder} has no {name}; {REMEDY}") from None
-        except (OSError, UnicodeDecodeError) as error:
-            raise RequestError(f"{folder / name} cannot be read ({error}); {REMEDY}") from None
+        except (OSError, ValueError) as error:
+            raise RequestError(f"{folder / name} cannot be read ({reason(error)}); {REMEDY}") from None
+        digests[name] = hashlib.sha256(found).hexdigest()[:12]
+        return found
 
-    findings = read_record(text("findings.json"), Findings, folder / "findings.json")
+    findings = read_record(content("findings.json"), Findings, folder / "findings.json")
     if not findings.steps:
         path = folder / "findings.json"
         raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
-    comparison = read_record(text("comparison.json"), Comparison, folder / "comparison.json")
+    comparison = read_record(content("comparison.json"), Comparison, folder / "comparison.json")
+    _check_horizons([step.rollout_rmse for step in findings.steps], folder / "findings.json")
+    _check_horizons([model.rollout or {} for model in comparison.models], folder / "comparison.json")
     inspections: dict[str, Any] = {"logs": []}
     if (folder / "inspection.json").exists():
-        inspections = _json(text("inspection.json"), "inspections", folder / "inspection.json")
+        inspections = _inspections(content("inspection.json"), folder / "inspection.json")
     audit, record = None, MadeFrom()
     if (folder / "audit.json").exists():
-        audit = read_record(text("audit.json"), AuditRecord, folder / "audit.json")
+        audit = read_record(content("audit.json"), AuditRecord, folder / "audit.json")
     if (folder / "run.json").exists():
-        record = read_record(text("run.json"), MadeFrom, folder / "run.json")
-    _check_inspections(inspections, folder / "inspection.json")
+        record = read_record(content("run.json"), MadeFrom, folder / "run.json")
     return RunFolder(
         folder=folder,
         findings=findings,
         comparison=comparison,
-        nominal=_vehicle(text("nominal.yaml"), folder / "nominal.yaml"),
-        corrected=_vehicle(text("model.yaml"), folder / "model.yaml"),
-        series=_series(text("series.csv"), folder / "series.csv"),
+        nominal=_vehicle(content("nominal.yaml"), folder / "nominal.yaml"),
+        corrected=_vehicle(content("model.yaml"), folder / "model.yaml"),
+        series=_series(content("series.csv", _MOST_SERIES), folder / "series.csv"),
         inspections=inspections["logs"],
         audit=audit,
         record=record,
@@ -119,7 +131,7 @@ def read_run(folder: Path) -> RunFolder:
     )
 
 
-def read_record(text: str, kind: type[Read], path: Path) -> Read:
+def read_record(content: bytes, kind: type[Read], path: Path) -> Read:
     """The record that a JSON file of a run folder holds.
 
     Raises
@@ -127,74 +139,67 @@ def read_record(text: str, kind: type[Read], path: Path) -> Read:
     RequestError
         When it holds none.
     """
-    return kind.read(_parsed(text, path), path, REMEDY)
+    return kind.read(_bounded(content, path), path, REMEDY)
 
 
-def _parsed(text: str, path: Path) -> Any:
-    def refuse(constant: str) -> NoReturn:
-        raise ValueError(f"{constant} is not JSON")
-
+def _bounded(content: bytes, path: Path) -> Any:
     try:
-        return json.loads(text, parse_constant=refuse)
+        found = parse_json(text_of(content))
     except ValueError as error:
         raise RequestError(f"{path} is not valid JSON ({error}); {REMEDY}") from None
-
-
-def _json(text: str, schema: str, path: Path) -> dict[str, Any]:
-    content = _parsed(text, path)
-    if not isinstance(content, dict):
-        raise RequestError(f"{path}: expected a JSON object, got a {type(content).__name__}; {REMEDY}")
-    expected = f"undertow.{schema}/1"
-    if content.get("schema") != expected:
-        raise RequestError(f"{path}: expected schema {expected!r}, got {content.get('schema')!r}; {REMEDY}")
-    return content
-
-
-def _check_inspections(inspections: Mapping[str, Any], path: Path) -> None:
-    _check_records(inspections, "logs", ("path",), path)
-    for log in inspections["logs"]:
-        for key in ("channels", "alignment"):
-            _check_records({key: [], **log}, key, (), path)
-        for key in ("excitation", "plan"):
-            if not isinstance(log.get(key) or {}, dict):
-                raise RequestError(f"{path}: expected an object or null under {key!r}, got {log[key]!r}; {REMEDY}")
-        _check_records({"segments": [], **(log.get("plan") or {})}, "segments", (), path)
-
-
-def _check_records(content: Mapping[str, Any], key: str, keys: tuple[str, ...], path: Path) -> None:
-    records = content.get(key)
-    if not isinstance(records, list) or not all(isinstance(record, dict) for record in records):
-        raise RequestError(f"{path}: expected a list of objects under {key!r}; {REMEDY}")
-    for index, record in enumerate(records):
-        lacking = [name for name in keys if name not in record]
-        if lacking:
-            raise RequestError(f"{path}: {key}[{index}] lacks {', '.join(map(repr, lacking))}; {REMEDY}")
-
-
-def _vehicle(text: str, path: Path) -> Vehicle:
     try:
-        return vehicle_from_dict(yaml.safe_load(text), str(path))
+        check_bounds(found)
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}; {REMEDY}") from None
+    return found
+
+
+def _inspections(content: bytes, path: Path) -> dict[str, Any]:
+    found = _bounded(content, path)
+    if not isinstance(found, dict):
+        raise RequestError(f"{path}: expected a JSON object, got a {type(found).__name__}; {REMEDY}")
+    expected = "undertow.inspections/1"
+    if found.get("schema") != expected:
+        raise RequestError(f"{path}: expected schema {expected!r}, got {shown(found.get('schema'))}; {REMEDY}")
+    try:
+        check_shape(found, INSPECTIONS)
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}; {REMEDY}") from None
+    return found
+
+
+def _check_horizons(rollouts: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Errors of predictions stand under their horizon in seconds, as JSON writes keys."""
+    for rollout in rollouts:
+        for key in rollout:
+            if not _SECONDS.fullmatch(key):
+                raise RequestError(f"{path}: expected seconds as the name of a horizon, got {shown(key)}; {REMEDY}")
+
+
+def _vehicle(content: bytes, path: Path) -> Vehicle:
+    try:
+        return vehicle_from_dict(parse_yaml(text_of(content)), str(path))
     except VehicleError as error:
         raise RequestError(f"{error}; {REMEDY}") from None
-    except yaml.YAMLError as error:
+    except ValueError as error:
         raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
 
 
-def _series(text: str, path: Path) -> pd.DataFrame:
+def _series(content: bytes, path: Path) -> pd.DataFrame:
+    if content.count(b",") > _MOST_CELLS or content.find(b"\n", 0, _LONGEST_HEADER) < 0 < len(content):
+        raise RequestError(f"{path}: expected at most {_MOST_CELLS} numbers in lines, got another table; {REMEDY}")
     try:
-        series = pd.read_csv(io.StringIO(text))
-    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise RequestError(f"{path} is not a readable CSV ({error}); {REMEDY}") from None
+        series = pd.read_csv(io.BytesIO(content), low_memory=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        raise RequestError(f"{path} is not a readable CSV ({shortened(str(error), 300)}); {REMEDY}") from None
     lacking = [name for name in SERIES_COLUMNS if name not in series.columns]
     if lacking:
         raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {REMEDY}")
     if series.empty:
         raise RequestError(f"{path} has no rows; {REMEDY}")
-    broken = [
-        name
-        for name in SERIES_COLUMNS
-        if name not in ("part", "log") and not pd.api.types.is_numeric_dtype(series[name])
-    ]
+    numeric = [name for name in SERIES_COLUMNS if name not in ("part", "log")]
+    broken = [name for name in numeric if not pd.api.types.is_numeric_dtype(series[name])]
+    broken += [name for name in numeric if name not in broken and not (series[name].abs().fillna(0) < LARGEST).all()]
     if broken:
         raise RequestError(f"{path}: expected numbers in the column {', '.join(broken)}; {REMEDY}")
     return series

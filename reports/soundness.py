@@ -3,23 +3,18 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
+from ..measurements.channels import command_kind
 from ..measurements.inspection import Inspection
 from ..measurements.quality.examination import pool
 from ..measurements.quality.finding import Finding
 from ..physics.errors import LogError
-from ..physics.thrusters import command_of
 from ..physics.vehicle import Vehicle
-
-_FATAL = ("direction", "sides", "units")
-"""Checks whose defects are certain, and make every finding one about the log and not about the boat."""
 
 
 def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
     """Refuse logs whose defects make every finding meaningless, or give these defects as warnings.
 
-    A thruster whose sign or side the vehicle file has, too, is as the file says: no defect then.
+    A thruster whose sign or side the vehicle file has, too, is as the file says: the inspections are made for it.
 
     Parameters
     ----------
@@ -61,20 +56,6 @@ def _sentence(name: str, finding: Finding) -> str:
 
 def _matters(finding: Finding, vehicle: Vehicle) -> bool:
     """Whether a finding is a defect of what this vehicle is driven by or measured with."""
-    if finding.verdict != "defect" or finding.check not in _FATAL:
-        return False
-    if finding.check not in ("direction", "sides"):
-        return True
-    thrusters = {t.channel: t for t in vehicle.thrusters}
-    if finding.check == "direction":
-        return any(name in thrusters and _pushes_ahead(vehicle, name) for name in finding.channels)
-    sides = {name: "starboard" if t.y > 0.0 else "port" for name, t in thrusters.items() if t.y != 0.0}
-    return any(finding.parts.get(name, sides.get(name)) != sides.get(name) for name in finding.channels)
-
-
-def _pushes_ahead(vehicle: Vehicle, channel: str) -> bool:
-    """Whether more of a command pushes the vehicle ahead, as its file says."""
-    thruster = next(t for t in vehicle.thrusters if t.channel == channel)
-    ends = np.sort(command_of(thruster, np.array([-1.0, 1.0])))
-    low, high = thruster.curve.thrust(ends, thruster.command).tolist()
-    return bool((high - low) * np.cos(thruster.angle) > 0.0)
+    commands = {name for name in finding.channels if command_kind(name)}
+    driven = {thruster.channel for thruster in vehicle.thrusters}
+    return finding.refused and (not commands or bool(driven & commands))

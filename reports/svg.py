@@ -4,7 +4,6 @@ Colours stand for roles throughout: measured, before (the nominal model), after 
 in a placeholder colour and replaced by `var(--role)`, so one drawing reads well on paper and on a dark screen.
 """
 
-import html
 import io
 import re
 from typing import Any
@@ -14,7 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from .markup import Html
+from ..physics.printable import printable
+from .markup import Html, escaped
 
 Look = dict[str, Any]
 """How matplotlib is to draw something: its keyword arguments, of many types."""
@@ -102,13 +102,13 @@ def inline(text: str, label: str) -> Html:
     box = re.search(r'viewBox="([^"]+)"', text)
     referenced = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
     text = re.sub(r' id="([^"]+)"', lambda match: match[0] if match[1] in referenced else "", text)
-    tag = f'<svg viewBox="{box[1] if box else ""}" role="img" aria-label="{html.escape(label)}">'
+    tag = f'<svg viewBox="{box[1] if box else ""}" role="img" aria-label="{escaped(label)}">'
     text = tag + text[text.index(">") + 1 :]
     text = re.sub(r"<[^>]*>", lambda tag: re.sub(r"-?\d+\.\d{3,}", _shorter, tag[0]), text)
     text = re.sub(r"'DejaVu Sans'[^;\"]*", "var(--font)", text)
     for role, colour in ROLES.items():
         text = text.replace(colour, f"var(--{role})")
-    return Html(re.sub(r"\n\s*", "\n", text).strip())
+    return Html(printable(re.sub(r"\n\s*", "\n", text)).strip())
 
 
 def _shorter(number: re.Match[str]) -> str:

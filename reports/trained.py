@@ -1,24 +1,28 @@
 """The verb `train`: from logs and a vehicle to a trained network, scored beside the nominal model on held-out data."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..physics.errors import RequestError, expect
-from ..physics.files import write_json
-from ..residuals.model_files import save_network
+from ..physics.files import real, write_json
+from ..physics.folders import held, put_right
+from ..residuals.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models import VehicleModel
 from ..residuals.neural import is_network_folder, require_torch
 from ..residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
+from .assess import audit_along
 from .comparison import judge, row
 from .facts import ComparedModel
 from .inputs import INPUTS_CURE, Inputs
 from .made_from import log_digests
 from .run import Say
-from .wording import listing, percent
+from .targets import check_target_folder
+from .wording import listing
 
 if TYPE_CHECKING:
     from ..discovery.distilled import Distilled
@@ -26,8 +30,6 @@ if TYPE_CHECKING:
     from ..residuals.training import Epoch, Trained
 
 TRAIN_SCHEMA = "undertow.train/1"
-DISTILLATION = "distillation.json"
-"""What a network's folder says of its correction; it goes when another network takes the folder."""
 _FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}
 _DEAR = 0.1
 """Share of the validation error that the law may cost before it is worth a sentence."""
@@ -72,13 +74,12 @@ class TrainRun:
         if found.best_epoch == 0:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")
         if found.lawful:
-            told.append("It creates no energy without thrust at any state that was tried.")
+            told.append("It keeps every law that 'undertow check' asks over these logs.")
             told += _price_of_the_law(found)
         else:
             told.append(
-                f"It creates energy without thrust at {percent(found.violating)} of the states that were tried, and so "
-                "did every epoch: try a larger --lambda-phys, or --residual dissipative, whose correction "
-                "cannot."
+                "It does not keep the laws that 'undertow check' asks over these logs, nor did the epochs next best: "
+                "try a larger --lambda-phys, or --residual dissipative, whose correction creates no energy."
             )
         return [*told, *_broken_laws(self.models[-1])]
 
@@ -115,13 +116,13 @@ def _broken_laws(model: ComparedModel) -> list[str]:
 
 
 def _price_of_the_law(found: "Trained") -> list[str]:
-    """What the kept epoch gives away against the best one that creates energy, where that is much."""
+    """What the kept epoch gives away against the best one that breaks the laws, where that is much."""
     kept, best = found.epochs[found.best_epoch - found.epochs[0].number], min(found.epochs, key=lambda e: e.rmse)
     if best.rmse > (1.0 - _DEAR) * kept.rmse:
         return []
     return [
-        f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but creates energy at "
-        f"{percent(best.violating)} of the states: try a larger --lambda-phys, or other physics under it."
+        f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but breaks the laws: "
+        "try a larger --lambda-phys, or other physics under it."
     ]
 
 
@@ -135,6 +136,7 @@ def train(
     settings: TrainingSettings | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
+    force: bool = False,
     progress: "Callable[[Epoch], None] | None" = None,
 ) -> TrainRun:
     """Train a network on the training part of the logs, and score it beside the nominal model on held-out data.
@@ -148,6 +150,7 @@ def train(
     settings : of the recipe
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`
+    force : replace also files in `out` that undertow did not write, or that were changed since
     progress : called after each epoch
 
     Raises
@@ -159,26 +162,27 @@ def train(
     require_torch()
     from ..residuals.training import train as train_network
 
-    target = None if out is None else check_folder(out, resume)
-    found = train_network(
-        inputs.parts.split,
-        inputs.vehicle,
-        residual,
-        options,
-        pure=pure,
-        heading=heading,
-        settings=settings,
-        folder=target,
-        resume=resume,
-        progress=progress,
-    )
+    target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.channel_map), force=force)
+    with nullcontext() if target is None else _at_work(target):
+        found = train_network(
+            inputs.parts.split,
+            inputs.vehicle,
+            residual,
+            options,
+            pure=pure,
+            heading=heading,
+            settings=settings,
+            folder=target,
+            resume=resume,
+            progress=progress,
+            auditor=lambda model: audit_along(model, inputs.parts).verdict == "pass",
+        )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]
         warned = {"warnings": list(inputs.warnings)} if inputs.warnings else {}
         digests = [{**item, "path": name} for item, name in zip(log_digests(inputs.paths), logs, strict=True)]
-        save_network(found.model, target, {"logs": logs, "log_sha256": digests, **warned, **found.to_dict()})
-        for stale in (CHECKPOINT, DISTILLATION):
-            (target / stale).unlink(missing_ok=True)
+        training = {"logs": logs, "log_sha256": digests, **warned, **found.to_dict()}
+        save_network(found.model, target, training, force=force)
     both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)
     nominal, network = (row(judge(model, inputs.parts)) for model in both)
     return TrainRun(inputs, found, (nominal, network))
@@ -194,20 +198,39 @@ def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, progress
     return replace(run, distilled=found)
 
 
-def check_folder(out: str | os.PathLike[str], resume: bool) -> Path:
-    """The folder of a network, if it can be written.
+@contextmanager
+def _at_work(target: Path) -> Iterator[None]:
+    """Keep the folder to this training, which writes its checkpoints there; one that was made for none goes again."""
+    place = real(target)
+    place.mkdir(exist_ok=True)
+    try:
+        with held(place, "trains in"):
+            yield
+    except BaseException:
+        with suppress(OSError):
+            place.rmdir()  # only where it is empty
+        raise
+
+
+def check_folder(out: str | os.PathLike[str], resume: bool, reads: Iterable[Any] = (), *, force: bool = False) -> Path:
+    """The folder of a network, if it can be written and nothing of the user's be lost.
+
+    Parameters
+    ----------
+    reads : logs, vehicle, map: what the network is trained on
+    force : replace also what undertow did not write
 
     Raises
     ------
     RequestError
-        when its parent is missing, it is a file, it holds other things than a network, an interrupted training would
-        be lost, or there is none to resume.
+        see `targets.check_target_folder`; or when an interrupted training would be lost, there is none to resume, or
+        another is at work there.
     """
     target = Path(out)
-    if target.is_file():
-        raise RequestError(f"cannot write the network to {target}: it is a file; give a folder that may be made")
-    if not target.absolute().parent.is_dir():
-        raise RequestError(f"cannot write the network to {target}: {target.absolute().parent} does not exist; make it")
+    if target.is_dir():
+        put_right(target, own_network)
+        with held(real(target), "trains in"):
+            pass
     interrupted = (target / CHECKPOINT).exists()
     if interrupted and not resume:
         raise RequestError(
@@ -221,8 +244,7 @@ def check_folder(out: str | os.PathLike[str], resume: bool) -> Path:
             f"nothing to resume: expected a folder with the {CHECKPOINT} of an interrupted training, but {target} "
             f"{what}; give the folder of that training, or leave --resume out to train anew"
         )
-    if target.is_dir() and any(target.iterdir()) and not interrupted and not is_network_folder(target):
-        raise RequestError(f"cannot write the network to {target}: the folder holds other files; give a new one")
+    check_target_folder("--out", target, NETWORK_FILES, own_network, reads, force=force)
     return target
 
 

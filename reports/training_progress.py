@@ -45,4 +45,4 @@ def training_progress(epochs: int, say: Callable[[str], None]) -> "Iterator[Call
 def epoch_words(epoch: "Epoch") -> str:
     """Loss, validation error and violating share of an epoch."""
     loss = "none" if epoch.loss is None else f"{epoch.loss:.3g}"
-    return f"loss {loss}, validation error {epoch.rmse:.3f}, creates energy at {100 * epoch.violating:.1f} %"
+    return f"loss {loss}, validation error {epoch.rmse:.3f}, breaks the laws at {100 * epoch.violating:.1f} %"

@@ -23,6 +23,7 @@ from ..physics.errors import RequestError
 from ..physics.files import write_bytes
 from ..physics.frames import Array, heading_from_enu
 from ..physics.matrices import mass_matrix
+from ..physics.printable import one_line
 from ..physics.vehicle import Vehicle
 from ..residuals.models import Model, VehicleModel
 from .assess import Parts, in_order, series, stretches
@@ -139,7 +140,7 @@ def write_series(
         prefix = f"/log{log}" if len(logs) > 1 else ""
         start = starts[source]
         clock = _Clock.of(exact.loc[rows, "time"].to_numpy(), start)
-        about[f"log{log}"] = source
+        about[f"log{log}"] = one_line(source)
         if start:
             about[f"log{log}_starts_at_ns"] = str(start)
         if clock.shift:
@@ -154,7 +155,8 @@ def write_series(
             while name in taken:  # two models whose names differ in no letter
                 name += "_"
             taken.add(name)
-            channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], dict(topic.about))
+            told = {key: one_line(text) for key, text in topic.about.items()}
+            channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], told)
             running.append((channel, topic.texts))
         recorded.append(_in_turn(clock, running))
     for stamp, channel, data in merge(*recorded, key=lambda message: message[:2]):

@@ -13,6 +13,8 @@ from torch import Tensor
 
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes
+from ..physics.printable import shown
+from ..physics.reading import parse_json
 from .settings import CHECKPOINT
 
 SCHEMA = "undertow.checkpoint/1"
@@ -24,7 +26,7 @@ class Checkpoint:
 
     Attributes
     ----------
-    weights, kept : of the last epoch, and of the best one so far, by name
+    weights, kept : of the last epoch by name, and of the best ones so far by `number/name`
     moments : state of Adam by parameter number and name
     draw : state of the random generator
     history : of the epochs, as plain data
@@ -78,7 +80,7 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | Non
         return None
     try:
         with safe_open(path, framework="pt") as stream:
-            said = json.loads(stream.metadata()["undertow"])
+            said = parse_json(stream.metadata()["undertow"])
             tensors = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118
         if said["schema"] != SCHEMA:
             raise ValueError(f"schema {said['schema']!r}")
@@ -98,7 +100,7 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | Non
 
 
 def _check_recipe(path: Path, written: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
-    plain = json.loads(json.dumps(dict(wanted)))
+    plain = parse_json(json.dumps(dict(wanted)))
     written = dict(written)
     for recipe in (plain, written):
         recipe["settings"] = {k: v for k, v in recipe.get("settings", {}).items() if k not in FREE}
@@ -107,9 +109,9 @@ def _check_recipe(path: Path, written: Mapping[str, Any], wanted: Mapping[str, A
         before, now = written.get(key), plain.get(key)
         if isinstance(before, dict) and isinstance(now, dict):
             names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
-            told += [f"{name} was {before.get(name)!r}, is {now.get(name)!r}" for name in names]
+            told += [f"{name} was {shown(before.get(name))}, is {shown(now.get(name))}" for name in names]
         elif before != now:
-            told.append(_OTHER.get(key) or f"{key} was {before!r}, is {now!r}")
+            told.append(_OTHER.get(key) or f"{key} was {shown(before)}, is {shown(now)}")
     if told:
         raise RequestError(
             f"{path} belongs to another training: {'; '.join(told)}. Go on with the same, or remove the checkpoint to "

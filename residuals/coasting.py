@@ -1,7 +1,8 @@
-"""A network asked what a hull does without thrust: the states, its power there, and the verdict of the laws.
+"""A network asked what a hull may do: states with and without thrust, its power there, and the verdict of the laws.
 
-What the network says of a hull at rest is a push from outside, as of wind or of a trim; it is no damping, and is taken
-off before power is asked for. That nothing should move at rest is another law.
+The laws and their one tolerance are those of the audit (`physics.energy`): power without thrust, power under thrust,
+and the push at rest. What the vehicle file states of current, wind and trim is a force from outside; what a network
+says of a hull at rest beside that is its own, and counts.
 """
 
 from typing import final
@@ -10,10 +11,19 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ..physics.energy import coasting_power, surplus, violated
+from ..physics.energy import (
+    EXCESS_UNIT,
+    INSIDE,
+    TOLERANCE,
+    allowed_power,
+    coasting_power,
+    full_force,
+    full_power,
+)
+from ..physics.forces import ForceEquation, calm, held_thrust, relative_velocity, stated_push
 from ..physics.frames import Array
-from ..physics.laws import damping_power
 from ..physics.matrices import mass_matrix
+from ..physics.thrusters import neutral_command
 from ..physics.vehicle import Vehicle
 from .networks.base import Network
 
@@ -23,13 +33,13 @@ SETTLE = 2.0
 
 @final
 class Coasting:
-    """States without thrust, ready to be put to a network many times.
+    """States that are ready to be put to a network many times.
 
     Parameters
     ----------
-    vehicle : of the mass, and of the physics beside the network
+    vehicle : of the mass, the thrust, and the physics beside the network
     states : (n, 3) velocities relative to the water [m/s, m/s, rad/s]
-    scale : power by which a surplus is measured [W]
+    commands : (n, thrusters) that are held there; without: no thrust
     pure : whether the network gives the whole acceleration
     heading : whether it sees the heading; then headings are drawn
     time_step : [s]
@@ -41,7 +51,7 @@ class Coasting:
         self,
         vehicle: Vehicle,
         states: Array,
-        scale: float,
+        commands: Array | None = None,
         *,
         pure: bool,
         heading: bool,
@@ -50,20 +60,37 @@ class Coasting:
         like: Tensor,
     ) -> None:
         count = states.shape[0]
-        idle = np.zeros((count, len(vehicle.thrusters)))
+        neutral = np.tile([neutral_command(t) for t in vehicle.thrusters], (count, 1))
+        thrust, load = held_thrust(vehicle, neutral if commands is None else commands)
         angle = np.random.default_rng(7).uniform(-np.pi, np.pi, count)
         turned = [np.cos(angle)[:, None], np.sin(angle)[:, None]] if heading else []
-        base = np.zeros(count) if pure else damping_power(vehicle, states)
-        self.scale, self.heading = scale, heading
+        effective = (thrust - load * states[:, 0]).T
+        mass, full = mass_matrix(vehicle), full_force(vehicle)
+        base, push = _beside(vehicle, states, angle, thrust, load, pure)
+        self.heading = heading
         self.rows = max(1, round(SETTLE / time_step)) if remembers else 1
-        rest = np.concatenate([np.zeros_like(states), idle, *turned], axis=1)
-        self.inputs, self.still, self.base, self.mass = (
-            torch.as_tensor(v, dtype=like.dtype, device=like.device)
+        (
+            self.allowed,
+            self.aimed,
+            self.unit,
+            self.inputs,
+            self.still,
+            self.base,
+            self.push_stated,
+            self.full,
+            self.mass,
+        ) = (
+            torch.as_tensor(np.ascontiguousarray(v), dtype=like.dtype, device=like.device)
             for v in (
-                np.concatenate([states, idle, *turned], axis=1),
-                rest if heading else rest[:1],
+                allowed_power(vehicle, states, effective),
+                allowed_power(vehicle, states, effective, INSIDE),
+                EXCESS_UNIT * full_power(full, states),
+                np.concatenate([states, thrust.T, *turned], axis=1),
+                np.concatenate([0.0 * states, 0.0 * thrust.T, *turned], axis=1),
                 base,
-                mass_matrix(vehicle),
+                push,
+                full / np.diag(mass),
+                mass,
             )
         )
 
@@ -73,22 +100,47 @@ class Coasting:
         return self.inputs.shape[0]
 
     def push(self, network: Network, index: Tensor | None = None) -> Tensor:
-        """What the network says of a hull at rest: (1, 3), or for the heading of each state (n, 3)."""
-        still = self.still if index is None or not self.heading else self.still[index]
+        """Acceleration of a hull at rest without thrust beside what is stated, as a share of full thrust, (n, 3)."""
+        still, stated = (x if index is None else x[index] for x in (self.still, self.push_stated))
+        if not self.heading:
+            still = still[:1]
         said, _ = network(still[:, None].expand(-1, self.rows, -1))
-        return said[:, -1]
+        return (said[:, -1] - stated) / self.full
 
     def power(self, network: Network, index: Tensor | None = None) -> Tensor:
         """Power that the motion gains at the states (or those of `index`) [W], (n,)."""
         inputs, base = (self.inputs, self.base) if index is None else (self.inputs[index], self.base[index])
         said, _ = network(inputs[:, None].expand(-1, self.rows, -1))
-        return base + coasting_power(self.mass, inputs[:, :3], said[:, -1] - self.push(network, index))
+        return base + coasting_power(self.mass, inputs[:, :3], said[:, -1])
 
-    def excess(self, network: Network, index: Tensor | None = None) -> Tensor:
-        """Power above what the law allows, in units of the scale, 0 where lawful."""
-        return surplus(self.power(network, index)) / self.scale
+    def penalty(self, network: Network, index: Tensor) -> Tensor:
+        """Mean squared power above what is aimed at at states, and push at rest above it; 0 where lawful."""
+        over = ((self.power(network, index) - self.aimed[index]) / self.unit[index]).clamp(min=0.0)
+        pushed = ((self.push(network, index).abs() - INSIDE * TOLERANCE) / EXCESS_UNIT).clamp(min=0.0)
+        return over.square().mean() + pushed.square().sum(dim=1).mean()
 
     def violating_share(self, network: Network) -> float:
-        """Share of all states at which power is gained, beyond `physics.energy.TOLERANCE`."""
+        """Share of all states at which more power is gained than is allowed; rest counts as one of them."""
         with torch.no_grad():
-            return float(violated(self.power(network), self.scale).double().mean())
+            over = self.power(network) > self.allowed
+            pushed = (self.push(network).abs() > TOLERANCE).any()
+            return float(torch.cat([over, pushed[None]]).double().mean())
+
+
+def _beside(
+    vehicle: Vehicle, states: Array, heading: Array, thrust: Array, load: Array, pure: bool
+) -> tuple[Array, Array]:
+    """Power (n,) [W] of all that is not the network, and acceleration (n, 3) at rest that is stated, of a pure network.
+
+    A pure network says the stated wind and trim, and the turning of the water, with all else: they are taken out.
+    """
+    u, v, r = triple = (states[:, 0], states[:, 1], states[:, 2])
+    if not pure:
+        force = ForceEquation(calm(vehicle)).force(triple, heading, thrust, load, (v, r))
+        return (states * np.stack(force, axis=-1)).sum(axis=1), np.zeros_like(states)
+    none = (0.0 * u, 0.0 * u, 0.0 * u)
+    drift = np.stack(relative_velocity(vehicle, heading, none), axis=-1)
+    turning = np.stack(ForceEquation(vehicle).acceleration(none, triple, tuple((states - drift).T)), axis=-1)
+    mass = mass_matrix(vehicle)
+    taken = (states * stated_push(vehicle, heading, triple)).sum(axis=1) + coasting_power(mass, states, turning)
+    return -taken, stated_push(vehicle, heading, none) @ np.linalg.inv(mass).T

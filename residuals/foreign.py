@@ -17,7 +17,7 @@ import numpy as np
 from ..physics.errors import RequestError
 from ..physics.frames import Array
 from ..physics.motion import Motion
-from ..physics.simulation import Rollouts, rollout
+from ..physics.simulation import SPEED_LIMIT, Rollouts, check_starts, integrate_stiff
 from ..physics.vehicle import Vehicle
 from .models import Kind, Model
 
@@ -42,6 +42,8 @@ class FunctionModel(Model):
     vehicle : of the mass that laws ask for, and of the commands
     """
 
+    remembers = False
+
     def __init__(self, answer: Answer, vehicle: Vehicle, name: str, kind: Kind = "physics") -> None:
         self.answer = answer
         self.vehicle = vehicle
@@ -55,17 +57,17 @@ class FunctionModel(Model):
         return self.settled(motion.velocity, motion.heading, motion.commands)
 
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
-        """See `Model.rollout`; the acceleration is held over a step at 1.5 a_k - 0.5 a_(k-1), the first one at a_0."""
-        starts = np.asarray(starts, dtype=int)
-        last: list[Array] = []
+        """See `Model.rollout`; commands are linear between rows, and the step is stable however stiff the function is.
 
-        def added(k: int, state: Array) -> Array:
-            now = self.settled(state[3:].T, state[2], motion.commands[starts + k]).T
-            held = 1.5 * now - 0.5 * last[0] if last else now
-            last[:] = [now]
-            return held
-
-        return rollout(None, motion, starts, steps, added)
+        Raises
+        ------
+        RequestError
+            when a start leaves fewer than `steps` rows.
+        """
+        starts = check_starts(motion, starts, steps)
+        initial = np.column_stack([motion.position, motion.heading, motion.velocity])[starts]
+        commands = motion.commands[starts[:, None] + np.arange(steps + 1)]
+        return integrate_stiff(self.settled, initial, commands, motion.time_step, SPEED_LIMIT)
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """See `Model.settled`.

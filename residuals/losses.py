@@ -5,7 +5,7 @@ from typing import final
 import torch
 from torch import Tensor
 
-from ..physics.energy import coasting_power, surplus
+from ..physics.energy import EXCESS_UNIT, coasting_power, full_force, full_power, surplus
 from ..physics.vehicle import Vehicle
 from .augment import Augmenter
 from .coasting import Coasting
@@ -14,8 +14,8 @@ from .settings import TrainingSettings
 from .shooting import Forcing, Shooter
 from .windows import Windows
 
-STATES = 32
-"""States without thrust that are drawn for each batch."""
+STATES = 64
+"""States with and without thrust that are drawn for each batch."""
 
 
 @final
@@ -30,7 +30,7 @@ class Objective:
     windows : of the training part
     filter_matrix : see `Windows.filter_matrix`; its type and device are those of the weights
     unit : (3,) of the error on each axis [m/s^2, m/s^2, rad/s^2]
-    coasting : states without thrust from the training envelope
+    coasting : states with and without thrust from the training envelope
     vehicle : rolled out with the network, where `settings.rollout_rows` asks for it
     augmenter : varies each batch, or None
     """
@@ -52,7 +52,8 @@ class Objective:
 
         self.settings, self.coasting, self.augmenter = settings, coasting, augmenter
         self.filter, self.unit = filter_matrix, unit
-        self.inputs, self.driven, self.base = map(tensor, (windows.inputs, windows.driven, windows.base))
+        self.inputs, self.allowed, self.base = map(tensor, (windows.inputs, windows.allowed, windows.base))
+        self.scale = tensor(EXCESS_UNIT * full_power(full_force(vehicle), windows.inputs[..., :3]))
         self.target = tensor(windows.target[:, windows.compared])
         self.shooter = Shooter(vehicle, pure=pure, time_step=windows.time_step)
         self.states, self.thrust, self.load, self.air = map(
@@ -82,12 +83,11 @@ class Objective:
         return loss
 
     def _unlawful(self, network: Network, index: Tensor, inputs: Tensor, said: Tensor, draw: torch.Generator) -> Tensor:
-        """Mean squared surplus of power: along the windows, and at states without thrust."""
-        told = said if self.coasting.heading else said - self.coasting.push(network)
-        power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], told)
-        along = surplus(power, self.driven[index]) / self.coasting.scale
+        """Mean squared power beyond the laws: along the windows, and at states with and without thrust."""
+        power = self.base[index] + coasting_power(self.coasting.mass, inputs[..., :3], said)
+        along = surplus(power - self.allowed[index]) / self.scale[index]
         drawn = torch.randint(self.coasting.count, (STATES,), generator=draw).to(index)
-        return along.square().mean() + self.coasting.excess(network, drawn).square().mean()
+        return along.square().mean() + self.coasting.penalty(network, drawn)
 
     def _astray(self, network: Network, index: Tensor, inputs: Tensor, draw: torch.Generator) -> Tensor:
         """Mean squared velocity error along rollouts from one random row, in what the unit adds up to on them.

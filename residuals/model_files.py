@@ -7,11 +7,10 @@ stands in `model.yaml`. This module loads torch when it reads or writes a networ
 import hashlib
 import json
 import os
-import tempfile
+import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import numpy as np
 import yaml
@@ -19,10 +18,16 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
 
 from ..measurements.standardisation import Standardisation
 from ..physics.errors import RequestError, VehicleError
-from ..physics.files import read_yaml, strict_json, write_bytes, write_text
+from ..physics.files import strict_json, write_bytes, write_text, yaml_text
+from ..physics.folders import finish, replace_folder
+from ..physics.marks import on_top, written_by
+from ..physics.printable import listed, shown
+from ..physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
+from ..physics.reading import parse_json, parse_yaml, read_bytes, read_yaml, reason
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from .inputs import input_names
-from .neural import SCHEMA, SETTINGS, WEIGHTS, is_network_folder, require_torch
+from .neural import SCHEMA, SETTINGS, WEIGHTS, require_torch
+from .settings import CHECKPOINT
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -32,10 +37,18 @@ if TYPE_CHECKING:
 
 _MADE_FOR = "undertow.settings_sha256"
 """Key of the digest of the settings in the metadata of the weights: weights mean nothing under other settings."""
+VERB = "train"
+DISTILLATION = "distillation.json"
+"""What a network's folder says of its correction; it goes when another network takes the folder."""
+NETWORK_FILES = (SETTINGS, WEIGHTS, CHECKPOINT, DISTILLATION)
+"""What a network's folder, or that of a training under way, may hold."""
+_BEGINNINGS = {CHECKPOINT: b"undertow.checkpoint/1", DISTILLATION: b'"schema": "undertow.distillation/1"'}
+_HEAD = 300
+"""Bytes at the beginning of a file in which its schema stands [B]."""
+_MOST_WEIGHTS = 2**29
+"""Bytes of the weights: networks here have some 100 kB, and a hundred million numbers are more than any boat needs."""
 _SAME = 1e-6
 """Relative difference up to which two constants are the same; weights are written in single precision."""
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class _Input(BaseModel):
@@ -43,7 +56,7 @@ class _Input(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     name: str
-    mean: float
+    mean: Number
     scale: Positive
 
 
@@ -63,16 +76,37 @@ class _Settings(BaseModel):
     training: dict[str, Any]
 
 
-def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training: Mapping[str, Any]) -> Path:
+def own_network(folder: Path) -> set[str]:
+    """Names of the files of a network, or of a training under way, that undertow wrote and nobody changed since."""
+    own = {name for name, begin in _BEGINNINGS.items() if begin in _head(folder / name)}
+    if written_by(folder / SETTINGS) != VERB:
+        return own
+    said = re.search(r"^weights_sha256: ([0-9a-f]{64})$", (folder / SETTINGS).read_text("utf-8"), re.MULTILINE)
+    weights = (folder / WEIGHTS).read_bytes() if (folder / WEIGHTS).is_file() else b""
+    same = said is not None and hashlib.sha256(weights).hexdigest() == said[1]
+    return own | {SETTINGS} | ({WEIGHTS} if same else set())
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(_HEAD)
+    except OSError:
+        return b""
+
+
+def save_network(
+    model: "NetworkModel", folder: str | os.PathLike[str], training: Mapping[str, Any], *, force: bool = False
+) -> Path:
     """Write a network's folder; weights are kept in the network's own precision.
 
-    Both files are written whole under temporary names before either takes its place, `model.yaml` last; an earlier
-    network in the folder comes back when that fails.
+    The folder is replaced as a whole, see `replace_folder`: what an earlier network and its training left goes.
 
     Parameters
     ----------
     folder : made if it is missing, in a folder that exists; other files in it stay
     training : plain data: the settings and the log of the training
+    force : replace also files that undertow did not write, or that were changed since
 
     Raises
     ------
@@ -105,13 +139,17 @@ def save_network(model: "NetworkModel", folder: str | os.PathLike[str], training
     weights = save(tensors, {_MADE_FOR: _digest(settings)})
     settings |= {
         "weights_sha256": hashlib.sha256(weights).hexdigest(),
-        "training": json.loads(strict_json(dict(training))),
+        "training": parse_json(strict_json(dict(training))),
     }
-    text = yaml.safe_dump(settings, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+    text = yaml_text(settings, width=120, default_flow_style=None)
+
+    def build(work: Path) -> tuple[str, str]:
+        write_bytes(work / WEIGHTS, weights)
+        write_text(work / SETTINGS, on_top(VERB, text))
+        return WEIGHTS, SETTINGS
+
     try:
-        target.mkdir(exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target, prefix=".undertow.", ignore_cleanup_errors=True) as scratch:
-            _replace_both(target, Path(scratch), weights, text)
+        replace_folder(target, build, own_network, force=force)
     except OSError as error:
         raise RequestError(f"cannot write the network to {target}: {error.strerror or error}") from None
     return target
@@ -127,6 +165,7 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
         another network.
     """
     source = Path(folder)
+    finish(source)
     settings = _settings(source)
     require_torch()
     from .network_model import NetworkModel, scaling_of
@@ -141,7 +180,7 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
     _check_scaling(scaling, vehicle, f"{source / SETTINGS}")
     weights, made_for = _weights(source / WEIGHTS, settings.weights_sha256)
     network = _network(settings, scaling, weights, source)
-    if made_for != _digest(read_yaml((source / SETTINGS).read_text("utf-8"))):
+    if made_for != _digest(read_yaml(source / SETTINGS)):
         raise RequestError(
             f"{source / SETTINGS}: the weights were trained under other settings, so the file was edited; put it back, "
             "or train the network again"
@@ -154,62 +193,39 @@ def _check_target(target: Path) -> None:
         raise RequestError(f"cannot write the network to {target}: it is a file; give a folder that may be made")
     if not target.absolute().parent.is_dir():
         raise RequestError(f"cannot write the network to {target}: {target.absolute().parent} does not exist; make it")
-    if (target / SETTINGS).exists() and not is_network_folder(target):
-        raise RequestError(
-            f"cannot write the network to {target}: its {SETTINGS} is not a network's; give a new folder"
-        )
-
-
-def _replace_both(target: Path, scratch: Path, weights: bytes, text: str) -> None:
-    write_bytes(scratch / WEIGHTS, weights)
-    write_text(scratch / SETTINGS, text)
-    earlier = scratch / "earlier"
-    if (target / WEIGHTS).exists():
-        os.replace(target / WEIGHTS, earlier)
-    try:
-        os.replace(scratch / WEIGHTS, target / WEIGHTS)
-        os.replace(scratch / SETTINGS, target / SETTINGS)
-    except BaseException:
-        if earlier.exists():
-            os.replace(earlier, target / WEIGHTS)
-        else:
-            (target / WEIGHTS).unlink(missing_ok=True)
-        raise
 
 
 def _settings(source: Path) -> _Settings:
     path = source / SETTINGS
     try:
-        content = read_yaml(path.read_text("utf-8"))
+        content = read_yaml(path)
     except FileNotFoundError:
         raise RequestError(
             f"network {source}: expected a folder with {SETTINGS} and {WEIGHTS}, but {path} is missing"
         ) from None
     except NotADirectoryError:
         raise RequestError(f"network {source}: expected a folder, got a file") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise RequestError(f"{path}: not readable as YAML ({reason})") from None
+    except (OSError, ValueError) as error:
+        raise RequestError(f"{path}: not readable as YAML ({reason(error)})") from None
     if not isinstance(content, dict):
         raise RequestError(f"{path}: expected a mapping with schema {SCHEMA!r}, got {type(content).__name__}")
     if content.get("schema") != SCHEMA:
-        raise RequestError(f"{path}: expected schema {SCHEMA!r}, got {content.get('schema')!r}")
+        raise RequestError(f"{path}: expected schema {SCHEMA!r}, got {shown(content.get('schema'))}")
     try:
         return _Settings.model_validate(content)
     except ValidationError as error:
-        raise RequestError(f"{path}: {'; '.join(map(_in_words, error.errors()))}") from None
+        raise RequestError(f"{path}: {complaints(error.errors(include_url=False), _in_words)}") from None
 
 
 def _in_words(item: Any) -> str:
     """One of pydantic's complaints as a sentence."""
-    where = ".".join(str(part) for part in item["loc"])
+    where = location(item["loc"])
     if item["type"] == "extra_forbidden":
         fields = (_Input if item["loc"][0] == "inputs" else _Settings).model_fields
-        known = [field.alias or name for name, field in fields.items()]
-        return f"unknown key {where!r}: did you mean {get_close_matches(where, known, n=1, cutoff=0.0)[0]!r}?"
+        return unknown_key(where, [field.alias or name for name, field in fields.items()])
     if item["type"] == "missing":
         return f"the key {where!r} is missing"
-    return f"{where}: {item['msg']}, got {item['input']!r}"
+    return complaint(item, item["loc"])
 
 
 def _check_scaling(scaling: "Scaling", vehicle: Vehicle, where: str) -> None:
@@ -221,7 +237,7 @@ def _check_scaling(scaling: "Scaling", vehicle: Vehicle, where: str) -> None:
     if names not in fitting:
         raise RequestError(
             f"{where}: the inputs do not fit the vehicle's thrusters: expected {' '.join(fitting[0])} "
-            f"[cos_psi sin_psi], got {' '.join(names)}"
+            f"[cos_psi sin_psi], got {listed(names)}"
         )
     own = scaling_of(vehicle, scaling.inputs, scaling.output)
     for label in ("mass", "reach"):
@@ -236,7 +252,7 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
 def _digest(settings: Mapping[str, Any]) -> str:
     """Digest of all that gives weights their meaning, the same before and after a trip through YAML."""
     meant = {name: value for name, value in settings.items() if name not in ("weights_sha256", "training")}
-    plain = yaml.safe_load(yaml.safe_dump(meant))
+    plain = parse_yaml(yaml.safe_dump(meant))
     return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
 
 
@@ -246,9 +262,9 @@ def _weights(path: Path, digest: str) -> "tuple[dict[str, Tensor], str | None]":
     from safetensors.torch import load
 
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RequestError(f"{path}: cannot be read ({error.strerror or error}); a network needs its weights") from None
+        data = read_bytes(path, _MOST_WEIGHTS)
+    except (OSError, ValueError) as error:
+        raise RequestError(f"{path}: cannot be read ({reason(error)}); a network needs its weights") from None
     found = hashlib.sha256(data).hexdigest()
     if found != digest:
         raise RequestError(
@@ -257,7 +273,7 @@ def _weights(path: Path, digest: str) -> "tuple[dict[str, Tensor], str | None]":
         )
     try:
         tensors = load(data)
-        header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+        header = parse_json(data[8 : 8 + int.from_bytes(data[:8], "little")])
         return tensors, (header.get("__metadata__") or {}).get(_MADE_FOR)
     except (SafetensorError, ValueError, KeyError) as error:
         raise RequestError(f"{path}: not readable as safetensors ({error})") from None
@@ -278,8 +294,8 @@ def _network(settings: _Settings, scaling: "Scaling", weights: "dict[str, Tensor
     except RequestError as error:
         raise RequestError(f"{source / SETTINGS}: {error}") from None
     if wanted.keys() != weights.keys():
-        lacking = ", ".join(sorted(wanted.keys() - weights.keys())) or "none"
-        beyond = ", ".join(sorted(weights.keys() - wanted.keys())) or "none"
+        lacking = listed(sorted(wanted.keys() - weights.keys())) or "none"
+        beyond = listed(sorted(weights.keys() - wanted.keys())) or "none"
         refuse(f"these are not the tensors of a network {settings.network}; missing: {lacking}; unknown: {beyond}")
     for name, expected in wanted.items():
         tensor = weights[name]

@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from ..physics.errors import RequestError
+from ..physics.reading import read_bytes
 
 SCHEMA = "undertow.network/1"
 SETTINGS, WEIGHTS = "model.yaml", "weights.safetensors"
@@ -36,7 +37,7 @@ def is_network_folder(path: str | os.PathLike[str]) -> bool:
     if not folder.is_dir():
         return False
     try:
-        said = (folder / SETTINGS).read_bytes().decode("utf-8", "replace")
-    except OSError:
+        said = read_bytes(folder / SETTINGS).decode("utf-8", "replace")
+    except (OSError, ValueError):
         said = ""
     return bool(_SCHEMA_LINE.search(said)) or (folder / WEIGHTS).exists()

@@ -11,11 +11,12 @@ import torch
 from ..measurements.derive import accelerations
 from ..measurements.split import Split
 from ..measurements.standardisation import Standardisation
-from ..physics.energy import coasting_power, coasting_states
+from ..physics.energy import coasting_states
 from ..physics.errors import RequestError
 from ..physics.frames import Array
 from ..physics.laws import envelope_of
 from ..physics.motion import Motion
+from ..physics.thrusters import neutral_command
 from ..physics.vehicle import Vehicle
 from .augment import Augmenter, seen_noise, sister_targets
 from .coasting import Coasting
@@ -31,9 +32,10 @@ from .windows import Windows, filter_taps, windows_of
 WARM_UP = 2.0
 """Rows at the start of a window on which a network with memory is not judged [s]."""
 POOL = 4096
-"""States without thrust among which each batch draws."""
-JUDGED = (128, 256)
-"""States without thrust for the verdict: validation velocities, and a sample of the training envelope."""
+"""States among which each batch draws, a half of them without thrust."""
+JUDGED = (128, 512)
+"""States at which an epoch is judged: validation velocities, and a sample of the training envelope; each with thrust
+and without."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,15 +93,18 @@ def prepare_training(
     def tensor(values: Array) -> torch.Tensor:
         return torch.as_tensor(values, dtype=like.dtype, device=device)
 
-    power = np.concatenate([coasting_power(scaling.mass, m.velocity, accelerations(m)) for m in motions])
-    envelope = envelope_of(motions, vehicle)
+    envelope, pool = envelope_of(motions, vehicle), np.concatenate([motion.commands for motion in motions])
+    idle = np.array([neutral_command(t) for t in vehicle.thrusters])
 
     def coasting(states: Array) -> Coasting:
-        scale = max(float(np.sqrt((power**2).mean())), 1e-9)
-        return Coasting(vehicle, states, scale, **chosen, time_step=windows.time_step, remembers=remembers, like=like)
+        commands = pool[np.random.default_rng(5).integers(0, pool.shape[0], states.shape[0])]
+        commands[::2] = idle
+        return Coasting(
+            vehicle, states, commands, **chosen, time_step=windows.time_step, remembers=remembers, like=like
+        )
 
     judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
-    judge = Judge(split.validation, vehicle, coasting(judged), unit, **chosen)
+    judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)
     compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
     wanted = settings.augmentation
     noise = seen_noise(split.train, settings, remembers)

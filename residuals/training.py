@@ -1,4 +1,4 @@
-"""Training a network: windows in, epochs of Adam, and the best lawful weights out."""
+"""Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -21,6 +21,8 @@ from .preparation import Prepared, prepare_training
 from .settings import CHECKPOINT, TrainingSettings
 from .threads import one_thread
 
+CANDIDATES = 5
+"""Epochs whose weights are kept until the end, when they are put before all laws, the best first."""
 _BETTER = 1e-3
 """An epoch counts as better when it lowers the best error by more than this share of it."""
 
@@ -34,7 +36,7 @@ class Epoch:
     number : 0 is a hybrid before the first step, which is the vehicle alone
     loss : mean over the batches; None for number 0
     rmse : error of the acceleration on the validation part, each axis in units of its measured acceleration in training
-    violating : share of the states without thrust at which the laws are broken, see `validation.Judge`
+    violating : share of the states at which the laws are broken, see `validation.Judge`
     """
 
     number: int
@@ -51,9 +53,9 @@ class Trained:
     ----------
     model : with the weights of the best epoch
     epochs : the history
-    best_epoch : the one whose weights were kept: the best lawful one, or the best where none is lawful
-    lawful : whether it creates no energy on the validation data and in the envelope
-    violating : share of the states at which it does
+    best_epoch : the one whose weights were kept: the best that the auditor passed, or the best where it passed none
+    lawful : what the auditor says of those weights; None where there was no auditor
+    violating : share of the states without thrust and with it at which they break the laws, in the sample of training
     stopped : why training ended
     settings : of the recipe
     """
@@ -61,7 +63,7 @@ class Trained:
     model: NetworkModel
     epochs: tuple[Epoch, ...]
     best_epoch: int
-    lawful: bool
+    lawful: bool | None
     violating: float
     stopped: str
     settings: TrainingSettings
@@ -90,6 +92,7 @@ def train(
     folder: Path | None = None,
     resume: bool = False,
     progress: Callable[[Epoch], None] | None = None,
+    auditor: Callable[[NetworkModel], bool] | None = None,
 ) -> Trained:
     """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
 
@@ -106,6 +109,8 @@ def train(
         saved. None writes nothing
     resume : go on from the checkpoint in `folder`, where there is one
     progress : called after each epoch
+    auditor : says whether a model keeps all laws; the best epochs are put before it, the best first, until one passes.
+        The sample of states that judges every epoch is no proof
 
     Raises
     ------
@@ -123,19 +128,18 @@ def train(
             run.epoch()
             if progress is not None:
                 progress(run.history[-1])
-        prepared.network.load_state_dict(run.kept)
-    kept = best_epoch(run.history)
+        model = NetworkModel(
+            vehicle, prepared.network.cpu(), prepared.time_step, pure=pure, seconds_to_fit=perf_counter() - run.begun
+        )
+        kept, lawful = run.choose(model, auditor)
     best = next(epoch for epoch in run.history if epoch.number == kept)
-    model = NetworkModel(
-        vehicle, prepared.network.cpu(), prepared.time_step, pure=pure, seconds_to_fit=perf_counter() - run.begun
-    )
-    return Trained(model, tuple(run.history), best.number, best.violating == 0.0, best.violating, why, chosen)
+    return Trained(model, tuple(run.history), kept, lawful, best.violating, why, chosen)
 
 
-def best_epoch(history: list[Epoch]) -> int:
-    """Number of the epoch to keep: the least error among the lawful ones; among all where none is lawful."""
-    lawful = [epoch for epoch in history if epoch.violating == 0.0]
-    return min(lawful or history, key=lambda epoch: epoch.rmse).number
+def best_epochs(history: list[Epoch], count: int = CANDIDATES) -> list[int]:
+    """Numbers of the epochs to keep, the best first: by their error, those that break the laws behind all others."""
+    ranked = sorted(history, key=lambda epoch: (epoch.violating > 0.0, epoch.rmse))
+    return [epoch.number for epoch in ranked[:count]]
 
 
 def stale(history: list[Epoch]) -> int:
@@ -238,14 +242,31 @@ class _Run:
                 ),
             )
 
+    def choose(self, model: NetworkModel, auditor: Callable[[NetworkModel], bool] | None) -> tuple[int, bool | None]:
+        """Load the best weights that the auditor passes into a model, or the best; their epoch, and what it said."""
+        best = best_epochs(self.history)
+        for number in best if auditor is not None else []:
+            self._load(model, number)
+            if auditor is not None and auditor(model):
+                return number, True
+        self._load(model, best[0])
+        return best[0], None if auditor is None else False
+
+    def _load(self, model: NetworkModel, number: int) -> None:
+        head = f"{number}/"
+        mine = {label.removeprefix(head): x for label, x in self.kept.items() if label.startswith(head)}
+        model.network.load_state_dict(mine)
+
     def _judge(self, loss: float | None) -> None:
         number, judge = 0 if loss is None else self._next, self.prepared.judge
         rmse = judge.error(self.network) if loss is None or isfinite(loss) else float("nan")
         if not isfinite(rmse):
             raise RequestError(self._not_finite(number, loss))
         self.history.append(Epoch(number, loss, rmse, judge.violating(self.network)))
-        if best_epoch(self.history) == number:
-            self.kept = cloned(self.network.state_dict())
+        best = best_epochs(self.history)
+        if number in best:
+            self.kept |= {f"{number}/{name}": x for name, x in cloned(self.network.state_dict()).items()}
+        self.kept = {label: x for label, x in self.kept.items() if int(label.partition("/")[0]) in best}
 
     def _not_finite(self, number: int, loss: float | None) -> str:
         what = (

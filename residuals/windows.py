@@ -7,9 +7,9 @@ import numpy as np
 
 from ..measurements.dataset import DataSet, Recipe
 from ..measurements.derive import accelerations, low_pass
-from ..physics.energy import thrust_power
+from ..physics.energy import INSIDE, allowed_power, thrust_power
 from ..physics.errors import RequestError
-from ..physics.forces import actuation, memory_states, modelled_acceleration
+from ..physics.forces import actuation, memory_states, modelled_acceleration, stated_push
 from ..physics.frames import Array
 from ..physics.laws import damping_power
 from ..physics.motion import Motion
@@ -31,7 +31,7 @@ class Windows:
     ----------
     inputs : (windows, rows, inputs) what the network sees, SI
     target : (windows, rows, 3) measured minus (for a hybrid) modelled acceleration, filtered alike
-    driven, base : (windows, rows) [W] power of the thrusters, and power into the motion by the physics alone
+    allowed, base : (windows, rows) [W] gain that is aimed at at most, see `energy.INSIDE`, and the physics' own
     states : (windows, rows, 6) heading [rad], velocity over ground, wake memory of sway speed and yaw rate
     thrust, load : (windows, rows, thrusters) [N], [N s/m]
     air : (windows, rows, 2) velocity of the air over ground [m/s]
@@ -42,7 +42,7 @@ class Windows:
 
     inputs: Array
     target: Array
-    driven: Array
+    allowed: Array
     base: Array
     states: Array
     thrust: Array
@@ -135,8 +135,14 @@ def windows_of(
     pushed = [thrust_power(vehicle, motion) for motion in motions]
     seen = [network_inputs(vehicle, motion, heading) for motion in motions]
     hull = [
-        np.zeros(motion.time.size) if pure else push + damping_power(vehicle, see[:, :3])
+        -(see[:, :3] * stated_push(vehicle, motion.heading, tuple(see[:, :3].T))).sum(axis=1)
+        if pure
+        else push + damping_power(vehicle, see[:, :3])
         for motion, push, see in zip(motions, pushed, seen, strict=True)
+    ]
+    allowed = [
+        allowed_power(vehicle, see[:, :3], (act.thrust - act.load * see[:, 0]).T, INSIDE)
+        for act, see in zip(acts, seen, strict=True)
     ]
     states = [np.column_stack([m.heading, m.velocity, *memory_states(vehicle, m)]) for m in motions]
     targets = [target_acceleration(vehicle, motion, data, pure) for motion in motions]
@@ -144,7 +150,7 @@ def windows_of(
     return Windows(
         inputs=cut(seen, rows, stride),
         target=cut(targets, rows, stride),
-        driven=cut(pushed, rows, stride),
+        allowed=cut(allowed, rows, stride),
         base=cut(hull, rows, stride),
         states=cut(states, rows, stride),
         thrust=cut([act.thrust.T for act in acts], rows, stride),

@@ -22,7 +22,7 @@ from undertow.physics.audit.rest import Rest
 from undertow.physics.audit.search import Box, climb, spread
 from undertow.physics.audit.symmetry import SHARE, MirrorSymmetry, mirror_pairs
 from undertow.physics.audit.thrust import PowerUnderThrust
-from undertow.physics.audit.trial import possible_commands, reachable
+from undertow.physics.audit.trial import possible_commands, reachable, rolled
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.laws import Envelope
@@ -175,6 +175,8 @@ def test_outside_the_envelope(sign: float, verdict: str):
     assert judged(Dissipation(), model).verdict == "pass"
 
 
+MET = np.zeros((1, 601, 1))
+
 # What laws take as stated
 
 
@@ -221,8 +223,12 @@ def test_a_boat_that_nothing_stops_is_found():
     none = dict.fromkeys(HULL.damping, 0.0)
     bounded = audit(formula(**none), BOX).ruling("bounded speed")
     assert bounded.verdict == "fail"
-    with pytest.raises(RequestError, match="grow without bound under its own thrusters.*name a log"):
-        reachable(HULL.with_values({"X_u": 60.0, "X_uu": 60.0}), possible_commands(HULL))
+    for values, grows in (({"X_u": 60.0, "X_uu": 60.0}, True), ({"X_u": 0.0, "X_uu": 0.0}, False)):
+        boat = HULL.with_values(values)
+        envelope, source = reachable(boat, possible_commands(boat))
+        assert ("3 s of full thrust, as the vehicle's speeds grow without bound" in source) is grows
+        assert judged(BoundedSpeed(), VehicleModel(boat, "bare")).verdict == "fail"
+        assert envelope.upper[0] > 2.2
 
 
 @pytest.mark.parametrize("name", ["blueboat", "blueboat_paper", "otter", "cybership2"])
@@ -302,12 +308,103 @@ def test_outside_is_searched_outside_only():
         assert not BOX.contains(np.array([place["u"], place["v"], place["r"]]), slack=0.0)
 
 
-def test_a_function_has_no_mass_of_its_own():
+def test_a_function_shows_its_mass_when_it_is_pushed():
     ruling = judged(PositiveMass(), pushed(lambda nu: 0.0 * nu))
-    assert ruling.verdict == "not applicable"
-    assert "no mass of its own; that of vehicle" in ruling.sentence
+    assert (ruling.verdict, ruling.value) == ("pass", pytest.approx(-1.0))
+    assert "It has no mass of its own; that of the vehicle" in ruling.sentence
+    backwards = np.linalg.inv(mass_matrix(HULL)) * [[-1.0], [1.0], [1.0]]
+    reach = thruster_matrix(HULL)
+    found = judged(PositiveMass(), FunctionModel(lambda nu, psi, c: (c @ reach.T - nu) @ backwards.T, HULL, "foreign"))
+    assert (found.verdict, found.value) == ("fail", pytest.approx(1.0, abs=0.3))
+    assert "goes against the push" in found.sentence
     void = HULL.with_values({"Y_vdot": HULL.mass + 1.0})
     assert judged(PositiveMass(), FunctionModel(lambda nu, psi, c: -nu, void, "foreign")).verdict == "fail"
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(-1.0, "fail"), (0.0, "pass"), (0.9, "pass")])
+def test_a_coriolis_force_that_does_work_is_seen_in_a_black_box(share: float, verdict: str):
+    faint = HULL.with_values({"X_u": -2.0, "X_uu": 0.0, "Y_v": -4.0, "Y_vv": 0.0, "N_r": -1.0, "N_rr": 0.0})
+    hull, inverse = VehicleModel(faint, "faint"), np.linalg.inv(mass_matrix(HULL))
+
+    def answer(nu: Array, psi: Array, commands: Array) -> Array:
+        turning = np.einsum("nij,nj->ni", coriolis_matrix(HULL, nu), nu)
+        wrong = turning * ([0.0, 2.0, 0.0] if share < 0.0 else [share] * 3)  # one sign wrong, or all of it weaker
+        return hull.settled(nu, psi, commands) + wrong @ inverse.T
+
+    ruling = judged(CoriolisWork(), FunctionModel(answer, HULL, "foreign"))
+    assert ruling.verdict == verdict
+    assert "Turning does work" in ruling.sentence or verdict == "pass"
+
+
+@pytest.mark.parametrize("rate", [12.0, 50.0, 1000.0])
+def test_stiff_damping_is_no_unbounded_speed(rate: float):
+    stiff = HULL.with_values({"X_u": -rate * mass_matrix(HULL)[0, 0], "N_r": -rate * mass_matrix(HULL)[2, 2]})
+    hull = VehicleModel(stiff, "stiff")
+    for model in (FunctionModel(hull.settled, HULL, "foreign"), hull):
+        assert judged(BoundedSpeed(), model).verdict == "pass", model.name
+    done = FunctionModel(hull.settled, HULL, "foreign").rollout(MOTION, np.array([0, 50]), 100)
+    assert not done.diverged.any()
+
+
+def test_what_grows_is_not_damped_by_the_step():
+    for rate in (0.5, 30.0, 1000.0):
+        found = rolled(lambda nu, psi, c, rate=rate: rate * nu + 1e-3, np.zeros((1, 601, 1)), 60.0)
+        assert found.diverged.all(), rate
+    turning = rolled(lambda nu, psi, c: nu @ np.array([[-1.0, -9, 0], [9.0, -1, 0], [0, 0, -1.0]]).T + 1.0, MET, 60.0)
+    assert np.abs(turning.states[..., 3:]).max() < 2.0
+
+
+def hump(depth: float) -> FunctionModel:
+    """A hull whose surge drag falls beyond 1 m/s by this share of itself."""
+
+    def weaker(nu: Array) -> Array:
+        drag = (15.0 * nu + 8.0 * nu * np.abs(nu)) * [1.0, 0.0, 0.0]
+        return depth * drag / (1.0 + np.exp(20.0 - 20.0 * np.abs(nu[:, :1])))
+
+    return pushed(weaker)
+
+
+@EDGE
+def test_drag_may_fall_with_speed_but_not_drive(sign: float, verdict: str):
+    assert audit(hump(0.5), BOX).verdict == "pass"
+    slope = np.gradient(pushed_force(hump(0.5)))
+    assert slope.max() > 0.0 > slope.min(), "the drag falls somewhere"
+    exact = formula(X_u=-10.0, X_uu=20.0 * (1.0 + 1e-6 * sign), **{"surge:u^3": -10.0})  # 10 u (1 - u)^2 at the edge
+    assert judged(Dissipation(), exact).verdict == verdict
+
+
+def pushed_force(model: FunctionModel) -> Array:
+    """Surge drag [N] from 0.1 to 2 m/s."""
+    nu = np.linspace(0.1, 2.0, 60)[:, None] * [1.0, 0.0, 0.0]
+    return -model.settled(nu, np.zeros(60), np.zeros((60, 2)))[:, 0]
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        lambda nu, psi, c: (c > 30.0).all(axis=1),
+        lambda nu, psi, c: np.abs(c[:, 0] - 11.3) < 0.3,
+        lambda nu, psi, c: (np.abs(c - [12.0, -21.0]) < 1.5).all(axis=1),
+        lambda nu, psi, c: np.abs(psi - 1.234) < 0.01,
+        lambda nu, psi, c: np.abs(nu[:, 0] - 1.234) < 0.006,
+        lambda nu, psi, c: (nu > [2.0, 0.5, 1.0]).all(axis=1),
+        lambda nu, psi, c: np.abs(nu @ [0.5, 1.0, 0.7] - 0.31) < 0.004,
+        lambda nu, psi, c: (((nu - [0.9, 0.21, -0.4]) / [0.1, 0.04, 0.07]) ** 2).sum(axis=1) < 1.0,
+    ],
+    ids=["both full", "one command", "both within", "heading", "speed", "corner", "sheet", "ball"],
+)
+def test_a_violation_in_a_window_is_found_by_every_seed(inside: Callable[[Array, Array, Array], Array]):
+    inverse, hull = np.linalg.inv(mass_matrix(HULL)), VehicleModel(HULL, "hull")
+    full = witness_of(formula(), BOX).full_force
+
+    def answer(nu: Array, psi: Array, c: Array) -> Array:
+        away = -2.0 * (hull.settled(nu, psi, 0.0 * c) @ mass_matrix(HULL)) + np.sign(nu) * full
+        return hull.settled(nu, psi, c) + inside(nu, psi, c)[:, None] * away @ inverse.T
+
+    model = FunctionModel(answer, HULL, "window")
+    for seed in (0, 1):
+        witness = witness_of(model, BOX, seed=seed)
+        assert "fail" in (Dissipation().judge(witness).verdict, PowerUnderThrust().judge(witness).verdict), seed
 
 
 def test_a_slow_log_does_not_make_a_hull_too_fast():

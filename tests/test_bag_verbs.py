@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bags import recorded, write_mcap, write_ros2
 from mcap.reader import make_reader
-from verbs import done, refused, strict
+from verbs import done, inspected, refused, strict
 
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
@@ -29,9 +29,9 @@ def test_the_verbs_read_a_bag_and_give_its_map_back(tmp_path, world, monkeypatch
     monkeypatch.chdir(tmp_path)
     write_ros2(tmp_path / "bag", [*recorded(world, "/alpha"), *recorded(world, "/beta")], "mcap")
     refused("inspect", "bag", match=r"expected the log of one vehicle, got 2: /alpha, /beta\. Choose one with --namesp")
-    shown = done("inspect", "bag", "--namespace", "alpha", "--map-out", "channels.yaml")
+    shown = inspected("inspect", "bag", "--namespace", "alpha", "--map-out", "channels.yaml")
     assert "newton_port: {from: '/alpha/thrusters/port/thrust:data'}" in shown
-    found = strict(done("inspect", "bag", "--namespace", "alpha", "--map", "channels.yaml", "--json"))
+    found = strict(inspected("inspect", "bag", "--namespace", "alpha", "--map", "channels.yaml", "--json"))
     assert found["map"]["x"] == {"from": "/alpha/odometry:pose.pose.position.x", "frame": "enu"}
     again, first = read_log("bag", namespace="/alpha", channel_map="channels.yaml"), read_log("bag", namespace="alpha")
     assert again.entries == first.entries

@@ -8,7 +8,7 @@ import pytest
 from bags import recorded, write_mcap
 from dataflash_files import dataflash_of, write
 from round_trip import vehicle, world
-from verbs import done, strict
+from verbs import done, inspected, strict
 
 from undertow.measurements.collection import find_logs
 from undertow.measurements.log import read_log
@@ -68,9 +68,9 @@ def test_a_folder_is_one_data_set_whose_logs_are_remembered_by_name(folder):
 def test_the_verbs_take_folders_and_patterns(folder):
     compared = strict(done("compare", folder, "-v", "blueboat_paper", "--json"))
     assert [Path(name).name for name in compared["logs"]] == ["00000002.BIN", "first.csv.gz"]
-    together = strict(done("inspect", folder, "--json"))
+    together = strict(inspected("inspect", folder, "--json"))
     assert [Path(log["path"]).name for log in together["logs"]] == ["00000002.BIN", "first.csv.gz"]
-    assert "XKF1[1]:u" in done("inspect", folder / "*.BIN")
+    assert "XKF1[1]:u" in inspected("inspect", folder / "*.BIN")
 
 
 def test_a_folder_with_one_bag_file_among_others_is_a_folder_of_logs(folder, tmp_path):

@@ -1,5 +1,6 @@
 """Files made to fill memory or to run for ever are refused early, and odd names do no harm."""
 
+import gzip
 import os
 import sqlite3
 import struct
@@ -11,10 +12,10 @@ import pyarrow.parquet
 import pytest
 from bags import Message, nanoseconds, write_ros2
 
-from undertow.measurements.formats import base, mcap, ros_messages, ros_types
+from undertow.measurements.formats import mcap, ros_messages, ros_types, unpacking
 from undertow.measurements.formats.base import Name, Request
 from undertow.measurements.formats.registry import read_recording
-from undertow.measurements.formats.ros_zstd import zstd
+from undertow.measurements.formats.unpacking import zstd
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
 
@@ -102,8 +103,74 @@ def test_types_that_fill_the_memory_are_not_compiled(definition, why):
 def test_a_bag_that_unpacks_to_thousands_of_times_its_size_is_refused(tmp_path):
     message = record(5, struct.pack("<HIQQ", 7, 0, 1, 1) + bytes(2**20))
     path = of(tmp_path / "log.mcap", "float64 newton_port", chunk(message * 80))
-    with pytest.raises(LogError, match=r"log\.mcap: expected a log that unpacks to at most 1000 times"):
+    with pytest.raises(LogError, match=r"log\.mcap: expected a log that unpacks to at most \d+ MB, for it has 0\.0"):
         read_log(path)
+
+
+@pytest.mark.parametrize("how", ["gzip", "line", "rows"])
+def test_a_packed_table_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch, how):
+    path, head = tmp_path / "log.csv.gz", b"t,x,y,psi\n"
+    monkeypatch.setattr(unpacking, "_ALWAYS", 100_000)
+    content = {"gzip": b"0,0,0,0\n" * 400_000, "line": b"0," * 2**20, "rows": b"1,2,3,4\n" * 40_000}[how]
+    if how == "rows":
+        monkeypatch.setattr(unpacking, "HELD", 100_000)
+        monkeypatch.setattr(unpacking, "_ALWAYS", 10**7)
+    path.write_bytes(gzip.compress(head + content))
+    why = "lines of at most 1048576 bytes" if how == "line" else r"unpacks to at most \d+ MB, for it has 0\.0"
+    if how == "line":
+        path = tmp_path / "log.csv"
+        path.write_bytes(head + content)
+    with pytest.raises(LogError, match=rf"log\.csv.*: expected a .*{why}"):
+        read_log(path)
+
+
+def test_a_zstd_bag_is_bounded_by_its_size_on_disk_though_it_holds_packed_chunks(tmp_path, monkeypatch):
+    message = record(5, struct.pack("<HIQQ", 7, 0, 1, 1) + bytes(2**20))
+    inner = of(tmp_path / "log.mcap", "float64 newton_port", *[chunk(message * 4)] * 20)
+    (tmp_path / "bag").mkdir()
+    packed = tmp_path / "bag" / "bag_0.mcap.zstd"
+    packed.write_bytes(zstd().compress(inner.read_bytes(), 3))
+    monkeypatch.setattr(unpacking, "_ALWAYS", 10**7)
+    with pytest.raises(LogError, match=r"bag: expected a log that unpacks to at most \d+ MB"):
+        read_log(tmp_path / "bag")
+
+
+def test_more_messages_than_a_file_has_bytes_for_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(unpacking, "_FREE_MESSAGES", 100)
+    message = record(5, struct.pack("<HIQQ", 7, 0, 1, 1) + struct.pack("<Id", 1 << 8, 0.5))
+    path = of(tmp_path / "log.mcap", "float64 newton_port", channel(7, "/thr"), chunk(message * 20_000))
+    with pytest.raises(LogError, match=r"log\.mcap: expected at most \d+ messages in a file of 0\.00"):
+        read_log(path)
+
+
+@pytest.mark.parametrize(("columns", "rows", "why"), [(10_001, 2, "10000 columns"), (3, 12_000, "topics and fields")])
+def test_tables_of_countless_columns_or_topics_are_refused(tmp_path, columns, rows, why):
+    path = tmp_path / "log.csv"
+    if columns > 3:
+        lines = [",".join(["t", *(f"c{k}" for k in range(columns))]), *[",".join(["0"] * (columns + 1))] * rows]
+    else:
+        lines = ["time,topic,field,value", *(f"{k},/t{k},x,0" for k in range(rows))]
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(LogError, match=f"log.csv: expected a .*at most 10000.*|{why}"):
+        read_log(path)
+
+
+def test_words_that_stand_in_every_row_of_a_parquet_are_held_once(tmp_path):
+    path = tmp_path / "log.parquet"
+    word = "w" * 100_000
+    words = pyarrow.array([word, "2.5"] * (TIME.size // 2))
+    pyarrow.parquet.write_table(pyarrow.table({"t": TIME, "u": TIME, "v": words}), path)
+    log = read_log(path)
+    assert log.channels["v"].value.size == TIME.size // 2
+    np.testing.assert_array_equal(log.channels["v"].value, 2.5)
+
+
+def test_lists_in_the_columns_of_a_parquet_are_left_alone(tmp_path):
+    path = tmp_path / "log.parquet"
+    pyarrow.parquet.write_table(pyarrow.table({"t": TIME, "u": TIME, "v": [[0.0] * 1000] * TIME.size}), path)
+    log = read_log(path)
+    assert "v" not in log.channels
+    assert "v" in log.unused
 
 
 def test_a_bag_of_countless_topics_is_refused(tmp_path, monkeypatch):
@@ -114,11 +181,11 @@ def test_a_bag_of_countless_topics_is_refused(tmp_path, monkeypatch):
 
 
 def test_a_table_of_countless_rows_in_a_few_bytes_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(base, "_ALWAYS_UNPACKED", 0)
+    monkeypatch.setattr(unpacking, "_ALWAYS", 0)
     path = tmp_path / "log.parquet"
     table = pyarrow.table({"t": np.zeros(1_000_000), "x": np.zeros(1_000_000), "other": np.zeros(1_000_000)})
     pyarrow.parquet.write_table(table, path, compression="zstd")
-    with pytest.raises(LogError, match=r"log\.parquet: expected a log that unpacks to at most 1000 times"):
+    with pytest.raises(LogError, match=r"log\.parquet: expected a log that unpacks to at most \d+ MB, for it has"):
         read_log(path)
 
 

@@ -9,6 +9,7 @@ from bags import EPOCH, nanoseconds
 from json_files import STATE, Text, numbers, texts_of, write_json
 from logged import assert_same_motion, note, without_a_file
 from verbs import done, strict
+from verbs import inspected as inspect
 
 import undertow
 from undertow.measurements.dataset import WEAK
@@ -182,7 +183,7 @@ def test_series_mcap_is_read_as_the_log_that_it_was_made_of(run):
 
 
 def test_discover_finds_in_series_mcap_what_it_found_in_the_log(run, tmp_path):
-    inspected = strict(done("inspect", run / "series.mcap", "-v", "blueboat", "--json"))
+    inspected = strict(inspect("inspect", run / "series.mcap", "-v", "blueboat", "--json"))
     assert inspected["map"]["newton_port"] == {"from": "/measured:newton_port"}
     assert not inspected["plan"]["missing"]
     assert not [f for f in inspected["quality"] if f["verdict"] in ("defect", "warning")]

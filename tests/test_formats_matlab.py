@@ -9,7 +9,7 @@ from matlab_files import structs_of, write_mat
 from round_trip import assert_equal, expected, motion_of, world
 from scipy.io import savemat
 
-from undertow.measurements.formats import matlab_elements
+from undertow.measurements.formats import unpacking
 from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
@@ -122,8 +122,18 @@ def test_a_packed_variable_that_would_fill_the_memory_is_refused(tmp_path, monke
     path = write_mat(tmp_path / "log.mat", {"t": np.arange(10.0)})
     bomb = zlib.compress(bytes(2_000_000))
     path.write_bytes(path.read_bytes()[:128] + struct.pack("<II", 15, len(bomb)) + bomb)
-    monkeypatch.setattr(matlab_elements, "MOST", 1_000_000)
+    monkeypatch.setattr(unpacking, "_ALWAYS", 1_000_000)
+    monkeypatch.setattr(unpacking, "_MOST_TIMES", 0)
     with pytest.raises(LogError, match="unpacks to more than 1 MB"):
+        read_log(path)
+
+
+def test_small_numbers_that_grow_in_memory_are_counted(tmp_path, monkeypatch):
+    path = tmp_path / "log.mat"
+    savemat(path, {"t": np.arange(10.0), "u": np.zeros(200_000, np.int8)}, do_compression=True)
+    monkeypatch.setattr(unpacking, "_ALWAYS", 1_000_000)
+    monkeypatch.setattr(unpacking, "_MOST_TIMES", 0)
+    with pytest.raises(LogError, match="hold more than 125000 numbers"):
         read_log(path)
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from verbs import done, refused, strict
+from verbs import inspected, refused, strict
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 MAPS = Path(__file__).resolve().parents[1] / "examples" / "maps"
@@ -20,7 +20,7 @@ def folder(name: str) -> Path:
 @pytest.fixture(scope="module")
 def pooled() -> dict[str, Any]:
     folder("blueboat")
-    return strict(done("inspect", RAW, "--json"))
+    return strict(inspected("inspect", RAW, "--json"))
 
 
 def found(content: dict[str, Any], check: str, channel: str = "") -> dict[str, Any]:
@@ -91,14 +91,14 @@ def test_gravity_in_the_accelerometer_of_the_field_logs(pooled: dict[str, Any]):
 
 def test_the_screen_of_the_field_logs_begins_with_the_worst():
     folder("blueboat")
-    screen = " ".join(done("inspect", RAW).split())
+    screen = " ".join(inspected("inspect", RAW).split())
     assert "14 logs together" in screen
     assert "port and starboard look swapped" in screen.split("Quality")[0]
 
 
 def test_the_shipped_map_puts_the_sides_right():
     folder("blueboat")
-    content = strict(done("inspect", RAW, "--map", MAPS / "blueboat_raw.yaml", "--json"))
+    content = strict(inspected("inspect", RAW, "--map", MAPS / "blueboat_raw.yaml", "--json"))
     assert found(content, "sides")["verdict"] == "ok"
     assert found(content, "direction")["verdict"] == "ok"
     assert found(content, "neutral")["value"] == 1510.0
@@ -107,8 +107,8 @@ def test_the_shipped_map_puts_the_sides_right():
 def test_a_repaired_field_log_has_none_of_its_safe_defects(tmp_path: Path):
     folder("blueboat")
     out = tmp_path / "235.csv"
-    done("inspect", RAW / "rcou_235.csv", "--map", MAPS / "blueboat_raw.yaml", "--fix", out)
-    content = strict(done("inspect", out, "--json"))
+    inspected("inspect", RAW / "rcou_235.csv", "--map", MAPS / "blueboat_raw.yaml", "--fix", out)
+    content = strict(inspected("inspect", out, "--json"))
     left = {f["check"] for f in content["quality"] if f["verdict"] in ("warning", "defect")}
     assert left == {"compass", "tilt"}
     assert found(content, "compass")["parts"]["cos"] == pytest.approx(7.4, abs=1.5)
@@ -117,7 +117,7 @@ def test_a_repaired_field_log_has_none_of_its_safe_defects(tmp_path: Path):
 
 @pytest.mark.parametrize(("name", "seconds"), [("esso", 5000.0), ("kvlcc2", 1400.0)])
 def test_tankers_are_read_and_told_to_be_out_of_reach(name: str, seconds: float):
-    content = strict(done("inspect", folder(name), "--map", MAPS / f"{name}.yaml", "--json"))
+    content = strict(inspected("inspect", folder(name), "--map", MAPS / f"{name}.yaml", "--json"))
     assert sum(log["excitation"]["seconds"] for log in content["logs"]) > seconds
     assert found(content, "commands")["sentence"].startswith("the log has a rudder (rudder_angle)")
     assert all(f["verdict"] != "defect" for f in content["quality"])
@@ -129,6 +129,6 @@ def test_a_basin_file_with_title_lines_is_refused_in_words():
 
 
 def test_no_gazebo_log_is_accused():
-    content = strict(done("inspect", folder("gazebo"), "--json"))
+    content = strict(inspected("inspect", folder("gazebo"), "--json"))
     for log in content["logs"]:
         assert [f["sentence"] for f in log["quality"] if f["verdict"] in ("warning", "defect")] == []

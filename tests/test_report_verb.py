@@ -14,6 +14,7 @@ from sample_run import edit, write_sample
 from verbs import call, done, refused
 
 from undertow.physics.errors import RequestError
+from undertow.physics.marks import remark
 from undertow.reports.browser import find_browser, print_pdf
 from undertow.reports.fleet import shared_effects, told
 from undertow.reports.fleet_page import fleet_page
@@ -124,7 +125,7 @@ def test_intervals_that_only_touch_agree_and_those_a_hair_apart_do_not(fleet):
     [
         (("one", "nowhere"), "expected a run folder at nowhere"),
         (("one", "one"), "one is given twice"),
-        (("one", "two", "--out", "notes.html"), "notes.html is there and is no page of undertow"),
+        (("one", "two", "--out", "notes.html"), "notes.html is there, and .undertow report. did not write it"),
         (("one", "two", "--out", "all.pdf"), "expected a name that ends in .html"),
         (("one", "two", "--out", "nowhere/all.html"), "nowhere does not exist"),
     ],
@@ -199,7 +200,10 @@ def test_a_browser_is_asked_for_every_page(fleet, monkeypatch):
     monkeypatch.setenv("CHROME", str(fake_browser(fleet, script.replace('"%PDF"', "'%PDF'"))))
     written = done("report", "one", "two", "--pdf").split()
     assert written[3:] == ["one/report.pdf", "two/report.pdf", "report.pdf"]
-    assert Path("report.pdf").read_bytes() == b"%PDF-pretend"
+    assert (
+        Path("report.pdf").read_bytes()
+        == b"%PDF-pretend\n% " + remark("report --pdf", b"%PDF-pretend\n").encode() + b"\n"
+    )
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the stand-in for a browser is a shell script")
@@ -218,7 +222,7 @@ def test_a_browser_that_fails_is_told(tmp_path, monkeypatch, script, match):
 def test_what_is_no_pdf_is_not_replaced(fleet, monkeypatch):
     monkeypatch.setenv("CHROME", str(fake_browser(fleet, "exit 1")))
     Path("one/report.pdf").write_text("a letter")
-    refused("report", "one", "--pdf", match="report.pdf is there and is no PDF")
+    refused("report", "one", "--pdf", match="holds report.pdf, which undertow did not write")
 
 
 def test_the_variable_comes_before_the_path(tmp_path, monkeypatch):
@@ -266,7 +270,7 @@ def test_the_command_of_a_run_is_one_that_the_command_line_takes(verb, tmp_path,
 
 def test_the_record_of_a_made_up_run_reads_back(fleet):
     Path("one/run.json").write_text(json.dumps({"schema": "undertow.run/1", "versions": 3}))
-    refused("report", "one", match="expected an object under 'versions', got 3")
+    refused("report", "one", match="expected an object in versions, got 3")
 
 
 def test_the_recorded_command_makes_the_run_again(tmp_path, monkeypatch):

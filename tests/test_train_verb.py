@@ -38,17 +38,18 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
         "Trained the network mlp (291 weights) beside the physics of BlueBoat",
         "of 1 log in",
         "Kept epoch",
-        "It creates no energy without thrust",
-        "The audit fails: it breaks",
+        "It keeps every law that 'undertow check' asks",
         "Acceleration on the test part",
         "2 s nominal",
-        "hybrid mlp fail 291",
+        "hybrid mlp pass 291",
         "(model.yaml, weights.safetensors)",
     ):
         assert text in said
+    assert "The audit fails" not in said
+    assert call("check", place / "M", place / "log.csv").exit_code == 0, "what training calls lawful, check passes"
     lines = (place / "progress.txt").read_text().splitlines()
     assert [line.split()[1] for line in lines] == ["1", "10", "20"]
-    assert all("validation error" in line and "creates energy at" in line for line in lines)
+    assert all("validation error" in line and "breaks the laws at" in line for line in lines)
 
 
 def test_train_writes_a_network_that_compare_reads(place: Path) -> None:
@@ -170,7 +171,7 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
             "but empty holds none; give the folder of that training, or leave --resume out",
         ),
         (("--out", "missing/M"), "does not exist; make it"),
-        (("--out", "full"), "holds other files; give a new one"),
+        (("--out", "full"), "holds other files (thesis.txt) and nothing that this verb wrote; give a new one"),
         (("--out", "file"), "it is a file"),
     ],
 )
@@ -248,7 +249,7 @@ def test_settings_of_the_recipe_and_of_augmentation_are_set_by_name() -> None:
 def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     epoch = Epoch(3, 0.25, 0.125, 0.01)
-    assert epoch_words(epoch) == "loss 0.25, validation error 0.125, creates energy at 1.0 %"
+    assert epoch_words(epoch) == "loss 0.25, validation error 0.125, breaks the laws at 1.0 %"
 
     def silent(text: str) -> None:
         raise AssertionError(text)

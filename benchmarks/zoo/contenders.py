@@ -5,10 +5,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from undertow.physics.vehicle import Vehicle
+from undertow.reports.assess import audit_along
 from undertow.reports.fitted import fit
 from undertow.reports.inputs import Inputs
 from undertow.reports.run import discover
 from undertow.residuals.models import Model, VehicleModel
+from undertow.residuals.network_model import NetworkModel
 from undertow.residuals.settings import Augmentation
 from undertow.residuals.training import TrainingSettings, train
 
@@ -73,6 +75,12 @@ def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> tuple[Mode
     if who.network is None:
         return VehicleModel(base, who.base), {}
     settings = replace(TrainingSettings(seed=seed), **dict(who.settings))
-    done = train(inputs.parts.split, base, who.network, pure=who.pure, heading=who.heading, settings=settings)
+
+    def passed(model: NetworkModel) -> bool:
+        return audit_along(model, inputs.parts).verdict == "pass"
+
+    done = train(
+        inputs.parts.split, base, who.network, pure=who.pure, heading=who.heading, settings=settings, auditor=passed
+    )
     told = {"lawful": done.lawful, "best": done.best_epoch, "epochs": len(done.epochs)}
     return done.model, {**told, "seconds": done.model.seconds_to_fit}

@@ -33,8 +33,6 @@ EXPECTED = (
 )
 
 _HEAD_BYTES = 65536
-_MOST_PACKED = 1000
-_ALWAYS_UNPACKED = 64 * 2**20
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,26 +209,6 @@ def read_head(path: Path) -> Head:
 
 class BrokenError(Exception):
     """The records of a file make no sense from here on: its reader stops there, and says so in a note."""
-
-
-def check_unpacked(size: int, packed: int) -> None:
-    """Refuse what unpacks to far more than any log does: a constant topic packs 100 to 1, a bomb 10 000 to 1.
-
-    Parameters
-    ----------
-    size : bytes unpacked so far
-    packed : bytes of the file
-
-    Raises
-    ------
-    LogError
-        without the path, which the reader adds.
-    """
-    if size > _ALWAYS_UNPACKED + _MOST_PACKED * packed:
-        raise LogError(
-            f"expected a log that unpacks to at most {_MOST_PACKED} times its {packed / 1e6:.3f} MB, got more than "
-            f"{size / 1e6:.0f} MB. It is broken, or made to fill the memory; if it is neither, unpack it yourself."
-        )
 
 
 @contextmanager

@@ -1,7 +1,6 @@
 """JSON messages of an MCAP file: the numbers in them, by dotted names, whatever each message holds."""
 
 import dataclasses
-import json
 import math
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...physics.reading import parse_json
 from .base import Name, Request, Stream
 from .ros_clock import Stamps, overtaken
 from .ros_table import frame_of
@@ -71,14 +71,14 @@ class JsonTopic:
         try:
             if len(raw) > _LARGEST:
                 raise ValueError("too large")
-            message = json.loads(bytes(raw))
+            message = parse_json(bytes(raw), lenient=True)
             message = message if isinstance(message, dict) else {"value": message}
             found: dict[str, float] = {}
             stamped = {key: message.pop(key) for key in _STAMPED if isinstance(message.get(key), dict)}
             _gather(message, "", 0, found)
             stamp = _stamp(stamped)
             self._header.append(stamp)
-        except (ValueError, OverflowError, RecursionError):
+        except (ValueError, OverflowError):
             self.broken += 1
             return
         row = len(self._received)
@@ -135,8 +135,8 @@ def json_topic(name: str, kind: str, definition: str, request: Request, unread: 
     definition : JSON Schema of the messages; empty for none
     """
     try:
-        declared = list(_declared(json.loads(definition[:_LONGEST_SCHEMA]), "", 0))
-    except (ValueError, TypeError, RecursionError):
+        declared = list(_declared(parse_json(definition[:_LONGEST_SCHEMA], lenient=True), "", 0))
+    except (ValueError, TypeError):
         # No schema, or one that leaves open what there is: the messages tell.
         return JsonTopic(name, kind, request, unread)
     names = [Name(name, field, kind) for field in declared[:_MOST_FIELDS]]

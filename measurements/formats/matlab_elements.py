@@ -7,20 +7,21 @@ without a check, and a damaged one ends the process.
 import math
 import mmap
 import struct
-import zlib
 from pathlib import Path
+
+from .unpacking import inflated, most_held
 
 _HEADER = 128
 _MATRIX, _PACKED = 14, 15
-_NUMBERS = frozenset((1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18))
-"""Types of elements that hold numbers or text."""
+_NUMBERS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
+"""Types of elements that hold numbers or text -> bytes of one."""
 _CELL, _STRUCTS, _TEXT = 1, (2, 3), 4
 """Classes of a matrix that hold other matrices, or text; an object is saved as a struct is."""
 _BEFORE = 6
 """Most elements that stand before the parts of a matrix."""
 _DEPTH = 32
-MOST = 1 << 29
-"""Bytes that the packed variables of a file may unpack to; smaller ones may be bombs, larger ones do not fit."""
+_MOST_PARTS = 500_000
+"""Matrices of a file: a struct array of 50,000 messages with 10 fields has so many, and each takes 1 kB in memory."""
 
 
 def check_elements(path: Path) -> None:
@@ -30,40 +31,63 @@ def check_elements(path: Path) -> None:
     ------
     ValueError
         for an element of no known type, one that is longer than what holds it, one that claims more parts than it has,
-        or more than half a gigabyte packed.
+        or more than `unpacking.most_held` lets packed variables hold.
     """
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
         order = ">" if content[126:128] == b"MI" else "<"
-        at, left = _HEADER, MOST
+        most = most_held(len(content))
+        at, left, packed, walk = _HEADER, most, 0, _Walk(order)
         while at < len(content):
             kind, start, end, at = _element(content, at, len(content), order)
             if kind == _PACKED:
-                unpacked = _unpacked(content[start:end], left)
+                unpacked = inflated(content[start:end], left)
                 left -= len(unpacked)
-                _walk(unpacked, 0, len(unpacked), order, 0)
+                before = walk.numbers
+                walk.down(unpacked, 0, len(unpacked), 0)
+                packed += walk.numbers - before
+                if 8 * packed > most:
+                    raise ValueError(f"its packed variables hold more than {most // 8} numbers")
                 at = end  # packed elements are not padded
             elif kind == _MATRIX:
-                _walk(content, start, end, order, 1)
+                walk.down(content, start, end, 1)
             else:
                 raise ValueError(f"an element of type {kind} where a variable is due")
 
 
-def _walk(content: bytes | mmap.mmap, at: int, end: int, order: str, depth: int) -> None:
-    numbers: list[bytes] = []
-    parts, size = 0, end - at
-    while at < end:
-        kind, start, stop, at = _element(content, at, end, order)
-        if not parts and kind != _MATRIX and len(numbers) < _BEFORE:
-            numbers.append(content[start:stop])
-        parts += kind == _MATRIX
-        if kind == _MATRIX:
-            if depth > _DEPTH:
-                raise ValueError(f"structs in structs, more than {_DEPTH} deep")
-            _walk(content, start, stop, order, depth + 1)
-        elif kind not in _NUMBERS:
-            raise ValueError(f"an element of type {kind}")
-    if depth:
-        _check_count(numbers, parts, size, order)
+class _Walk:
+    """Goes down into the elements of matrices, and counts them.
+
+    Attributes
+    ----------
+    numbers, parts : numbers and matrices seen so far
+    """
+
+    def __init__(self, order: str) -> None:
+        self._order = order
+        self.numbers = self.parts = 0
+
+    def down(self, content: bytes | mmap.mmap, at: int, end: int, depth: int) -> None:
+        """Look over the elements of a matrix, or of an unpacked variable (depth 0)."""
+        numbers: list[bytes] = []
+        parts, size = 0, end - at
+        while at < end:
+            kind, start, stop, at = _element(content, at, end, self._order)
+            if not parts and kind != _MATRIX and len(numbers) < _BEFORE:
+                numbers.append(content[start:stop])
+            if kind == _MATRIX:
+                parts += 1
+                self.parts += 1
+                if depth > _DEPTH:
+                    raise ValueError(f"structs in structs, more than {_DEPTH} deep")
+                if self.parts > _MOST_PARTS:
+                    raise ValueError(f"more than {_MOST_PARTS} matrices, cells or fields of structs")
+                self.down(content, start, stop, depth + 1)
+            elif kind in _NUMBERS:
+                self.numbers += (stop - start) // _NUMBERS[kind]
+            else:
+                raise ValueError(f"an element of type {kind}")
+        if depth:
+            _check_count(numbers, parts, size, self._order)
 
 
 def _check_count(numbers: list[bytes], parts: int, size: int, order: str) -> None:
@@ -107,11 +131,3 @@ def _element(content: bytes | mmap.mmap, at: int, end: int, order: str) -> tuple
     if stop > end:
         raise ValueError("an element is longer than the file")
     return kind, at + 8, stop, stop + (-size) % 8
-
-
-def _unpacked(packed: bytes, most: int) -> bytes:
-    worker = zlib.decompressobj()
-    unpacked = worker.decompress(packed, max(most, 1))
-    if not worker.eof:
-        raise ValueError(f"a packed variable is cut short, or unpacks to more than {most / 1e6:.0f} MB")
-    return unpacked

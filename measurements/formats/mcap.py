@@ -11,15 +11,13 @@ from zlib import crc32
 
 from .base import BrokenError, Format, Head, Recording, Request, in_file, torn
 from .ros_messages import Collector
-from .ros_zstd import unpack, unpacked_message
+from .unpacking import LARGEST_PART, unpack, unpacked_message
 
 MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
 _RECORD = struct.Struct("<BQ")
 _MESSAGE_START = struct.Struct("<HIQQ")
 _CHUNK_START = struct.Struct("<QQQII")
-_LARGEST = 256 * 2**20
-"""Bytes of one record, packed or not, that are still read."""
 _LANGUAGES = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl", "jsonschema": "jsonschema", "": ""}
 
 
@@ -38,7 +36,6 @@ class McapWalk:
         self._schemas: dict[int, tuple[str, str, str]] = {}
         self._wanted: set[int] = set()
         self._damaged = 0
-        self._total = 0
 
     def read(self, file: BinaryIO, total: int, told: Callable[[float], None]) -> list[str]:
         """Hand all messages to the collector, tell the share done, and give notes on what is damaged.
@@ -49,8 +46,6 @@ class McapWalk:
         total : its bytes
         told : called for every chunk
         """
-        self._collector.new_file()
-        self._total = total
         at = len(file.read(len(MAGIC)))
         why = "" if at == len(MAGIC) else "in the middle of a record"
         ended = False
@@ -61,14 +56,14 @@ class McapWalk:
                 why = "it was not closed" if not head else "in the middle of a record"
                 break
             op, length = _RECORD.unpack(head)
-            data = file.read(min(length, _LARGEST))
+            data = file.read(min(length, LARGEST_PART))
             try:
                 whole_record = len(data) == length
                 if op == _CHUNK:
                     self._chunk(data, whole_record)
                 elif whole_record:
                     self._record(op, memoryview(data))
-                if not whole_record and length > _LARGEST and op not in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
+                if not whole_record and length > LARGEST_PART and op not in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
                     whole_record = _skipped(file, length - len(data))
                 why = "" if whole_record else "in the middle of a record"
             except BrokenError as error:
@@ -86,7 +81,7 @@ class McapWalk:
             # Three unpackers with errors of their own, and struct.error for a start that is cut off.
             self._damaged += whole
             return
-        self._collector.unpacked(len(content), self._total)
+        self._collector.unpacked(len(content))
         at, end = 0, len(content)
         unpack_from = _RECORD.unpack_from
         while at + 9 <= end:
@@ -99,21 +94,12 @@ class McapWalk:
     def _unpacked(self, data: bytes, whole: bool) -> memoryview:
         _, _, size, crc, named = _CHUNK_START.unpack_from(data)
         start = _CHUNK_START.size + named
-        how = data[_CHUNK_START.size : start]
+        how = data[_CHUNK_START.size : start].decode("ascii", "replace")
         (length,) = struct.unpack_from("<Q", data, start)
         raw = memoryview(data)[start + 8 : start + 8 + length]
-        if size > _LARGEST or (whole and len(raw) < length):
+        if whole and len(raw) < length:
             raise ValueError("a damaged size")
-        if how == b"zstd":
-            content = unpack(raw, size)
-        elif how == b"lz4":
-            from lz4.frame import LZ4FrameDecompressor
-
-            content = LZ4FrameDecompressor().decompress(raw, size)
-        elif not how:
-            content = raw
-        else:
-            raise ValueError("an unknown compression")
+        content = unpack(how, raw, size)
         if whole and (len(content) != size or (crc and crc32(content) != crc)):
             raise ValueError("another size or checksum than it says")
         return memoryview(content)
@@ -126,7 +112,7 @@ class McapWalk:
                 raw = data[_MESSAGE_START.size :]
                 if self._packed and channel in self._wanted:
                     raw = unpacked_message(raw)
-                    self._collector.unpacked(len(raw), self._total)
+                    self._collector.unpacked(len(raw))
                 self._collector.message(channel, min(received, 2**63 - 1), raw)
             elif op == _SCHEMA:
                 (number,) = struct.unpack_from("<H", data)
@@ -175,6 +161,7 @@ def _read(head: Head, request: Request) -> Recording:
     total = head.path.stat().st_size
     with in_file(head.path):
         with head.path.open("rb") as file:
+            collector.new_file(total)
             notes = McapWalk(collector).read(file, total, lambda share: request.progress(int(share * total), total))
         request.progress(total, total)
         return collector.recording(notes)

@@ -4,22 +4,19 @@ The layout is that of https://wiki.ros.org/Bags/Format/2.0. The index at the end
 messages, and a recorder that died has not written it.
 """
 
-import bz2
 import struct
 from typing import BinaryIO
 
 from ...physics.errors import LogError
 from .base import BrokenError, Format, Head, Recording, Request, in_file, torn
 from .ros_messages import Collector
+from .unpacking import LARGEST_PART, unpack
 
 _MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
 _BAG_HEADER, _CHUNK, _CONNECTION, _MESSAGE = 3, 5, 7, 2
 _LENGTH = struct.Struct("<I")
 _STAMP = struct.Struct("<II")
-_LARGEST = 256 * 2**20
-"""Bytes of one record, packed or not, that are still read: a recorder closes its chunks at less than 1 MB, or after
-one large message."""
 _LARGEST_HEADER = 16 * 2**20
 
 
@@ -35,6 +32,7 @@ def _read(head: Head, request: Request) -> Recording:
     total = head.path.stat().st_size
     with in_file(head.path):
         with head.path.open("rb") as file:
+            collector.new_file(total)
             notes = _walk(file, total, collector, request)
         return collector.recording(notes)
 
@@ -60,8 +58,8 @@ def _walk(file: BinaryIO, total: int, collector: Collector, request: Request) ->
             if op == _CHUNK:
                 here = min(length, total - start)
                 try:
-                    chunk = _unpacked(file.read(min(here, _LARGEST)), fields, here == length)
-                    collector.unpacked(len(chunk), total)
+                    chunk = _unpacked(file.read(min(here, LARGEST_PART)), fields, here == length)
+                    collector.unpacked(len(chunk))
                     _messages(chunk, collector)
                 except BrokenError:
                     damaged += here == length
@@ -69,7 +67,7 @@ def _walk(file: BinaryIO, total: int, collector: Collector, request: Request) ->
                     why = "in the middle of a chunk"
             elif op in (_CONNECTION, _MESSAGE):
                 # A chunk that was never closed says that it is empty; its messages follow as records of the file.
-                data = memoryview(file.read(min(length, _LARGEST_HEADER if op == _CONNECTION else _LARGEST)))
+                data = memoryview(file.read(min(length, _LARGEST_HEADER if op == _CONNECTION else LARGEST_PART)))
                 if len(data) < length:
                     raise BrokenError("in the middle of a message")
                 _record(op, fields, data, collector)
@@ -127,23 +125,12 @@ def _fields(raw: bytes | memoryview) -> dict[bytes, bytes]:
 
 def _unpacked(raw: bytes, fields: dict[bytes, bytes], whole: bool) -> memoryview:
     """The content of a chunk; of a chunk that breaks off, as much as can be had."""
-    how = fields.get(b"compression", b"")
+    how = fields.get(b"compression", b"?").decode("ascii", "replace")
     size = _number(fields.get(b"size", b""))
-    if size > _LARGEST:
-        raise BrokenError("a chunk's size is damaged")
     try:
-        if how == b"none":
-            content = raw
-        elif how == b"bz2":
-            content = bz2.BZ2Decompressor().decompress(raw, size)
-        elif how == b"lz4":
-            from lz4.frame import LZ4FrameDecompressor
-
-            content = LZ4FrameDecompressor().decompress(raw, size)
-        else:
-            raise BrokenError(f"a chunk is packed by {how[:20]!r}")
-    except (OSError, EOFError, ValueError, RuntimeError) as error:
-        raise BrokenError("a chunk cannot be unpacked") from error
+        content = unpack(how, raw, size)
+    except ValueError as error:
+        raise BrokenError(f"a chunk cannot be unpacked: {error}") from error
     if whole and len(content) != size:
         raise BrokenError("a chunk has another size than it says")
     return memoryview(content)

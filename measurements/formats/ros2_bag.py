@@ -8,26 +8,23 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-import yaml
-
 from ...physics.errors import LogError
-from .base import Format, Head, Recording, Request, check_unpacked, in_file
+from ...physics.printable import listed
+from ...physics.reading import parse_yaml, read_bytes
+from .base import Format, Head, Recording, Request, in_file
 from .mcap import MAGIC as MCAP_MAGIC
 from .mcap import McapWalk
 from .ros2_sqlite import MAGIC as SQLITE_MAGIC
 from .ros2_sqlite import SqliteWalk
 from .ros_messages import Collector
-from .ros_zstd import zstd
+from .unpacking import ZSTD_MAGIC, Allowance, zstd
 
 METADATA = "metadata.yaml"
-_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _KEY = "rosbag2_bagfile_information"
 _LONGEST_METADATA = 16 * 2**20
 _STORAGE = re.compile(r"(?P<stem>.+?)(?:_(?P<split>\d+))?\.(?:db3|mcap)(?:\.zstd)?")
 _JOURNAL = re.compile(r".+\.db3-(?:wal|shm|journal)")
 _BLOCK = 2**20
-_MOST_UNPACKED = 64 * 2**30
-"""Bytes that a packed storage file may have unpacked; more is a broken file that fills the disk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +61,8 @@ def _metadata(folder: Path) -> bytes:
     """The text of the metadata; nothing for what is no file, or for one that no recorder writes so long."""
     path = folder / METADATA
     try:
-        if not path.is_file() or path.stat().st_size > _LONGEST_METADATA:
-            return b""
-        return path.read_bytes()
-    except OSError:
+        return read_bytes(path, _LONGEST_METADATA)
+    except (OSError, ValueError):
         return b""
 
 
@@ -83,6 +78,7 @@ def _read(head: Head, request: Request) -> Recording:
             request.progress(before + int(share * size), total)
 
         with in_file(head.path):
+            collector.new_file(sizes[k])
             found = _walk(path, collector, contents.packed, told)
         notes += [f"{path.name}: {note}" for note in found] if len(contents.files) > 1 else found
     request.progress(total, total)
@@ -101,12 +97,12 @@ def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float]
             return McapWalk(collector, packed).read(file, path.stat().st_size, told)
     if start.startswith(SQLITE_MAGIC):
         return SqliteWalk(collector, packed).read(path, told)
-    if start.startswith(_ZSTD_MAGIC):
+    if start.startswith(ZSTD_MAGIC):
         with tempfile.TemporaryDirectory(prefix="undertow-") as folder:
             inner = Path(folder) / path.stem
             notes = _unpacked(path, inner)
             with inner.open("rb") as file:
-                if file.read(4) == _ZSTD_MAGIC:
+                if file.read(4) == ZSTD_MAGIC:
                     raise LogError(f"{path}: a packed file in a packed file. Copy the log again.")
             return [*notes, *_walk(inner, collector, packed, told)]
     raise LogError(f"{path}: expected an MCAP or sqlite3 file of a ROS 2 bag, got {start[:8]!r}. Copy the log again.")
@@ -115,7 +111,7 @@ def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float]
 def _unpacked(path: Path, target: Path) -> list[str]:
     """Unpack a storage file as far as it goes."""
     unpacker = zstd().ZstdDecompressor()
-    packed = path.stat().st_size
+    allowance = Allowance(path.stat().st_size)
     written, why = 0, ""
     with path.open("rb") as source, target.open("wb") as file:
         try:
@@ -125,8 +121,8 @@ def _unpacked(path: Path, target: Path) -> list[str]:
                     why = "it ends too early"
                 content = unpacker.decompress(block, _BLOCK)
                 written += len(content)
-                check_unpacked(written, packed)
-                if written > min(_MOST_UNPACKED, shutil.disk_usage(target.parent).free):
+                allowance.take(len(content))
+                if len(content) > shutil.disk_usage(target.parent).free:
                     raise LogError(f"{path}: it unpacks to more than the disk holds. Unpack it elsewhere with zstd -d.")
                 file.write(content)
         except zstd().ZstdError as error:
@@ -149,11 +145,11 @@ def _contents(folder: Path, entries: Sequence[str]) -> _Contents:
         note = f"no {METADATA} in the folder (the recorder did not close the bag); all {len(present)} files are read"
         return _Contents(tuple(folder / name for name in present), notes=(note,))
     try:
-        told = yaml.safe_load(_metadata(folder).decode())[_KEY]
+        told = parse_yaml(_metadata(folder).decode())[_KEY]
         names = [PurePosixPath(_text(name)).name for name in told["relative_file_paths"]]
         mode, packing = (_text(told.get(key) or "").lower() for key in ("compression_mode", "compression_format"))
         distribution = _text(told.get("ros_distro") or "")
-    except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError, ValueError, RecursionError):
+    except (KeyError, TypeError, AttributeError, ValueError):
         if not present:
             raise LogError(
                 f"{folder}: {METADATA} is broken and there is no storage file. Copy the log again."
@@ -163,11 +159,11 @@ def _contents(folder: Path, entries: Sequence[str]) -> _Contents:
     if mode == "message" and packing not in ("", "zstd"):
         raise LogError(f"{folder}: messages packed by '{packing}', expected zstd; convert it with ros2 bag convert.")
     missing = [name for name in names if name not in entries]
-    notes = (f"files that {METADATA} names are missing: {', '.join(missing[:8])}",) if missing else ()
+    notes = (f"files that {METADATA} names are missing: {listed(missing)}",) if missing else ()
     # A file that the recorder was writing when it died is not in the metadata of the last split.
     found = [name for name in names if name in entries] or present
     if not found:
-        raise LogError(f"{folder}: the files that {METADATA} names are missing: {', '.join(missing[:8])}.")
+        raise LogError(f"{folder}: the files that {METADATA} names are missing: {listed(missing)}.")
     return _Contents(tuple(folder / name for name in found), distribution, mode == "message", notes)
 
 

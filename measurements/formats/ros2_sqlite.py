@@ -9,12 +9,10 @@ from urllib.parse import quote
 from ...physics.errors import LogError
 from .base import torn
 from .ros_messages import Collector
-from .ros_zstd import unpacked_message
+from .unpacking import LARGEST_PART, unpacked_message
 
 MAGIC = b"SQLite format 3\0"
 _LANGUAGES = {"ros2msg": "msg", "ros2idl": "idl"}
-_LARGEST = 256 * 2**20
-"""Bytes of one row that are still read, as of one record of the other bags."""
 
 
 class SqliteWalk:
@@ -38,7 +36,6 @@ class SqliteWalk:
         LogError
             when not even the topics can be read.
         """
-        self._collector.new_file()
         notes: list[str] = []
         total = path.stat().st_size
         database = _opened(path, total, notes)
@@ -102,7 +99,7 @@ class SqliteWalk:
                     raw = data if isinstance(data, bytes) else str(data).encode()
                     if self._packed:
                         raw = unpacked_message(raw)
-                        self._collector.unpacked(len(raw), total)
+                        self._collector.unpacked(len(raw))
                     self._collector.message(number, received, raw)
                 if row % 1000 == 0:
                     progress(row)
@@ -128,7 +125,7 @@ def _opened(path: Path, total: int, notes: list[str]) -> sqlite3.Connection:
     live = journal.is_file() and journal.stat().st_size > 0
     how = "mode=ro" if live else "mode=ro&immutable=1"
     database = sqlite3.connect(f"file:{quote(os.fsencode(path.resolve()))}?{how}", uri=True)
-    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LARGEST)
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_PART)
     database.execute("PRAGMA trusted_schema = OFF")
     database.text_factory = lambda raw: raw.decode("utf-8", "replace")
     # Without this, sqlite refuses a file that is shorter than its first page says, and with it everything before.

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from ...physics.errors import LogError
-from .base import Name, Recording, Request, Stream, check_unpacked
+from .base import Name, Recording, Request, Stream
 from .json_messages import JsonTopic, json_topic
 from .ros_clock import CLOCK, ClockTopic, Stamps, agree, overtaken
 from .ros_table import Table
 from .ros_types import MessageType, message_type
+from .unpacking import Allowance
 
 _MOST_SHAPES = 64
 _MOST_TOPICS = 10_000
@@ -35,12 +36,14 @@ class Collector:
         self._unread: dict[Name, None] = {}
         self._unknown: dict[str, str] = {}
         self._first: int | None = None
-        self._size = 0
+        self._allowance = Allowance(0)
+        self._messages = 0
 
-    def new_file(self) -> None:
-        """Forget the connection numbers of the last file; topics go on."""
+    def new_file(self, packed: int) -> None:
+        """Forget the connection numbers of the last file; topics go on. `packed` is the new one's size on disk."""
         self._by_id.clear()
-        self._size = 0
+        self._allowance = Allowance(packed)
+        self._messages = 0
 
     def connect(self, number: int, topic: str, kind: str, definition: str, language: str, encoding: str) -> bool:
         """Learn of a topic of the file, and tell whether its messages are wanted.
@@ -69,10 +72,9 @@ class Collector:
         self._by_id[number] = found
         return True
 
-    def unpacked(self, size: int, packed: int) -> None:
-        """Count the bytes that the file of `packed` bytes unpacks to; see `check_unpacked`."""
-        self._size += size
-        check_unpacked(self._size, packed)
+    def unpacked(self, size: int) -> None:
+        """Count the bytes that the file unpacks to; see `unpacking.check_unpacked`."""
+        self._allowance.take(size)
 
     def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
         """Take one message, received at a time [ns]; one that nobody wants is passed over."""
@@ -80,6 +82,9 @@ class Collector:
             self._first = received
         topic = self._by_id.get(number)
         if topic is not None:
+            self._messages += 1
+            if self._messages > self._allowance.messages:
+                self._allowance.refuse_messages()
             topic.take(received, raw)
 
     def recording(self, notes: Sequence[str]) -> Recording:

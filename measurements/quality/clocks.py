@@ -8,10 +8,11 @@ import numpy as np
 
 from ...physics.frames import Array, earth_to_body
 from ..channels import Channel
-from .finding import Channels, Check, Finding, Fix
+from .finding import Channels, Check, Finding, Fix, Reach
 from .lags import Lag, Response, lag_of, quick
 from .neutral import centre_of
 from .record import RATE, Record, Stretch
+from .response import COARSE, SLOW, trials
 
 _STEP = 1.0 / RATE
 _IN_STEP = 0.03
@@ -21,6 +22,10 @@ _ALIKE = (0.8, 1.25)
 """Slope of one record over the other between which they are records of one quantity; a filter makes it smaller."""
 _NEARLY = 0.1
 """Offset that must be ruled out before records are said to be in step [s]."""
+_REACH = (-0.6, 1.0)
+"""Delays about the one that explains the commands' answer best in which it is looked for closely [s]."""
+_FAR = (-5.0, 5.0)
+"""Delays between records of one quantity that are looked for [s]: clocks that were set by hand are seconds apart."""
 _FOLLOWS = 0.6
 _ANSWERS = 0.5
 """Share of a record that the other must explain, in the band of their comparison, before its delay means anything."""
@@ -113,14 +118,22 @@ class Clocks(Check):
             having = [record for record in records if pair.needs <= set(record.log.channels)]
             if not having:
                 continue
-            lags = [lag_of([pair.response(record, s) for s in record.stretches], _STEP) for record in having]
+            lags = [_lag([pair.response(record, s) for s in record.stretches]) for record in having]
             every = [pair.response(record, s) for record in having for s in record.stretches]
-            lag = lags[0] if len(having) == 1 else lag_of(every, _STEP)
+            lag = lags[0] if len(having) == 1 else _lag(every)
             finding = _compared(pair, lag, [one for one in lags if one is not None and _sure(one, _FOLLOWS, _SURE)])
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
             found.append(finding)
         return [*found, *_commanded(records, gyro)]
+
+
+def _lag(responses: Sequence[Response]) -> Lag | None:
+    """The delay of a record, looked for nearby first, so that short stretches count, and then far away."""
+    near = lag_of(responses, _STEP)
+    if near is not None and near.explained >= _FOLLOWS:
+        return near
+    return lag_of(responses, _STEP, reach=_FAR) or near
 
 
 def on_grid(record: Record, name: str, time: Array) -> Array:
@@ -166,33 +179,40 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag]) -> Findin
 
 
 def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
-    """Whether the boat answers before it is told to; that it answers later is its nature."""
+    """Whether the boat answers before it is told to; that it answers later is its nature, up to `SLOW`."""
     names = sorted({name for record in records for name in record.commands})
     if not names:
         return []
-    centre = {name: centre_of(records, name) for name in names}
-    pooled = _answer(records, centre, gyro)
     channels = tuple(names)
+    found = trials(records)
+    far = [one.best.seconds for one in found if not one.best.in_step]
+    if far and not all(one.late for one in found):
+        text = f"the boat may answer its commands {_when(far[0])}, or in step: the log is explained alike"
+        return [Finding("clocks", "cannot tell", text, far[0], "s", None, channels)]
+    pooled = _answer(records, gyro, float(np.median(far)) if far else 0.0)
+    if pooled is None and far:
+        pooled = float(np.median(far)), COARSE
     if pooled is None:
         text = "the commands say too little about the motion to tell whether they are in step with it"
         return [Finding("clocks", "cannot tell", text, unit="s", channels=channels)]
     seconds, error = pooled
     ends = seconds - 1.96 * error, seconds + 1.96 * error
+    if seconds > SLOW and far:
+        return [_early(seconds, ends, channels)]
     # A command in a row of 0.1 s was given up to 0.1 s before it.
     row = max(record.log.channels[name].period for record in records for name in names if name in record.log.channels)
     if ends[1] >= -_IN_STEP - 0.5 * row:
         if ends[0] < -_NEARLY - 0.5 * row:
             text = f"the boat may answer its commands {ends[0]:+.2f} to {ends[1]:+.2f} s after them: too little to tell"
             return [Finding("clocks", "cannot tell", text, seconds, "s", ends, channels)]
-        order = "after" if seconds >= 0.0 else "before"
-        text = f"the boat answers its commands, {abs(seconds):.2f} s {order} them"
+        text = f"the boat answers its commands, {_when(seconds, 2)}"
         if seconds < 0.0:
             text = f"{text}, which is in step for rows of {row:.2g} s"
         return [Finding("clocks", "ok", text, seconds, "s", ends, channels)]
     return [
         Finding(
             "clocks",
-            "warning",
+            "defect" if far else "warning",
             f"the motion leads the command by {-seconds:.2f} s: the boat cannot know, the stamps are late",
             seconds,
             "s",
@@ -202,16 +222,39 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
             f"move the commands by {seconds:+.2f} s or more",
             Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds))),
             short=f"the motion leads the command by {-seconds:.2f} s",
+            reach=Reach.LOG,
         )
     ]
 
 
-def _answer(records: Sequence[Record], centre: Mapping[str, float], gyro: float) -> tuple[float, float] | None:
-    """The delay of surge and yaw after the commands [s] and its standard error [s]; None where neither tells."""
+def _early(seconds: float, ends: tuple[float, float], channels: tuple[str, ...]) -> Finding:
+    """The commands are stamped early, or the boat is slower than any; which of the two, a person knows."""
+    return Finding(
+        "clocks",
+        "warning",
+        f"the boat answers its commands {seconds:.2f} s after them: no thruster is that slow, the stamps are early",
+        seconds,
+        "s",
+        ends,
+        channels,
+        f"no delay beyond {SLOW:.0f} s is looked for, so what is found explains it by something else",
+        f"move the commands by {seconds:+.2f} s or less",
+        short=f"the boat answers its commands {seconds:.1f} s after them",
+    )
+
+
+def _when(seconds: float, digits: int = 1) -> str:
+    return f"{abs(seconds):.{digits}f} s {'after' if seconds >= 0.0 else 'before'} them"
+
+
+def _answer(records: Sequence[Record], gyro: float, about: float) -> tuple[float, float] | None:
+    """The delay of surge and yaw after the commands near one [s], its standard error [s]; None if neither tells."""
+    names = {name for record in records for name in record.commands}
+    centre = {name: centre_of(records, name) for name in names}
     lags = []
     for response in (_surge_answer, _yaw_answer):
         every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
-        lag = lag_of(every, _STEP, quick)
+        lag = lag_of(every, _STEP, quick, (about + _REACH[0], about + _REACH[1]))
         if lag is not None and lag.stretches >= _STRETCHES and _sure(lag, _ANSWERS):
             lags.append(lag)
     if not lags:

@@ -3,9 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from ..log import Log
 from .finding import SEVERITY, Finding
@@ -44,9 +41,8 @@ class Examination:
 
 
 def examine(log: Log, vehicle: Vehicle | None = None) -> Examination:
-    """Make all checks on one log; with a vehicle, its thruster curves are what the neutral must agree with."""
-    zeros = {t.channel: float(command_of(t, np.zeros(()))) for t in vehicle.thrusters} if vehicle else {}
-    record, findings, seen = Record.of(log, zeros), [], []
+    """Make all checks on one log; with a vehicle, its thrusters are what the commands must agree with."""
+    record, findings, seen = Record.of(log, vehicle), [], []
     for check in CHECKS:
         seen.append(record)
         found = check.examine([record])
@@ -69,6 +65,11 @@ def pool(examinations: Sequence[Examination]) -> tuple[Finding, ...]:
     )
 
 
+def is_sound(findings: Sequence[Finding]) -> bool:
+    """Whether no check found a defect; a warning makes numbers worse, but a log can be used with it."""
+    return not any(finding.verdict == "defect" for finding in findings)
+
+
 def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: bool = False) -> str:
     """Say in one or two sentences whether a log is usable, and what is worst about it.
 
@@ -84,9 +85,13 @@ def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: b
     worst = sorted((f for f in findings if f.verdict in SEVERITY[:2]), key=lambda f: SEVERITY.index(f.verdict))
     defects = sum(finding.verdict == "defect" for finding in worst)
     if not worst:
-        untold = sum(finding.verdict == "cannot tell" for finding in findings)
-        things = "one thing" if untold == 1 else f"{untold} things"
-        more = f" It is too short or too calm to tell {things}." if untold else ""
+        untold = [finding for finding in findings if finding.verdict == "cannot tell"]
+        unsure = "; ".join(finding.short for finding in untold if finding.short)
+        count = sum(not finding.short for finding in untold)
+        things = "one thing" if count == 1 else f"{count} things"
+        more = f" It is too short or too calm to tell {things}." if count else ""
+        if unsure:
+            return f"Usable if this is right, which the log cannot tell: {unsure}. No defect was found.{more}"
         return f"Usable; no defect was found.{more}"
     told = "; ".join(finding.short or finding.sentence for finding in worst[:_TOLD])
     more = f"; and {len(worst) - _TOLD} more" if len(worst) > _TOLD else ""

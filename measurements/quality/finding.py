@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any, ClassVar, Literal
 
 from ..channels import Channel
@@ -13,6 +14,14 @@ SEVERITY: tuple[Verdict, ...] = ("defect", "warning", "cannot tell", "note", "ok
 """The verdicts, worst first. A defect makes results wrong; a warning makes them worse; a note is good to know."""
 
 Channels = Mapping[str, Channel]
+
+
+class Reach(Enum):
+    """How much of what is found in a log a defect makes wrong."""
+
+    NUMBERS = "numbers come out worse; what is named stays right"
+    SECONDS = "false motion in some seconds; the rest of the log is sound"
+    LOG = "nothing found in the log is about the boat, so that it is refused"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +49,7 @@ class Finding:
     fix : what `--fix` does about it; None where only a person should
     parts : further numbers by name, such as the coefficients of a curve
     short : the sentence in a few words, for the verdict on the log; empty for the sentence itself
+    reach : how much a defect makes wrong
     """
 
     check: str
@@ -54,6 +64,12 @@ class Finding:
     fix: Fix | None = None
     parts: Mapping[str, float | str] = field(default_factory=dict)
     short: str = ""
+    reach: Reach = Reach.NUMBERS
+
+    @property
+    def refused(self) -> bool:
+        """Whether a log with this finding is refused by whoever computes with it."""
+        return self.verdict == "defect" and self.reach is Reach.LOG
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values, fit for strict JSON."""

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from ..channels import Channel
-from .finding import Channels, Check, Finding, Fix
+from .finding import Channels, Check, Finding, Fix, Reach
 from .fixes import LEAST, Fixes, fixes_of, taken_at
 from .record import Record
 
@@ -81,6 +81,7 @@ class LateFixes(Check):
                 fix=Fix(f"late fixes put back on their beat of {found[0].beat:.3g} s", _retimed),
                 parts={"late": late, "spikes": spikes},
                 short=f"position fixes come late ({100.0 * share:.0f} % of the steps between them)",
+                reach=Reach.SECONDS,
             )
         ]
 

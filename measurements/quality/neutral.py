@@ -2,12 +2,13 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import ClassVar, final
 
 import numpy as np
 
 from ...physics.frames import Array
+from ...physics.thrusters import resting_commands
 from ..channels import LIMITS, Channel, command_kind
 from .finding import Channels, Check, Finding, Fix
 from .record import Record
@@ -50,7 +51,7 @@ class Neutral(Check):
             return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
         zeros = _zeros(records, found)
         if zeros:
-            return [_compared(records, found, zeros, _range(records, names))]
+            return [_compared(found, zeros, _range(records, names))]
         off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
         told = _listed(found)
         parts = dict(found)
@@ -101,34 +102,54 @@ class Neutral(Check):
         ]
 
 
-def _zeros(records: Sequence[Record], found: Mapping[str, float]) -> dict[str, tuple[float, str]]:
-    """What says where neutral is, by channel, and in which words: the vehicle's curve, or else the log's parameters."""
-    zeros: dict[str, tuple[float, str]] = {}
+@dataclass(frozen=True, slots=True)
+class _Zero:
+    """Where neutral should be: between two values of a channel, in which words, and whether the vehicle says so."""
+
+    low: float
+    high: float
+    words: str
+    by_vehicle: bool
+
+    def off(self, value: float) -> float:
+        """How far a neutral is beside it."""
+        return max(self.low - value, value - self.high)
+
+    @property
+    def middle(self) -> float:
+        """Its middle."""
+        return 0.5 * (self.low + self.high)
+
+    def __str__(self) -> str:
+        return f"{self.low:.4g}" if self.low == self.high else f"{self.low:.4g} to {self.high:.4g}"
+
+
+def _zeros(records: Sequence[Record], found: Mapping[str, float]) -> dict[str, _Zero]:
+    """What says where neutral is, by channel: the vehicle's curve, or else the log's parameters."""
+    zeros: dict[str, _Zero] = {}
     for record in records:
+        own = {t.channel: resting_commands(t) for t in record.vehicle.thrusters} if record.vehicle else {}
         for name in found:
             stated = next((s for note in record.log.notes if (s := _STATED.match(note)) and s["name"] == name), None)
-            if name in record.zeros:
-                zeros[name] = record.zeros[name], "the vehicle's curve has its zero"
+            ends = own.get(name)
+            if ends is not None:
+                zeros[name] = _Zero(*ends, "the vehicle's curve has its zero", True)
             elif stated:
-                zeros.setdefault(name, (float(stated["neutral"]), "the log's parameters have it"))
+                value = float(stated["neutral"])
+                zeros.setdefault(name, _Zero(value, value, "the log's parameters have it", False))
     return zeros
 
 
-def _compared(
-    records: Sequence[Record],
-    found: Mapping[str, float],
-    zeros: Mapping[str, tuple[float, str]],
-    ends: tuple[float, float],
-) -> Finding:
+def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tuple[float, float]) -> Finding:
     """The neutral beside what says where it must be. Nothing is shifted: which of the two is right, a person knows."""
     parts = dict(found) | {"lowest": ends[0], "highest": ends[1]}
-    off = {n: value for n, value in found.items() if n in zeros and abs(value - zeros[n][0]) >= _OFF}
+    off = {n: value for n, value in found.items() if n in zeros and zeros[n].off(value) >= _OFF}
     name = next(iter(off or zeros))
-    value, (zero, words) = found[name], zeros[name]
+    value, zero = found[name], zeros[name]
     text = f"neutral PWM is {_listed(found)}, range {ends[0]:.0f} to {ends[1]:.0f}"
     if off:
-        moves = ", ".join(f"{n} by 'offset: {zeros[n][0] - v:+.4g}'" for n, v in off.items())
-        text = f"neutral PWM is {_listed(off)}, but {words} at {zero:.4g}; range {ends[0]:.0f} to {ends[1]:.0f}"
+        moves = ", ".join(f"{n} by 'offset: {zeros[n].middle - v:+.4g}'" for n, v in off.items())
+        text = f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; range {ends[0]:.0f} to {ends[1]:.0f}"
         return Finding(
             Neutral.name,
             "warning",
@@ -141,13 +162,13 @@ def _compared(
             f"set the curve's zero in the vehicle file to {value:g}, or map {moves} if the log was not shifted already",
             None,
             parts,
-            f"neutral PWM is {value:g} us, not {zero:.4g}",
+            f"neutral PWM is {value:g} us, not {zero}",
         )
-    if any(n in record.zeros for record in records for n in found) or abs(value - USUAL) < _OFF:
-        return Finding(Neutral.name, "ok", f"{text}; {words} there", value, "us", None, tuple(found), parts=parts)
+    if zero.by_vehicle or abs(value - USUAL) < _OFF:
+        return Finding(Neutral.name, "ok", f"{text}; {zero.words} there", value, "us", None, tuple(found), parts=parts)
     remedy = f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells whether it is"
     return Finding(
-        Neutral.name, "note", f"{text}; {words} there", value, "us", None, tuple(found), "", remedy, None, parts
+        Neutral.name, "note", f"{text}; {zero.words} there", value, "us", None, tuple(found), "", remedy, None, parts
     )
 
 

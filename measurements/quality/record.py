@@ -1,7 +1,7 @@
 """A log under examination: its channels as repaired so far, and the motions that they make."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from ...physics.averages import area_average
 from ...physics.errors import LogError
 from ...physics.frames import Array
 from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
 from ..channels import Channel, command_kind
 from ..dataset import Recipe
 from ..log import Log
@@ -44,29 +45,38 @@ class Record:
     stretches : its motions at 20 Hz; none where the log makes none
     commands : names of the command channels, the columns of `Stretch.commands`
     why_not : why the log makes no motion; empty where it does
-    zeros : commands at which the vehicle's thrusters do not push, by channel; none without a vehicle
+    vehicle : the nominal model, which says what the commands should do; None where there is none
     """
 
     log: Log
     stretches: tuple[Stretch, ...]
     commands: tuple[str, ...]
     why_not: str = ""
-    zeros: Mapping[str, float] = field(default_factory=dict)
+    vehicle: Vehicle | None = None
 
     @classmethod
-    def of(cls, log: Log, zeros: Mapping[str, float] | None = None) -> "Record":
+    def of(cls, log: Log, vehicle: Vehicle | None = None) -> "Record":
         """Examine a log as it is."""
-        zeros = zeros or {}
         names = tuple(name for name in log.channels if command_kind(name))
         try:
             motions = prepare(log, None, _EVEN).motions
         except LogError as error:
-            return cls(log, (), names, str(error).removeprefix(f"{log.path}: "), zeros)
-        return cls(log, tuple(_stretch(m, _commands(log, names, m)) for m in motions), names, "", zeros)
+            return cls(log, (), names, str(error).removeprefix(f"{log.path}: "), vehicle)
+        return cls(log, tuple(_stretch(m, _commands(log, names, m)) for m in motions), names, "", vehicle)
 
     def repaired(self, channels: Mapping[str, Channel]) -> "Record":
         """The same log with other channels."""
-        return Record.of(replace(self.log, channels=dict(channels)), self.zeros)
+        return Record.of(replace(self.log, channels=dict(channels)), self.vehicle)
+
+    def driven(self, stretch: Stretch) -> Motion | None:
+        """The motion of a stretch with the commands of the vehicle's thrusters; None where one is not known."""
+        if self.vehicle is None or not {t.channel for t in self.vehicle.thrusters} <= set(self.commands):
+            return None
+        commands = stretch.commands[:, [self.commands.index(t.channel) for t in self.vehicle.thrusters]]
+        if not np.isfinite(commands).all():
+            return None
+        names = tuple(t.name for t in self.vehicle.thrusters)
+        return replace(stretch.motion, commands=commands, thrusters=names, run_up=None)
 
     @property
     def seconds(self) -> float:

@@ -3,13 +3,17 @@
 from .clocks import Clocks
 from .commands import Commands
 from .deviation import Deviation
+from .drive import Drive
+from .exchanged import Exchanged
 from .excitation import Excitation
 from .finding import Check
 from .held import HeldFixes
 from .late import LateFixes
 from .neutral import Neutral
 from .rates import Gaps, Rates
+from .resampled import Resampled
 from .sides import Sides
+from .spikes import Spikes
 from .stamps import Stamps
 from .stuck import Stuck
 from .tilt import Tilt
@@ -17,9 +21,12 @@ from .units import Units
 
 CHECKS: tuple[Check, ...] = (
     Stamps(),
+    Resampled(),
     Rates(),
     Gaps(),
     Stuck(),
+    Spikes(),
+    Exchanged(),
     Units(),
     HeldFixes(),
     LateFixes(),
@@ -27,6 +34,7 @@ CHECKS: tuple[Check, ...] = (
     Sides(),
     Clocks(),
     Neutral(),
+    Drive(),
     Deviation(),
     Tilt(),
     Excitation(),

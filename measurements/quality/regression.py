@@ -4,12 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from ...physics.frames import Array
 
 _ROUNDS = 6
 CI = 1.96
 """Standard errors in half a 95 % interval."""
+_BY_CHANCE, _ODDS = 0.01, 1000.0
+"""Chance, and odds against it, from which an explanation is ruled out: few stretches may give great odds by chance, and
+many may agree on little."""
+_FLOOR = 1e-3
+"""Share of what a usual stretch leaves that is nothing: a stretch without noise weighs no more than its signal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,3 +74,23 @@ def robust_fit(columns: Array, target: Array, stretch: NDArray[np.int64]) -> Fit
     explained = 1.0 - float((weight * left**2).sum()) / total if total > 0.0 else 0.0
     unit = np.where(alive, scale, 1.0)
     return Fit(found / unit, errors / unit, explained)
+
+
+def surely_more(left: Array, other: Array) -> bool:
+    """Whether one explanation of a record leaves more than another, by great odds and not by chance.
+
+    The difference in log likelihood, each stretch with its own variance and no more than two independent values, gives
+    the odds. Its mean over stretches by its standard error is the statistic of Vuong (1989) for two models of which
+    neither need be true.
+
+    Parameters
+    ----------
+    left, other : (stretches,) power that the two leave, in the same stretches
+    """
+    if left.size < 2:
+        return False
+    floor = max(_FLOOR * float(other.mean()), 1e-300)
+    more = np.log((left + floor) / (other + floor))
+    error = float(more.std(ddof=1)) / np.sqrt(more.size)
+    sure = float(student.ppf(1.0 - _BY_CHANCE, more.size - 1))
+    return bool(more.sum() > np.log(_ODDS) and more.mean() > sure * error)

@@ -1,16 +1,17 @@
-"""How surge and yaw answer each command: the signs tell which way a thruster pushes, and on which side it sits."""
+"""How surge and yaw answer each command, tried at every delay: which way a thruster pushes, on which side it sits."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...physics.frames import Array
 from ..alignment import band_passed
 from ..channels import command_kind
 from .neutral import centre_of
 from .record import RATE, Record
-from .regression import Fit, robust_fit
+from .regression import Fit, robust_fit, surely_more
 
 _STEP = 1.0 / RATE
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
@@ -25,6 +26,13 @@ _SHARE = 0.15
 that drive the boat make two to four times as much, a propeller that was switched on once a tenth."""
 _ALONE = 0.1
 """Share of a command's changes that no other command makes, from which its own effect can be told."""
+_REACH, COARSE = 5.0, 0.1
+"""Delays that are tried, both ways, and their step [s]: ten to the shortest period in the band is fine enough."""
+_ENDS = 0.25
+"""Share of a stretch that its delays may take at either end: half of it is left to compare them on."""
+EARLY, SLOW = -0.3, 2.0
+"""Delays of the boat after its commands between which they are in step [s]: rows of 0.1 s and a receiver that is late
+make -0.3 at worst; 2 s is the longest delay of a thruster that the catalogue knows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,36 +56,131 @@ class Answer:
         return _sign(self.surge, self.surge_error)
 
     @property
-    def turns(self) -> bool:
-        """Whether the command is certain to turn the boat."""
-        return _sign(self.yaw, self.yaw_error) != 0
+    def turn(self) -> int:
+        """1 where more of the command turns the boat to starboard, -1 to port, 0 where that is not certain."""
+        return _sign(self.yaw, self.yaw_error)
 
     @property
     def side(self) -> str:
         """The side on which the thruster sits: pushing ahead, one at port turns the boat to starboard; or empty."""
-        turn = _sign(self.yaw, self.yaw_error) * self.ahead
-        return {1: "port", -1: "starboard"}.get(turn, "")
+        return {1: "port", -1: "starboard"}.get(self.turn * self.ahead, "")
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """The answers where the boat answers its commands `seconds` after them.
+
+    Attributes
+    ----------
+    seconds : the delay tried [s]; negative where the boat moves before it is told to
+    answers : to each command of one kind
+    left : (stretches,) what this leaves of the changes of surge and yaw, over what the best delay leaves on average
+    """
+
+    seconds: float
+    answers: Mapping[str, Answer]
+    left: Array
+
+    @property
+    def in_step(self) -> bool:
+        """Whether a sound log may have this delay."""
+        return EARLY <= self.seconds <= SLOW
+
+    def contradicts(self, other: "Trial") -> bool:
+        """Whether a command pushes or turns the other way than in another trial."""
+        pairs = [(self.answers[name], other.answers[name]) for name in self.answers]
+        return any(one.ahead * two.ahead < 0 or one.turn * two.turn < 0 for one, two in pairs)
+
+
+@dataclass(frozen=True, slots=True)
+class Trials:
+    """The delay that explains the motion best, and every other that may be the right one.
+
+    Attributes
+    ----------
+    best : leaves least
+    rivals : local optima of the delay that are not surely worse, best first
+    """
+
+    best: Trial
+    rivals: tuple[Trial, ...]
+
+    @property
+    def contrary(self) -> tuple[Trial, ...]:
+        """Rivals in which a command pushes or turns the other way: while there are any, no sign is certain."""
+        return tuple(trial for trial in self.rivals if trial.contradicts(self.best))
+
+    @property
+    def late(self) -> bool:
+        """Whether it is certain that the boat answers at another time than a sound log may have it."""
+        return not any(trial.in_step for trial in (self.best, *self.rivals))
 
 
 def answers(records: Sequence[Record]) -> dict[str, Answer]:
+    """The boat's answer to each command at the delay that explains it best, where its sign is certain; see `trials`."""
+    return {name: answer for one in trials(records) if not one.contrary for name, answer in one.best.answers.items()}
+
+
+def trials(records: Sequence[Record]) -> list[Trials]:
     """Fit the boat's answer to its commands, in the band of 0.2 to 2 Hz (0.1 to 1 Hz for speeds made of positions).
 
-    Commands of one kind are fitted together. One that only ever moves with another is left out, and so is everything
-    where there are fewer than eight stretches of the slowest period in the band. The error is infinite where a command
-    makes too little of what the boat does.
+    Every delay within 5 s is tried, both ways. A delay is ruled out where it leaves more than the best one in so many
+    stretches of the log that chance does not do it (see `surely_more`). A command that is late by
+    half a period of what is sailed looks reversed: only this tells the two apart, and where it does not, nobody can.
+
+    Commands of one kind are fitted together. Commands of a kind are left out where one of them only ever moves with the
+    others, and where there are fewer than eight stretches of the slowest period in the band. The error is infinite
+    where a command makes too little of what the boat does.
     """
-    found: dict[str, Answer] = {}
     names = sorted({name for record in records for name in record.commands})
-    for kind in sorted({(command_kind(name) or ("",))[0] for name in names}):
-        found |= _of_kind(records, [name for name in names if (command_kind(name) or ("",))[0] == kind])
-    return found
+    kinds = sorted({(command_kind(name) or ("",))[0] for name in names})
+    found = [_of_kind(records, [name for name in names if (command_kind(name) or ("",))[0] == kind]) for kind in kinds]
+    return [one for one in found if one is not None]
 
 
-def _of_kind(records: Sequence[Record], names: list[str]) -> dict[str, Answer]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Table:
+    """One stretch in the band: changes of surge and yaw (n, 2), commands (n, c), drag (n, 5), and numbered rows."""
+
+    changes: Array
+    commands: Array
+    drag: Array
+    stretch: NDArray[np.int64]
+
+    def at(self, lag: int, margin: int) -> tuple[Array, Array, Array]:
+        """Changes, commands and drag in the rows that every lag has, with the commands of `lag` rows before."""
+        rows = slice(margin, self.changes.shape[0] - margin)
+        moved = self.commands[margin - lag : self.commands.shape[0] - margin - lag]
+        return self.changes[rows], moved, self.drag[rows]
+
+
+def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     centre = {name: centre_of(records, name) for name in names}
+    tables = _tables(records, names, centre)
+    if not tables:
+        return None
+    tables, margin = _long_enough(tables)
+    coarse = round(COARSE / _STEP)
+    lags = np.arange(-(margin // coarse), margin // coarse + 1) * coarse
+    if not all(_alone(np.concatenate([table.commands for table in tables]), k) for k in range(len(names))):
+        return None
+    left = np.array([_left(tables, int(lag), margin) for lag in lags])
+    score = np.log(left).sum(axis=1)
+    inner = np.flatnonzero((score[1:-1] <= score[:-2]) & (score[1:-1] < score[2:])) + 1
+    near = np.flatnonzero((lags * _STEP >= EARLY) & (lags * _STEP <= SLOW))
+    # The delays at which a sound log may be are always tried: they need not be an optimum.
+    tried = sorted({int(np.argmin(score)), *inner.tolist(), int(near[np.argmin(score[near])])}, key=lambda k: score[k])
+    full = {name: _full(records, name, centre[name]) for name in names}
+    found = [_trial(tables, int(lags[k]), margin, full, left[tried[0]]) for k in tried]
+    if found[0].left.size < _LEAST_BLOCKS:
+        return None
+    return Trials(found[0], tuple(trial for trial in found[1:] if not surely_more(trial.left, found[0].left)))
+
+
+def _tables(records: Sequence[Record], names: list[str], centre: Mapping[str, float]) -> list[_Table]:
     measured = all("u" in record.log.channels for record in records)
     band = _QUICK if measured else _DERIVED
-    tables, stretches, begun = [], [], 0
+    tables, begun = [], 0
     for record in records:
         if not set(names) <= set(record.commands):
             continue
@@ -89,28 +192,67 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> dict[str, Answer]:
             surge, _, rate = one.motion.velocity.T
             drag = np.column_stack([surge, surge * np.abs(surge), rate, np.abs(surge) * rate, np.abs(rate) * rate])
             changes = np.column_stack([np.gradient(surge, _STEP), np.gradient(rate, _STEP)])
-            table = np.column_stack([changes, commands, drag])
-            tables.append(band_passed(table, _STEP, band))
+            table = band_passed(np.column_stack([changes, commands, drag]), _STEP, band)
             number = ((one.motion.time - one.motion.time[0]) * band[0]).astype(np.int64)
-            stretches.append(begun + number)
+            end = 2 + len(names)
+            tables.append(_Table(table[:, :2], table[:, 2:end], table[:, end:], begun + number))
             begun += int(number[-1]) + 1
-    if begun < _LEAST_BLOCKS:
-        return {}
-    table, stretch = np.concatenate(tables), np.concatenate(stretches)
-    commands, drag = table[:, 2 : 2 + len(names)], table[:, 2 + len(names) :]
-    told = [k for k in range(len(names)) if _alone(commands, k)]
-    if len(told) < len(names) or not told:
-        return {}
-    surge = robust_fit(np.column_stack([commands, drag[:, :2]]), table[:, 0], stretch)
-    yaw = robust_fit(np.column_stack([commands, drag[:, 2:]]), table[:, 1], stretch)
-    size = np.sqrt((table**2).mean(axis=0))
-    found = {}
-    for k, name in enumerate(names):
-        values = [record.log.channels[name].value for record in records if name in record.log.channels]
-        full = max(float(np.abs(value - centre[name]).max()) for value in values)
-        parts = [_coefficient(fit, k, size[2 + k] / size[row]) for row, fit in enumerate((surge, yaw))]
-        found[name] = Answer(*(full * number for part in parts for number in part))
-    return found
+    return tables
+
+
+def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:
+    """The stretches in which all delays can be tried, if they are most of the log; else all, and shorter delays."""
+    sizes = np.array([table.changes.shape[0] for table in tables])
+    long = sizes * _ENDS >= _REACH / _STEP
+    if 2 * sizes[long].sum() >= sizes.sum():
+        return [table for table, enough in zip(tables, long, strict=True) if enough], round(_REACH / _STEP)
+    return tables, int(_ENDS * sizes.min())
+
+
+def _left(tables: Sequence[_Table], lag: int, margin: int) -> Array:
+    """What least squares leave of the changes of surge and of yaw (2,) at a lag."""
+    left = np.zeros(2)
+    for axis, drag in enumerate((slice(0, 2), slice(2, 5))):
+        gram = 0.0
+        for table in tables:
+            changes, commands, besides = table.at(lag, margin)
+            columns = np.column_stack([commands, besides[:, drag], changes[:, axis]])
+            gram = gram + columns.T @ columns
+        gram = np.asarray(gram)
+        size = np.sqrt(np.diagonal(gram))
+        scaled = gram / np.outer(np.where(size > 0.0, size, 1.0), np.where(size > 0.0, size, 1.0))
+        inner, outer = scaled[:-1, :-1], scaled[:-1, -1]
+        explained = float(outer @ np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer)
+        left[axis] = max(gram[-1, -1] * (1.0 - explained), 1e-300)
+    return left
+
+
+def _trial(tables: Sequence[_Table], lag: int, margin: int, full: Mapping[str, float], scale: Array) -> Trial:
+    parts = [table.at(lag, margin) for table in tables]
+    changes, commands, drag = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    stretch = np.concatenate([table.stretch[margin : table.stretch.size - margin] for table in tables])
+    surge = robust_fit(np.column_stack([commands, drag[:, :2]]), changes[:, 0], stretch)
+    yaw = robust_fit(np.column_stack([commands, drag[:, 2:]]), changes[:, 1], stretch)
+    size = np.sqrt((commands**2).mean(axis=0))
+    told = {}
+    for k, name in enumerate(full):
+        both = [
+            _coefficient(fit, k, size[k] / max(np.sqrt((changes[:, axis] ** 2).mean()), 1e-300))
+            for axis, fit in enumerate((surge, yaw))
+        ]
+        told[name] = Answer(*(full[name] * number for part in both for number in part))
+    _, number = np.unique(stretch, return_inverse=True)
+    left = np.zeros(int(number.max()) + 1 if number.size else 0)
+    for axis, besides in enumerate((drag[:, :2], drag[:, 2:])):
+        columns = np.column_stack([commands, besides])
+        rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
+        left += np.bincount(number, rest**2, left.size) / scale[axis] * left.size
+    return Trial(lag * _STEP, told, left)
+
+
+def _full(records: Sequence[Record], name: str, centre: float) -> float:
+    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    return max(float(np.abs(value - centre).max()) for value in values)
 
 
 def _coefficient(fit: Fit, place: int, size: float) -> tuple[float, float]:

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from typing import ClassVar, final
 
 from ..channels import Channel
+from ..clock import APART
 from .finding import Channels, Check, Finding, Fix
 from .record import Record
 
 _MANY = 0.01
+_TOLD = 3
 
 
 @final
@@ -22,24 +24,7 @@ class Stamps(Check):
         rows = sum(channel.time.size for channel in channels)
         repeated = sum(channel.lost.repeated for channel in channels)
         backward = sum(channel.lost.backward for channel in channels)
-        cut = sum(channel.lost.cut for channel in channels)
-        found = []
-        if cut:
-            names = _names([c.name for c in channels if c.lost.cut])
-            share = cut / (rows + cut)
-            found.append(
-                Finding(
-                    self.name,
-                    "defect",
-                    f"the clock is set back; {100.0 * share:.0f} % of the values lie beyond the longest piece",
-                    share,
-                    "1",
-                    None,
-                    names,
-                    "only the longest piece between two such places is looked at here; other verbs refuse the log",
-                    "cut the log where the clock was set, and give the pieces as logs of their own",
-                )
-            )
+        found = [*_set(channels), *_astray(channels, rows)]
         if backward:
             names = _names([c.name for c in channels if c.lost.backward])
             share = backward / rows
@@ -75,6 +60,57 @@ class Stamps(Check):
                 )
             )
         return found or [Finding(self.name, "ok", "every time stamp is later than the one before", 0.0, "1")]
+
+
+def _set(channels: Sequence[Channel]) -> list[Finding]:
+    """A clock that was set: what follows is a stretch of its own."""
+    sets = tuple(dict.fromkeys(each for channel in channels for each in channel.lost.sets))
+    if not sets:
+        return []
+    back = any(by < 0.0 for _, by in sets)
+    told = ", ".join(
+        f"{'back' if by < 0.0 else 'forward'} by {abs(by):.6g} s at t = {at:.2f} s" for at, by in sets[:_TOLD]
+    )
+    more = f" and {len(sets) - _TOLD} times more" if len(sets) > _TOLD else ""
+    return [
+        Finding(
+            "stamps",
+            "defect" if back else "warning",
+            f"the clock was set {told}{more}",
+            sets[0][1],
+            "s",
+            None,
+            _names([channel.name for channel in channels if channel.lost.sets]),
+            f"the pieces are put {APART:g} s apart, each a stretch of its own"
+            + ("; other verbs refuse the log until that is written" if back else ""),
+            "keep the clock as it is while logging, or stamp by a clock that is never set",
+            Fix(f"pieces between which the clock was set put {APART:g} s apart", _as_read),
+            short="the clock was set back" if back else "the clock was set",
+        )
+    ]
+
+
+def _astray(channels: Sequence[Channel], rows: int) -> list[Finding]:
+    """Stamps that are wrong alone: their rows are dropped."""
+    names = _names([channel.name for channel in channels if channel.lost.astray])
+    count = sum(channel.lost.astray for channel in channels)
+    if not count:
+        return []
+    share = count / (rows + count)
+    return [
+        Finding(
+            "stamps",
+            "warning" if share > _MANY else "note",
+            f"{count} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
+            share,
+            "1",
+            None,
+            names,
+            "their rows are left out",
+            "find out what wrote these stamps",
+            Fix(f"{count} values with a stamp that is astray dropped", _as_read),
+        )
+    ]
 
 
 def _names(every: Sequence[str]) -> tuple[str, ...]:

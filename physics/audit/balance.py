@@ -4,12 +4,12 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ..energy import MARGIN, coasting_power, thrust_power
+from ..energy import MARGIN, TOLERANCE, coasting_power, thrust_power
 from ..forces import memory_states, relative_velocity, stated_push
 from ..frames import Array
 from ..motion import Motion
 from .base import Law, Ruling, in_words, let_pass
-from .witness import EXACT, TOLERANCE, Witness
+from .witness import EXACT, Witness
 
 WINDOW = 5.0
 """Length of the stretches over which energy is counted [s]."""

@@ -30,7 +30,7 @@ def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) ->
         states = states[_distance(witness, states) > 1.0]
     known = asked(states, gained, allowed) if stretch > 1.0 else Gains(states, witness.powers, allowed(states))
     share = float((known.over > 0.0).mean())
-    extra = [rays(states, box, witness.seed)]
+    extra = [rays(states, box, witness.seed), witness.densely(stretch)]
     tried = witness.prove(stretch) if not known.broken else Proof()
     if tried.against is not None:
         extra.append(np.append(tried.against, 0.0)[None])

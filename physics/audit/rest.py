@@ -4,12 +4,13 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ..energy import TOLERANCE
 from ..forces import calm
-from ..thrusters import command_of
 from .base import Law, Ruling
-from .witness import TOLD, TOLERANCE, Witness
+from .witness import TOLD, Witness
 
-_HEADINGS = 16
+_HEADINGS = (72, 2880)
+"""Headings that are asked: a network with a memory, and a model that answers fast, whose windows may be narrow."""
 
 
 @final
@@ -23,10 +24,10 @@ class Rest(Law):
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
-        states = np.zeros((_HEADINGS, 4))
-        states[:, 3] = np.arange(_HEADINGS) * 2.0 * np.pi / _HEADINGS
-        zero = np.array([[float(command_of(t, np.array(0.0))) for t in witness.vehicle.thrusters]])
-        said = witness.relative(states, np.repeat(zero, _HEADINGS, axis=0))
+        count = _HEADINGS[witness.dense > 0]
+        states = np.zeros((count, 4))
+        states[:, 3] = np.arange(count) * 2.0 * np.pi / count
+        said = witness.relative(states)
         full = witness.full_force / np.diag(witness.mass)
         ratio = np.abs(said) / full
         k, axis = (int(i) for i in np.unravel_index(int(np.argmax(ratio)), ratio.shape))

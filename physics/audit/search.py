@@ -58,6 +58,35 @@ def spread(box: Box, count: int, seed: int) -> Array:
     return box.low + box.width * points
 
 
+_ENDS, _STILL, _EVEN = 0.12, 0.12, 0.64
+"""Shares of a coordinate that is drawn near either end, exactly at its neutral value, and evenly."""
+_NEAR = 0.08
+"""How far from an end of a coordinate counts as near it, as a share of the box; half of these lie at the end itself."""
+
+
+def spiked(box: Box, neutral: Array, count: int, seed: int) -> Array:
+    """Sobol points (count, d), each coordinate often near an end of its side or exactly neutral.
+
+    Corners, edges and faces of the box, motion along one axis and single commands are met so in all combinations:
+    evenly drawn points come near none of them.
+
+    Parameters
+    ----------
+    neutral : (d,) value that means nothing: no speed, no thrust; nan where none does, as of a heading: drawn evenly
+    """
+    points = spread(Box(0.0 * box.low, 0.0 * box.low + 1.0), count, seed)
+    shares = (points - _EVEN) / _ENDS
+    low = np.clip(2.0 * shares - 1.0, 0.0, 1.0) * _NEAR
+    high = 1.0 - np.clip(2.0 * shares - 3.0, 0.0, 1.0) * _NEAR
+    drawn = np.select(
+        [points < _EVEN, points < _EVEN + _ENDS, points < _EVEN + 2.0 * _ENDS], [points / _EVEN, low, high]
+    )
+    found = box.low + box.width * drawn
+    still = (points >= 1.0 - _STILL) & np.isfinite(neutral)
+    found = np.where(still, np.nan_to_num(neutral), found)
+    return np.where(np.isfinite(neutral), found, box.low + box.width * points)
+
+
 def rays(states: Array, box: Box, seed: int) -> Array:
     """A quarter of the states drawn towards rest by up to a thousand, and the corners of the velocities' box.
 

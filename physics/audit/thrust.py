@@ -1,10 +1,11 @@
 """Power under thrust: the motion gains no more than the thrusters give."""
 
+from itertools import product
 from typing import ClassVar, final
 
 import numpy as np
 
-from ..energy import MARGIN, coasting_power
+from ..energy import coasting_power, most_driven
 from ..forces import held_thrust
 from ..frames import Array
 from ..matrices import thruster_matrix
@@ -13,8 +14,10 @@ from .gain import asked, hunted, joined
 from .search import Box
 from .witness import EXACT, TOLD, Witness
 
-ASKEW = 0.1
-"""Side force of a thruster that is counted with even where the file has none [N/N]."""
+_SLOW = 0.02
+"""Speed at which a push at rest is tried, as a share of the envelope."""
+_KEEN = 256
+"""Number of pushes at rest that are tried."""
 
 
 @final
@@ -46,8 +49,10 @@ class PowerUnderThrust(Law):
         proof = witness.prove().how if witness.exact and not known.broken else None
         if proof is None:
             box = witness.ascended()
-            low, high = witness.commands.min(axis=0), witness.commands.max(axis=0)
-            whole = Box(np.append(box.low, low), np.append(box.high, high))
+            ends = Box(witness.commands.min(axis=0), witness.commands.max(axis=0))
+            known = joined(known, asked(witness.densely(1.0, ends), gained, allowed))
+            known = joined(known, asked(pushed_off(witness, ends), gained, allowed))
+            whole = Box(np.append(box.low, ends.low), np.append(box.high, ends.high))
             known = hunted(witness, known, whole, gained, allowed)
         free = np.maximum(driven_power(witness, known.states), 0.0) + TOLD * witness.full_power(known.states)
         k, gains = known.told(witness, free)
@@ -86,14 +91,35 @@ class PowerUnderThrust(Law):
         return drawn
 
 
+def pushed_off(witness: Witness, ends: Box) -> Array:
+    """Slow states (n, 4 + thrusters) with the commands at which the push at rest is most out of all proportion.
+
+    Near rest the power gained is linear in the velocity, so one answer at rest tells of all directions: each of 26 is
+    tried for what it gains beyond what is allowed. A window in the commands alone is met so in its own share of them.
+    """
+    at_rest = witness.densely(1.0, ends)
+    if not at_rest.size:
+        return at_rest
+    at_rest[:, :3] = 0.0
+    force = witness.relative(at_rest[:, :4], at_rest[:, 4:]) @ witness.mass.T
+    ways = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)]) * _SLOW * witness.reach
+    best, way = np.full(len(at_rest), -np.inf), np.zeros(len(at_rest), dtype=int)
+    for k, nu in enumerate(ways):
+        moved = at_rest.copy()
+        moved[:, :3] = nu
+        full = witness.full_power(moved)
+        over = (force @ nu - np.maximum(driven_power(witness, moved), witness.tolerance * full)) / full
+        way = np.where(over > best, k, way)
+        best = np.maximum(best, over)
+    keen = np.argsort(-best, kind="stable")[:_KEEN]
+    found = at_rest[keen]
+    found[:, :3] = ways[way[keen]]
+    return found
+
+
 def driven_power(witness: Witness, states: Array) -> Array:
     """Power [W] that the thrusters may put in at states with commands (n, 4 + thrusters); negative where they brake."""
     nu, commands = states[:, :3], states[:, 4:]
     thrust, load = held_thrust(witness.vehicle, commands)
     thrust = thrust - load * nu[:, 0]
-    reach = thruster_matrix(witness.vehicle)
-    driven = (nu * (reach @ thrust).T).sum(axis=1)
-    if witness.exact:
-        return driven
-    most = np.maximum(np.abs(reach).max(axis=1), (1.0, ASKEW, 0.0))
-    return driven + (MARGIN - 1.0) * (np.abs(nu) @ most) * np.abs(thrust).sum(axis=0)
+    return most_driven(thruster_matrix(witness.vehicle), nu, thrust.T, **({"margin": 1.0} if witness.exact else {}))

@@ -1,26 +1,39 @@
 """A trial of bounded thrust: extremes held and random commands, met from rest; and how fast a vehicle goes in it."""
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from ..errors import RequestError
-from ..forces import calm
+from ..energy import full_force
+from ..forces import ForceEquation, calm, held_thrust
 from ..frames import Array
-from ..laws import Envelope, envelope_of
+from ..laws import Envelope, envelope_of, mass_margin
+from ..matrices import mass_matrix
 from ..motion import Motion
-from ..simulation import Rollouts, rollout
+from ..simulation import Answer, Rollouts, integrate_stiff
 from ..thrusters import command_of
 from ..vehicle import Vehicle
 
-_HOLDS = (2.0, 8.0)
-"""Random commands last between these times [s]."""
+SECONDS = 60.0
+"""Shortest trial [s]; four times as long, and again, where a vehicle's speeds take longer to settle."""
+STEPS = 600
+_LONGER, _LONGEST = 4.0, 5
+"""Factor between the lengths that are tried, and their number: the last is 4 hours, enough for any ship."""
+FASTEST = 1e5
+"""Speed [m/s] and yaw rate [rad/s] beyond which a trial has diverged; a toy spins at some thousands."""
+_HOLDS = (20, 80)
+"""Random commands last between these steps: 2 to 8 s in 60."""
 _RANDOM = 24
 _LEVELS = 5
 _MOST = 2000
-_STEPS = 600
-_SETTLING, _LITTLE = 0.95, 0.01
-"""A held speed settles where 20 s gain less than this share of the 20 s before, or this share of the largest speed."""
+_SETTLED, _SLOWING = 0.02, 0.9
+"""Held speeds settle where the last third of a trial tops the rest by less than this share of the largest, or of what
+the middle third added: what nothing brakes adds as much in each third, and what settles ever less."""
+_NOTHING = 1e-6
+"""Speed [m/s] and yaw rate [rad/s] that are rounding, which a hull that does not hold its course lets grow."""
+_BEGINNING = 3.0
+"""Time [s] of full thrust on a hull that nothing stops which gives its envelope: it has no speed of its own."""
 
 
 def possible_commands(vehicle: Vehicle, seed: int = 0) -> Array:
@@ -34,83 +47,121 @@ def possible_commands(vehicle: Vehicle, seed: int = 0) -> Array:
     return np.column_stack([command_of(t, fractions[:, k]) for k, t in enumerate(vehicle.thrusters)])
 
 
-def trial(vehicle: Vehicle, pool: Array, time_step: float, steps: int, seed: int) -> tuple[Motion, np.ndarray, int]:
-    """A motion at rest whose commands are to be rolled out: extremes of a pool held, then random ones.
+def trial_commands(pool: Array, seed: int) -> tuple[Array, int]:
+    """Commands (starts, STEPS + 1, thrusters) that are met from rest: extremes of a pool held, then random ones.
 
     Returns
     -------
-    (motion, starts, held)
-        rows from which to roll out; the first `held` of them meet one command that lasts
+    (commands, held)
+        the first `held` of them are one command that lasts
     """
     rng = np.random.default_rng([seed, 3])
-    parts = [np.repeat(pool[int(np.argmax(pool @ side))][None], steps + 1, axis=0) for side in _sides(pool.shape[1])]
-    held, rows = len(parts), 0
-    while rows < 3 * steps:
-        length = max(1, round(rng.uniform(*_HOLDS) / time_step))
-        parts.append(np.repeat(pool[rng.integers(0, pool.shape[0])][None], length, axis=0))
-        rows += length
-    commands = np.concatenate(parts)
-    n, first = commands.shape[0], held * (steps + 1)
-    later = np.linspace(first, n - steps - 1, _RANDOM).astype(int)
+    extremes = np.stack([pool[int(np.argmax(pool @ side))] for side in _sides(pool.shape[1])])
+    held = np.repeat(extremes[:, None], STEPS + 1, axis=1)
+    lengths = rng.integers(*_HOLDS, (_RANDOM, STEPS // _HOLDS[0] + 2)).cumsum(axis=1)
+    chosen = rng.integers(0, pool.shape[0], lengths.shape)
+    rows = [chosen[k, np.searchsorted(lengths[k], np.arange(STEPS + 1), side="right")] for k in range(_RANDOM)]
+    return np.concatenate([held, pool[np.stack(rows)]]), held.shape[0]
+
+
+def trial_motion(vehicle: Vehicle, commands: Array, time_step: float) -> tuple[Motion, np.ndarray]:
+    """The same as one motion at rest, for models that are rolled out along a motion, and the rows to start from."""
+    count, rows, _ = commands.shape
+    n = count * rows
     motion = Motion(
         time=np.arange(n) * time_step,
         position=np.zeros((n, 2)),
         heading=np.zeros(n),
         velocity=np.zeros((n, 3)),
-        commands=commands,
+        commands=commands.reshape(n, -1),
         thrusters=tuple(t.name for t in vehicle.thrusters),
         source="trial",
     )
-    return motion, np.concatenate([np.arange(held) * (steps + 1), later]), held
+    return motion, np.arange(count) * rows
 
 
-def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> Envelope:
-    """The envelope of velocities that a vehicle reaches in calm water under a pool of commands.
+def rolled(answer: Answer, commands: Array, seconds: float) -> Rollouts:
+    """Rollouts from rest, heading north, under every other command of a trial that lasts so long [s]."""
+    chosen = commands[:, ::2]
+    h = seconds / (chosen.shape[1] - 1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return integrate_stiff(answer, np.zeros((chosen.shape[0], 6)), chosen, h, FASTEST)
 
-    Raises
-    ------
-    RequestError
-        when its speeds grow without bound.
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Settling:
+    """How a vehicle fares in a trial in calm water.
+
+    Attributes
+    ----------
+    seconds : length of the trial in which held speeds settle; of the longest one, where they do not [s]
+    settles : whether they do
+    speed, turning : largest speed [m/s] and yaw rate [rad/s]
+    velocity : of all rollouts (starts, rows, 3); held commands for `seconds`, random ones for 60 s
     """
-    still = calm(vehicle)
-    motion, done, _ = _tried(vehicle, pool, seed)
-    if done.diverged.any():
-        raise RequestError(
-            f"vehicle {vehicle.name}: its speeds grow without bound under its own thrusters, so they give no envelope; "
-            "name a log after the model, whose speeds are the envelope then"
-        )
-    rows = done.states.shape[1]
-    runs = [
-        Motion(motion.time[:rows], x[:, :2], x[:, 2], x[:, 3:], motion.commands[:rows], motion.thrusters)
-        for x in done.states
-    ]
-    return envelope_of(runs, still)
+
+    seconds: float
+    settles: bool
+    speed: float
+    turning: float
+    velocity: Array
 
 
-def settling_speeds(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[float, float] | None:
-    """Largest speed [m/s] and yaw rate [rad/s] that a vehicle reaches in calm water in a trial of 60 s.
+def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
+    """Roll a vehicle out under extreme and random commands, the former until its speeds settle, if they do."""
+    equation, count = ForceEquation(calm(vehicle)), len(vehicle.thrusters)
+    commands, held = trial_commands(pool, seed)
+    thrust = np.concatenate(held_thrust(vehicle, commands.reshape(-1, count))).T.reshape(*commands.shape[:2], -1)
 
-    None where they tell no bound: where a rollout diverges, or under a held command gains as much in the last 20 s as
-    in the 20 s before, as a hull does that nothing brakes. A speed that settles gains ever less.
+    def answer(nu: Array, psi: Array, pushed: Array) -> Array:
+        triple = (nu[:, 0], nu[:, 1], nu[:, 2])
+        force = equation.force(triple, psi, pushed[:, :count].T, pushed[:, count:].T, triple[1:])
+        return np.stack(equation.acceleration(force, triple, triple), axis=-1)
+
+    done, seconds = rolled(answer, thrust, SECONDS), SECONDS
+    random, done = (Rollouts(done.states[rows], done.diverged[rows]) for rows in (slice(held, None), slice(held)))
+    for _ in range(_LONGEST):
+        settles = not done.diverged.any() and _settles(done.states[..., 3:])
+        if settles or done.diverged.any():
+            break
+        seconds *= _LONGER
+        done = rolled(answer, thrust[:held], seconds)
+    velocity = np.concatenate([done.states[..., 3:], random.states[..., 3:]])
+    settles = settles and not random.diverged.any()
+    speed = float(np.linalg.norm(velocity[..., :2], axis=-1).max())
+    return Settling(seconds, settles, speed, float(np.abs(velocity[..., 2]).max()), velocity)
+
+
+def reachable(vehicle: Vehicle, pool: Array, seed: int = 0) -> tuple[Envelope, str]:
+    """The envelope of velocities that a vehicle reaches in calm water under a pool of commands, and how it was found.
+
+    A hull that nothing stops has no speeds of its own: then full thrust acts for a moment. One without a positive mass
+    does not move as anything does: then the box is one unit wide.
     """
-    _, done, held = _tried(vehicle, pool, seed)
-    speed = np.linalg.norm(done.states[..., 3:5], axis=-1)
-    turning = np.abs(done.states[..., 5])
-    if done.diverged.any() or not np.isfinite(speed).all() or not np.isfinite(turning).all():
-        return None
-    for size in (speed[:held], turning[:held]):
-        third = (size.shape[1] - 1) // 3
-        early, late, last = (size[:, k * third] for k in (1, 2, 3))
-        growing = last - late > np.maximum(_SETTLING * (late - early), _LITTLE * size.max())
-        if growing.any():
-            return None
-    return float(speed.max()), float(turning.max())
+    if mass_margin(vehicle) <= 0.0:
+        return Envelope((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), "a box of one unit, as its mass is that of no vehicle"
+    found = settling(vehicle, pool, seed)
+    velocity, source = found.velocity.reshape(-1, 3), "the speeds that the vehicle reaches with its thrusters"
+    if not found.settles:
+        most = _BEGINNING * full_force(vehicle) / np.diag(mass_matrix(vehicle))
+        velocity = np.stack([most, -most])
+        source = f"{_BEGINNING:g} s of full thrust, as the vehicle's speeds grow without bound"
+    n = velocity.shape[0]
+    names = tuple(t.name for t in vehicle.thrusters)
+    idle = np.zeros((n, len(names)))
+    run = Motion(np.arange(n, dtype=float), np.zeros((n, 2)), np.zeros(n), velocity, idle, names)
+    return envelope_of([run], calm(vehicle)), source
 
 
-def _tried(vehicle: Vehicle, pool: Array, seed: int) -> tuple[Motion, Rollouts, int]:
-    """The trial of a vehicle in calm water, 60 s, its rollouts, and how many of them hold a command."""
-    motion, starts, held = trial(vehicle, pool, 0.1, _STEPS, seed)
-    return motion, rollout(calm(vehicle), motion, starts, _STEPS), held
+def _settles(velocity: Array) -> bool:
+    """Whether the speeds and yaw rates of held commands (n, rows, 3) have settled in the last third."""
+    for size in (np.linalg.norm(velocity[..., :2], axis=-1), np.abs(velocity[..., 2])):
+        third = size.shape[1] // 3
+        early, late, last = (size[:, : k * third + 1].max(axis=1) for k in (1, 2, 3))
+        few = _SETTLED * size.max(axis=1) + _NOTHING
+        if (last - late > np.maximum(few, _SLOWING * (late - early))).any():
+            return False
+    return True
 
 
 def _sides(count: int) -> list[Array]:

@@ -10,29 +10,25 @@ from functools import cached_property
 
 import numpy as np
 
-from ..energy import coasting_power
+from ..energy import CRAWL, TOLERANCE, coasting_power, full_force, full_power
 from ..errors import RequestError
-from ..forces import ForceEquation, calm, held_thrust, relative_velocity, stated_push
+from ..forces import ForceEquation, calm, relative_velocity, stated_push
 from ..frames import Array
 from ..laws import Envelope, state_in_words
-from ..matrices import coriolis_matrix, mass_matrix, thruster_matrix
+from ..matrices import coriolis_matrix, mass_matrix
 from ..motion import Motion
 from ..simulation import Rollouts
-from ..thrusters import command_of, neutral_command
+from ..thrusters import neutral_command
 from ..vehicle import Vehicle
-from .search import Box, spread
+from .search import Box, spiked, spread
 
 Settled = Callable[[Array, Array, Array], Array]
 """Acceleration over ground (n, 3) of lasting velocities over ground (n, 3), headings (n,), commands (n, thrusters)."""
 
-TOLERANCE = 0.01
-"""Share of the boat's own scale (full thrust, typical power) below which a model that was learnt breaks no law."""
 EXACT = 1e-8
 """The same for a model in closed form: rounding."""
 TOLD = 1e-6
 """Share of full thrust's power from which a gain within the tolerance is told; less is single precision."""
-_CRAWL = 1e-3
-"""Speed at whose power the tolerance starts [m/s]: at rest itself there is none to compare with."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +53,7 @@ class Witness:
     vehicle : whose mass, thrusters, water, wind and trim are taken as stated
     settled : acceleration over ground in states that have lasted
     along : acceleration over ground along a motion
-    rollout : open-loop rollouts along a motion
+    rollout : open-loop rollouts along a motion, of a model that knows one rate; None where `settled` is integrated
     envelope : velocities relative to the water in which the model is judged
     commands : (m, thrusters) commands that it may meet
     time_step : of rollouts [s]
@@ -67,6 +63,7 @@ class Witness:
     coriolis : its Coriolis matrix; None where that cannot be told from other forces
     motions : measured
     samples, seed : of the search
+    dense : states more that are asked, for a model that answers fast
     """
 
     def __init__(
@@ -75,7 +72,7 @@ class Witness:
         settled: Settled,
         *,
         along: Callable[[Motion], Array],
-        rollout: Callable[[Motion, np.ndarray, int], Rollouts],
+        rollout: Callable[[Motion, np.ndarray, int], Rollouts] | None,
         envelope: Envelope,
         commands: Array,
         time_step: float = 0.1,
@@ -85,13 +82,14 @@ class Witness:
         coriolis: Callable[[Array], Array] | None = None,
         motions: tuple[Motion, ...] = (),
         samples: int = 8192,
+        dense: int = 0,
         seed: int = 0,
     ) -> None:
         self.vehicle = vehicle
         self.along, self.rollout = along, rollout
         self.envelope, self.commands, self.time_step = envelope, commands, time_step
         self.exact, self.own_mass, self.coriolis, self.motions = exact, own_mass, coriolis, motions
-        self.samples, self.seed = samples, seed
+        self.samples, self.dense, self.seed = samples, dense, seed
         self.mass = mass_matrix(vehicle)
         self._settled, self._prove = settled, prove
 
@@ -122,10 +120,10 @@ class Witness:
 
     @cached_property
     def turns(self) -> bool:
-        """Whether the answer depends on the heading, as far as some of `states` tell."""
-        some = self.states[:256].copy()
+        """Whether the answer depends on the heading, as far as some of `states` tell; all of them, of a fast model."""
+        some = self.states.copy() if self.dense else self.states[:256].copy()
         some[:, 3] += 0.5 * np.pi
-        gap = np.abs(self.relative(some) - self.coasting[:256]).max()
+        gap = np.abs(self.relative(some) - self.coasting[: some.shape[0]]).max()
         return bool(gap > 1e-9 * max(float(np.abs(self.coasting).max()), 1e-9))
 
     @cached_property
@@ -135,12 +133,8 @@ class Witness:
 
     @cached_property
     def full_force(self) -> Array:
-        """Force of full thrust on each axis (3,) [N, N, N m]; at least surge's, at the radius of gyration in yaw."""
-        ends = [[command_of(t, np.array(side)) for t in self.vehicle.thrusters] for side in (-1.0, 1.0)]
-        most = np.abs(held_thrust(self.vehicle, np.array(ends, dtype=float))[0]).max(axis=1)
-        force = np.abs(thruster_matrix(self.vehicle)) @ most
-        arm = np.sqrt(self.mass[2, 2] / self.mass[0, 0])
-        return np.maximum(force, max(float(force[0]), 1e-9) * np.array([1.0, 1.0, arm]))
+        """Force of full thrust on each axis (3,) [N, N, N m], see `energy.full_force`."""
+        return full_force(self.vehicle)
 
     @cached_property
     def neutral(self) -> Array:
@@ -149,14 +143,10 @@ class Witness:
 
     def full_power(self, states: Array) -> Array:
         """Power of full thrust along all axes at the velocities of states (n, >= 3) [W]."""
-        return np.abs(states[:, :3]) @ self.full_force + _CRAWL * self.full_force[0]
+        return full_power(self.full_force, states[:, :3])
 
     def allowed(self, states: Array) -> Array:
-        """Gain [W] without thrust that is no violation at states: what the tolerated force gives there, (n,).
-
-        That is the force which `rest stays at rest` lets pass. It depends on the state and on the vehicle's thrusters,
-        not on the envelope.
-        """
+        """Gain [W] without thrust that is no violation at states, see `energy.let_pass`; of a formula, rounding."""
         return self.tolerance * self.full_power(states)
 
     def ascended(self, stretch: float = 1.0) -> Box:
@@ -169,13 +159,28 @@ class Witness:
         low, high = (stretch * np.array(ends) for ends in (self.envelope.lower, self.envelope.upper))
         return Box(np.append(low, -np.pi), np.append(high, np.pi))
 
+    def densely(self, stretch: float = 1.0, commands: Box | None = None) -> Array:
+        """States (n, 4 [+ thrusters]) more of the stretched envelope: half evenly, half at its ends and at rest.
+
+        Parameters
+        ----------
+        commands : their box, where they are part of the state
+        """
+        box, neutral = self.box(stretch), np.array([0.0, 0.0, 0.0, np.nan])
+        if commands is not None:
+            box = Box(np.append(box.low, commands.low), np.append(box.high, commands.high))
+            neutral = np.append(neutral, np.clip(self.neutral, commands.low, commands.high))
+        if not self.dense:
+            return np.empty((0, neutral.size))
+        return np.concatenate([spread(box, self.dense, self.seed + 1), spiked(box, neutral, self.dense, self.seed + 2)])
+
     def prove(self, stretch: float = 1.0) -> Proof:
         """Try to prove that over the stretched envelope at most what is `allowed` is gained without thrust."""
         if self._prove is None:
             return Proof()
         low, high = (tuple(stretch * x for x in ends) for ends in (self.envelope.lower, self.envelope.upper))
         force = self.tolerance * self.full_force
-        return self._prove(Envelope(low, high), _CRAWL * float(force[0]), force)  # type: ignore[arg-type]
+        return self._prove(Envelope(low, high), CRAWL * float(force[0]), force)  # type: ignore[arg-type]
 
     def relative(self, states: Array, commands: Array | None = None) -> Array:
         """Acceleration relative to the water (n, 3) at states (n, 4), stated wind and trim taken out.

@@ -24,6 +24,14 @@ def done(*words: str | Path) -> str:
     return result.stdout
 
 
+def inspected(*words: str | Path) -> str:
+    """Run `inspect`, whose exit code says whether the log has a defect, and give back what it printed."""
+    result = call(*words)
+    assert result.exit_code in (0, 1), result.output
+    assert result.exit_code == 0 or isinstance(result.exception, SystemExit), repr(result.exception)
+    return result.stdout
+
+
 def strict(text: str) -> Any:
     """Read JSON as RFC 8259 has it, without NaN and Infinity."""
 

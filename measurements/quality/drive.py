@@ -1,0 +1,330 @@
+"""Whether what drives the boat is what the log says: commands that stand still, or are of another run, while it moves.
+
+A thruster pushes and turns the boat at once, in one proportion. Where its record stands still, and what the rest does
+not explain of surge and yaw still goes up and down together in just that proportion, the thruster moved.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import ClassVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.forces import modelled_acceleration
+from ...physics.frames import Array
+from ..alignment import band_passed
+from .finding import Check, Finding, Reach
+from .neutral import centre_of
+from .record import RATE, Record, Stretch
+from .sides import side_of
+
+_STEP = 1.0 / RATE
+_QUICK = (0.15, 2.0)
+"""The band in which a boat answers its thrusters and hull forces change little [Hz]."""
+_EDGE = 1.0
+"""Time around each change of a command that is left out [s]: thrusters answer late."""
+_LEAST = 15.0
+"""Time that a command must stand still for its record to be judged [s]."""
+_TOGETHER = 0.4
+"""Correlation of surge and yaw from which one thruster drives both: with a frozen record 0.45 to 0.8, in honest logs
+and in those that lack an effect up to 0.2, at a tenth of the size."""
+_TOGETHER_LEARNT = 0.85
+"""The same where the thrusters' pushes are learnt from the rest of the log and not the vehicle's: with a frozen record
+0.94 to 1, in logs of field boats that lie idle up to 0.5."""
+_PART = 0.3
+"""Share of the boat's accelerations, in size, that nothing explains, from which it matters."""
+_DRIVEN, _TAIL = 0.4, 0.25
+"""The same where no command moves, and the share of the log that they must stand still at its end: a boat that lies
+idle is pushed about by waves and wind, and logs of field boats end with that."""
+_SETTLED, _GAINS = 5, 2.0
+"""Seconds after which a boat gains no more speed by a command that stands, and times its fast speed squared, summed
+over all gains, from which it was driven: a boat that lies idle gains next to nothing."""
+_NOISE = 3.0
+"""Times their noise that accelerations must have for anything to be said of them."""
+_LAGS = 3.0
+_LONG = 10.0
+"""Time from which a command stands still for longer than a manoeuvre's step takes [s]."""
+_ANSWERS = 0.12
+"""Share of quick accelerations that commands must explain at some delay within 3 s; those of another run explain up to
+0.09 by chance, the right ones 0.3 or more."""
+_LEAST_ANSWERED = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """One stretch, band-passed.
+
+    Attributes
+    ----------
+    speeds : (n, 2) of surge [m/s] and yaw [rad/s], not band-passed
+    rates : (n, 2) accelerations of surge [m/s^2] and yaw [rad/s^2]
+    left : (n, 2) the same less what the vehicle, or in its absence nothing, says
+    states : (n, 5) what hull forces are made of, for each axis
+    commands : (n, c) deviations from neutral, as shares of the largest
+    noise : (2,) what the sensors' noise makes of the accelerations
+    stands, long : (n, c) whether each command stands still, away from its changes, at all and for 10 s or more
+    """
+
+    speeds: Array
+    rates: Array
+    left: Array
+    states: tuple[Array, Array]
+    commands: Array
+    noise: Array
+    stands: NDArray[np.bool_]
+    long: NDArray[np.bool_]
+
+
+@final
+class Drive(Check):
+    """Looks for thrusters that moved while their records stood still, and for commands that move nothing."""
+
+    name: ClassVar[str] = "drive"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: one finding for each command that is at fault, or one for all."""
+        names = sorted({name for record in records for name in record.commands})
+        having = [record for record in records if set(names) <= set(record.commands)]
+        names = _judged(having, names)
+        if not names:
+            return []
+        parts = [part for record in having for s in record.stretches if (part := _part(record, s, names)) is not None]
+        if not parts:
+            return []
+        modelled = all(record.vehicle is not None for record in having)
+        found = [f for k in range(len(names)) if (f := _stood_still(having, parts, names, k, modelled)) is not None]
+        found = found or _of_another_run(parts, names) or _all_stood_still(parts, names)
+        return found or [_sound(parts, names)]
+
+
+def _judged(records: Sequence[Record], names: list[str]) -> list[str]:
+    """Commands of the vehicle's own thrusters, or all where there is none."""
+    wanted = {t.channel for record in records if record.vehicle for t in record.vehicle.thrusters}
+    return [name for name in names if name in wanted] if wanted & set(names) else names
+
+
+def _part(record: Record, stretch: Stretch, names: list[str]) -> _Part | None:
+    motion = stretch.motion
+    columns = stretch.commands[:, [record.commands.index(name) for name in names]]
+    if motion.time.size < round(_LEAST * RATE) or not np.isfinite(columns).all():
+        return None
+    commands = columns - np.array([centre_of([record], name) for name in names])
+    size = np.abs(commands).max(axis=0)
+    commands = commands / np.where(size > 0.0, size, 1.0)
+    surge, sway, rate = motion.velocity.T
+    rates = np.gradient(motion.velocity[:, [0, 2]], _STEP, axis=0)
+    driven = record.driven(stretch)
+    modelled = np.zeros_like(rates)
+    if driven is not None and record.vehicle is not None:
+        modelled = modelled_acceleration(record.vehicle, driven)[:, [0, 2]]
+    hull = (
+        np.column_stack([surge, surge * np.abs(surge), sway * rate, rate * rate]),
+        np.column_stack([rate, rate * np.abs(rate), np.abs(surge) * rate, surge * sway, surge * rate]),
+    )
+    passed = band_passed(np.column_stack([rates, rates - modelled, *hull]), _STEP, _QUICK)
+    white = _white(motion.velocity[:, [0, 2]])
+    return _Part(
+        motion.velocity[:, [0, 2]],
+        passed[:, :2],
+        passed[:, 2:4],
+        (passed[:, 4:8], passed[:, 8:]),
+        commands,
+        white,
+        *_stands(columns),
+    )
+
+
+def _white(velocity: Array) -> Array:
+    """Root mean square of what white noise on speeds (n, 2) makes of their accelerations in the band."""
+    third = np.diff(velocity, 3, axis=0)
+    noise = 1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)
+    low, high = _QUICK
+    # White noise of one sample's variance is spread evenly up to half the rate; a derivative is 2 pi f as large.
+    return noise * 2.0 * np.pi * np.sqrt((high**3 - low**3) / 3.0 / (0.5 * RATE))
+
+
+def _stands(commands: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether each command is the same for a second before and after each row, and for 10 s around it, (n, c) each."""
+    size = np.abs(commands).max(axis=0)
+    moves = np.abs(np.diff(commands, axis=0, prepend=commands[:1])) > 1e-6 * np.where(size > 0.0, size, 1.0)
+    reach, rows = round(_EDGE * RATE), commands.shape[0]
+    stands, long = np.zeros(commands.shape, dtype=bool), np.zeros(commands.shape, dtype=bool)
+    for k in range(commands.shape[1]):
+        ends = np.concatenate(([0], np.flatnonzero(moves[:, k]), [rows]))
+        for first, last in pairwise(ends.tolist()):
+            # At the ends of the log no change is known, and none is left out.
+            inner = slice(first + reach if first else 0, max(last - reach if last < rows else rows, 0))
+            stands[inner, k] = True
+            long[inner, k] = last - first >= _LONG * RATE
+    return stands, long
+
+
+def _unexplained(
+    parts: Sequence[_Part], rows: Sequence[NDArray[np.bool_]], learnt: Sequence[NDArray[np.bool_]], driven: bool
+) -> Array:
+    """What hull forces, and commands if they are `driven`, do not explain of `left` in some rows, (m, 2).
+
+    Their coefficients are learnt in other rows, or in the same.
+    """
+    found = []
+    for axis in range(2):
+        tables = [_columns(part, axis, driven) for part in parts]
+        table, again = (
+            np.concatenate([one[use] for one, use in zip(tables, which, strict=True)]) for which in (learnt, rows)
+        )
+        known, target = (
+            np.concatenate([part.left[use, axis] for part, use in zip(parts, which, strict=True)])
+            for which in (learnt, rows)
+        )
+        found.append(target - again @ np.linalg.lstsq(table, known, rcond=1e-6)[0])
+    return np.column_stack(found)
+
+
+def _columns(part: _Part, axis: int, driven: bool) -> Array:
+    if not driven:
+        return part.states[axis]
+    both = np.column_stack([part.commands, part.commands * np.abs(part.commands)])
+    return np.column_stack([part.states[axis], band_passed(both, _STEP, _QUICK)])
+
+
+def _stood_still(
+    records: Sequence[Record], parts: Sequence[_Part], names: list[str], place: int, modelled: bool
+) -> Finding | None:
+    """The finding that a command stood still while its thruster moved; None where that is not so."""
+    name = names[place]
+    turn = _turn(records, name)
+    rows = [(part.stands if modelled else part.long)[:, place] for part in parts]
+    learnt = rows if modelled else [~use for use in rows]
+    seconds, known = (sum(int(np.count_nonzero(use)) for use in which) * _STEP for which in (rows, learnt))
+    if not turn or min(seconds, known) < _LEAST:
+        return None
+    left = _unexplained(parts, rows, learnt, driven=not modelled)
+    size = np.sqrt((left**2).mean(axis=0))
+    usual = np.sqrt((np.concatenate([part.rates for part in parts]) ** 2).mean(axis=0))
+    noise = np.max([part.noise for part in parts], axis=0)
+    if np.any(size < _PART * usual) or np.any(size < _NOISE * noise):
+        return None
+    surge, yaw = left.T - left.T.mean(axis=1, keepdims=True)
+    together = turn * float(surge @ yaw) / float(np.sqrt((surge @ surge) * (yaw @ yaw)))
+    if together < (_TOGETHER if modelled else _TOGETHER_LEARNT):
+        return None
+    text = (
+        f"{name} stands still for {seconds:.0f} s, but the boat moves as if its thruster worked: what nothing explains "
+        f"of surge and yaw goes together (correlation {together:.2f})"
+    )
+    return _broken(text, together, (name,), f"the record of {name} stands still while its thruster works")
+
+
+def _all_stood_still(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
+    """The finding that no command moves while the boat does."""
+    rows = [_to_the_end(np.asarray(part.long.all(axis=1))) for part in parts]
+    seconds = sum(int(np.count_nonzero(use)) for use in rows) * _STEP
+    whole = sum(part.rates.shape[0] for part in parts) * _STEP
+    if seconds < max(_LEAST, _TAIL * whole):
+        return []
+    rates = np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)])
+    others = [part.rates[~use] for part, use in zip(parts, rows, strict=True)]
+    usual = np.sqrt((np.concatenate(others) ** 2).mean(axis=0)) if seconds < 0.8 * whole else np.zeros(2)
+    left = _unexplained([replace(part, left=part.rates) for part in parts], rows, rows, driven=False)
+    size = np.sqrt((left**2).mean(axis=0))
+    noise = np.max([part.noise for part in parts], axis=0)
+    moved = np.sqrt((rates**2).mean(axis=0))
+    if np.any(size < np.maximum(_NOISE * noise, _DRIVEN * np.maximum(usual, moved))):
+        return []
+    if not _gains(parts, rows):
+        return []
+    text = f"all commands stand still for {seconds:.0f} s, but the boat is driven and turned all the while"
+    return [
+        _broken(text, seconds, tuple(names), "the records of the commands stand still while the boat is driven", "s")
+    ]
+
+
+def _gains(parts: Sequence[_Part], rows: Sequence[NDArray[np.bool_]]) -> bool:
+    """Whether the boat gains speed, ahead or in turning, again and again; one that coasts only loses it."""
+    second = round(RATE)
+    fast = np.quantile(np.concatenate([part.speeds for part in parts]) ** 2, 0.95, axis=0)
+    gained = np.zeros(2)
+    for part, use in zip(parts, rows, strict=True):
+        # What is under way when the commands come to a stand may still be gaining.
+        energy = part.speeds[use][_SETTLED * second :: second] ** 2
+        gained += np.diff(energy, axis=0).clip(min=0.0).sum(axis=0)
+    return bool(np.any(gained > _GAINS * fast))
+
+
+def _to_the_end(still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The rows of a stand that lasts to the end of a stretch; boats lie idle in between, with wind and current."""
+    found = np.zeros_like(still)
+    moving = np.flatnonzero(~still)
+    found[int(moving[-1]) + 1 if moving.size else 0 :] = True
+    return found
+
+
+def _of_another_run(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
+    """The finding that the boat answers no command at any delay."""
+    whole = sum(part.rates.shape[0] for part in parts) * _STEP
+    rates = np.concatenate([part.rates for part in parts])
+    noise = np.max([part.noise for part in parts], axis=0)
+    if whole < _LEAST_ANSWERED or np.any(np.sqrt((rates**2).mean(axis=0)) <= _NOISE * noise):
+        return []
+    explained = max(_answered(parts, lag) for lag in range(-round(_LAGS * RATE), round(_LAGS * RATE) + 1, 2))
+    if explained > _ANSWERS or all(part.long.all(axis=1).mean() > 0.5 for part in parts):
+        return []
+    text = (
+        f"the boat does not answer {', '.join(names)} at any delay within {_LAGS:g} s: they explain "
+        f"{100.0 * explained:.0f} % of its quick motion; they are of another run, or of another boat"
+    )
+    return [_broken(text, explained, tuple(names), "the boat does not answer its commands")]
+
+
+def _answered(parts: Sequence[_Part], lag: int) -> float:
+    """Share of the quick accelerations, of the axis that answers more, that commands explain at a delay in rows."""
+    found = []
+    for axis in range(2):
+        columns, target = [], []
+        for part in parts:
+            driven = band_passed(np.column_stack([part.commands, part.commands * np.abs(part.commands)]), _STEP, _QUICK)
+            n = driven.shape[0] - abs(lag)
+            columns.append(driven[max(0, -lag) : max(0, -lag) + n])
+            target.append(part.rates[max(0, lag) : max(0, lag) + n, axis])
+        table, wanted = np.concatenate(columns), np.concatenate(target)
+        left = wanted - table @ np.linalg.lstsq(table, wanted, rcond=1e-9)[0]
+        found.append(1.0 - float(left @ left) / float(wanted @ wanted))
+    return max(found)
+
+
+def _turn(records: Sequence[Record], name: str) -> int:
+    """1 for a thruster at port, which turns the boat to starboard by pushing ahead, -1 at starboard, else 0."""
+    for record in records:
+        for thruster in record.vehicle.thrusters if record.vehicle else ():
+            if thruster.channel == name:
+                return -int(np.sign(thruster.y)) if abs(np.cos(thruster.angle)) > 0.5 else 0
+    return {"port": 1, "starboard": -1}.get(side_of(name), 0)
+
+
+def _broken(text: str, value: float, names: tuple[str, ...], short: str, unit: str = "1") -> Finding:
+    return Finding(
+        "drive",
+        "defect",
+        text,
+        value,
+        unit,
+        None,
+        names,
+        "what a thruster does beyond its record would be laid at the door of the hull",
+        "find out what became of the record, and leave those parts of the log out",
+        short=short,
+        reach=Reach.LOG,
+    )
+
+
+def _sound(parts: Sequence[_Part], names: list[str]) -> Finding:
+    still = [name for k, name in enumerate(names) if all(part.stands[:, k].all() for part in parts)]
+    if still:
+        text = f"{' and '.join(still)} never changes; whether the thruster worked, the log cannot tell"
+        wrong = "what a thruster does beyond its record would be laid at the door of the hull"
+        remedy = "make sure that this thruster was idle or held"
+        short = f"{' and '.join(still)} never changes"
+        return Finding("drive", "warning", text, None, "", None, tuple(still), wrong, remedy, short=short)
+    return Finding("drive", "ok", "no thruster works while its record stands still", channels=tuple(names))

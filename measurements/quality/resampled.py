@@ -1,0 +1,162 @@
+"""Whether the log was put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.frames import Array
+from ..channels import Channel, command_kind
+from .finding import Channels, Check, Finding, Fix
+from .record import Record
+
+_MOTION = ("x", "y", "psi", "u", "v", "r", "ax", "ay")
+_LEAST_ROWS = 200
+_FLAT = 0.01
+"""Bend of a record, beside its largest ones, up to which a row lies on the line between its neighbours; of rows that
+are measured, one in fifty does."""
+_SHARE = 0.6
+"""Share of such rows from which a log is interpolated: to three times its rate or more."""
+_EVEN = 0.8
+_ENDS = 0.5
+"""Time for which the ends of a log repeat one row from which it was filled up there [s]."""
+
+
+@final
+class Resampled(Check):
+    """Tells held, interpolated and filled-up rows from measured ones; a log of such rows is sound at its own rate."""
+
+    name: ClassVar[str] = "resampled"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: a note for each way in which the rows are not measured; none where they are."""
+        found = [finding for record in records for finding in _told(record.log.channels)]
+        # Several logs of one boat are told of once.
+        return list({finding.sentence: finding for finding in found}.values())
+
+
+def _told(channels: Channels) -> list[Finding]:
+    table = _table(channels)
+    if table is None:
+        return []
+    time, values, names = table
+    fresh = np.concatenate(([True], (np.diff(values, axis=0) != 0.0).any(axis=1)))
+    found = []
+    padded = _padding(time, values, fresh)
+    if padded:
+        text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
+        fix = Fix(f"{padded:.2g} s of one repeated row at the ends of the log dropped", _unpadded)
+        found.append(Finding("resampled", "note", text, padded, "s", None, names, fix=fix))
+    rate = float((time.size - 1) / (time[-1] - time[0]))
+    rows = _held_over(fresh)
+    if rows > 1:
+        text = f"all channels of motion are held: measured {rate / rows:.3g} times a second, written {rate:.3g} times"
+        fix = Fix(f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept", _fresh)
+        wrong = "rows that repeat hold no new measurement"
+        found.append(Finding("resampled", "note", text, rate / rows, "Hz", None, names, wrong, fix=fix))
+    elif rows := _interpolated(values):
+        text = f"the log is interpolated to {rate:.3g} Hz from about {rate / rows:.3g} Hz"
+        found.append(Finding("resampled", "note", text, rate / rows, "Hz", None, names))
+    return found
+
+
+def _table(channels: Channels) -> tuple[Array, Array, tuple[str, ...]] | None:
+    """Stamps and values of the motion where all of it is one table; None otherwise."""
+    parts = [channels[name] for name in _MOTION if name in channels]
+    if len(parts) < 3 or parts[0].time.size < _LEAST_ROWS:
+        return None
+    time = parts[0].time
+    if any(part.time.size != time.size or np.any(part.time != time) for part in parts):
+        return None
+    values = [np.unwrap(part.value) if part.name == "psi" else part.value for part in parts]
+    return time, np.column_stack(values), tuple(part.name for part in parts)
+
+
+def _padding(time: Array, values: Array, fresh: NDArray[np.bool_]) -> float:
+    """Time for which a log of a moving boat repeats its first or its last row [s]."""
+    first, last = _inner(fresh)
+    if last <= first:
+        return 0.0
+    steps = np.abs(np.diff(values, axis=0))
+    usual = np.quantile(steps[first:last], 0.5, axis=0)
+    # A boat that lies still shows the same row, too: beside what is filled up, it moves as it does elsewhere.
+    near = max(3, int(np.searchsorted(time, time[first] + _ENDS)) - first)
+    ends = (
+        (float(time[first] - time[0]), steps[first : first + near]),
+        (float(time[-1] - time[last]), steps[max(first, last - near) : last]),
+    )
+    return sum(length for length, beside in ends if length > _ENDS and _moves(beside, usual))
+
+
+def _moves(steps: Array, usual: Array) -> bool:
+    """Whether most records move at least a tenth as fast as they usually do."""
+    moving = usual > 0.0
+    return bool(np.count_nonzero(np.median(steps, axis=0)[moving] > 0.1 * usual[moving]) > 0.5 * moving.sum())
+
+
+def _inner(fresh: NDArray[np.bool_]) -> tuple[int, int]:
+    """The last row of what may be filled up at the start, and the first of what may be at the end."""
+    rows = np.flatnonzero(fresh[1:]) + 1
+    return (int(rows[0]) - 1, int(rows[-1])) if rows.size else (0, 0)
+
+
+def _unpadded(channels: Channels) -> dict[str, Channel]:
+    table = _table(channels)
+    if table is None:
+        return dict(channels)
+    time, values, names = table
+    fresh = np.concatenate(([True], (np.diff(values, axis=0) != 0.0).any(axis=1)))
+    first, last = _inner(fresh)
+    keep = np.zeros(time.size, dtype=bool)
+    keep[first : last + 1] = True
+    return _thinned(channels, names, keep)
+
+
+def _held_over(fresh: NDArray[np.bool_]) -> int:
+    """Rows over which every record is held, in the median of those that are new; 1 where none is."""
+    spans = np.diff(np.flatnonzero(fresh))
+    if spans.size < _LEAST_ROWS // 10:
+        return 1
+    rows = round(float(np.median(spans)))
+    return rows if np.mean(np.abs(spans - rows) <= 1) >= _EVEN and float(np.mean(spans)) > 1.5 else 1
+
+
+def _fresh(channels: Channels) -> dict[str, Channel]:
+    table = _table(channels)
+    if table is None:
+        return dict(channels)
+    _, values, names = table
+    fresh = np.concatenate(([True], (np.diff(values, axis=0) != 0.0).any(axis=1)))
+    rows = np.flatnonzero(fresh)
+    since = np.arange(fresh.size) - rows[np.cumsum(fresh) - 1]
+    # A boat at rest shows nothing new; there a row is kept wherever one was measured.
+    return _thinned(channels, names, fresh | (since % _held_over(fresh) == 0))
+
+
+def _thinned(channels: Channels, names: tuple[str, ...], keep: NDArray[np.bool_]) -> dict[str, Channel]:
+    """The channels of motion with some of their rows; commands stay, since what is held is what was commanded."""
+    return {
+        name: Channel(name, c.time[keep], c.value[keep], c.origin, c.lost)
+        if name in names and command_kind(name) is None
+        else c
+        for name, c in channels.items()
+    }
+
+
+def _interpolated(values: Array) -> int:
+    """Rows from one measured row to the next where those between lie on lines; 0 where all are measured."""
+    bend = np.abs(np.diff(values, n=2, axis=0))
+    size = np.quantile(bend, 0.95, axis=0)
+    if not (size > 0.0).any():
+        return 0
+    worst = (bend[:, size > 0.0] / size[size > 0.0]).max(axis=1)
+    knots = np.flatnonzero(worst > _FLAT)
+    if knots.size < _LEAST_ROWS // 10 or 1.0 - knots.size / worst.size < _SHARE:
+        return 0
+    spans = np.diff(knots)
+    spans = spans[spans > 1]
+    rows = float(np.median(spans)) if spans.size else 0.0
+    # A measured row between two of the grid bends the line in both: steps of one, and of one less.
+    even = bool(spans.size and np.mean(np.abs(spans - rows) <= 1.0) >= _EVEN)
+    return round(rows) if even and rows >= 3.0 else 0

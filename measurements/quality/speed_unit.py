@@ -1,0 +1,129 @@
+"""The unit of speeds that no position confirms: by the accelerometer, or by what the vehicle's thrusters can do."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...physics.forces import modelled_acceleration
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from .finding import Finding, Reach
+from .record import RATE, Record
+from .regression import Fit, robust_fit
+
+_PIECE = 2.0
+"""Length of the pieces over which changes of speed are compared [s]: a boat's answer to its thrusters."""
+_LEAST_PIECES = 20
+_CLEARLY = 0.5
+"""Error that speeds in their unit leave, at most, of that in metres a second: an effect that the vehicle lacks leaves
+more, since it does not divide speed, drag and acceleration alike."""
+_FINE = 0.1
+
+
+def speed_unit(records: Sequence[Record], units: Mapping[float, str]) -> list[Finding]:
+    """Tell the unit of speeds that are measured once; one finding, none where the logs have no speeds of their own.
+
+    Parameters
+    ----------
+    records : logs without positions
+    units : metres a second in other units of speed, and their names
+    """
+    having = [record for record in records if "u" in record.log.channels and record.stretches]
+    if not having:
+        return []
+    channels = ("u", "v") if all("v" in record.log.channels for record in having) else ("u",)
+    judged = _by_accelerometer(having), _by_vehicle(having, [1.0, *units])
+    for factor, witness in judged:
+        if factor is None:
+            continue
+        unit = next((name for one, name in units.items() if abs(factor / one - 1.0) <= _FINE), "")
+        if unit:
+            text = f"{' and '.join(channels)} are in {unit}: {witness} moves {factor:.3g} times as fast as they say"
+            remedy = f"map them with 'scale: {factor:g}'"
+            wrong = "drag and thrust come out wrong by powers of this factor"
+            return [Finding("units", "defect", text, factor, "1", None, channels, wrong, remedy, reach=Reach.LOG)]
+        if abs(factor - 1.0) <= _FINE:
+            return [Finding("units", "ok", f"{witness} agrees with speeds in m/s", factor, "1", None, channels)]
+    top = max(float(np.abs(stretch.motion.velocity[:, 0]).max()) for record in having for stretch in record.stretches)
+    return [
+        Finding(
+            "units",
+            "cannot tell",
+            f"the unit of speed cannot be told: speed was measured once (no positions), and its top is {top:.2g} m/s, "
+            f"or {0.514444 * top:.2g} m/s if it is in knots",
+            top,
+            "m/s",
+            None,
+            channels,
+            "drag and thrust come out wrong by powers of the unit",
+            "make sure that speeds are in m/s, or log positions, too",
+            short="the unit of speed, which was measured once",
+        )
+    ]
+
+
+def _by_accelerometer(records: Sequence[Record]) -> tuple[float | None, str]:
+    """Acceleration ahead over the change of the speeds; a tilt by speed is a part of its own."""
+    rows = []
+    for record in records:
+        channel = record.log.channels.get("ax")
+        if channel is None:
+            continue
+        for stretch in record.stretches:
+            motion = stretch.motion
+            surge, sway, rate = motion.velocity.T
+            felt = np.interp(motion.time, channel.time, channel.value)
+            rows.append(_changes(surge, [np.ones_like(surge), surge * np.abs(surge)], felt, -sway * rate))
+    fit = _fit(rows)
+    if fit is None or fit.explained < 0.5 or not fit.certain(0, 12.0):
+        return None, ""
+    return float(fit.values[0]), "the accelerometer"
+
+
+def _changes(surge: Array, besides: Sequence[Array], felt: Array, turning: Array) -> tuple[Array, Array]:
+    """What was felt over each piece, and what speeds say, with what comes besides."""
+    step = 1.0 / RATE
+    rows = np.arange(0, surge.size, round(_PIECE * RATE))
+    total = np.concatenate(
+        ([[0.0] * (2 + len(besides))], np.cumsum(np.column_stack([felt, turning, *besides]), axis=0))
+    )
+    part = step * np.diff(total[rows], axis=0)
+    return part[:, 0], np.column_stack([np.diff(surge[rows]) + part[:, 1], part[:, 2:]])
+
+
+def _fit(rows: Sequence[tuple[Array, Array]]) -> Fit | None:
+    target, columns = (np.concatenate([row[k] for row in rows]) if rows else np.zeros(0) for k in range(2))
+    if target.shape[0] < _LEAST_PIECES:
+        return None
+    return robust_fit(columns, target, np.arange(target.shape[0]))
+
+
+def _by_vehicle(records: Sequence[Record], factors: Sequence[float]) -> tuple[float | None, str]:
+    """The factor with which speeds follow the vehicle's thrust and drag best; None where no other is clearly worse."""
+    motions = [
+        (record.vehicle, motion)
+        for record in records
+        for stretch in record.stretches
+        if record.vehicle is not None and (motion := record.driven(stretch)) is not None
+    ]
+    if sum(motion.duration for _, motion in motions) < _LEAST_PIECES * _PIECE:
+        return None, ""
+    errors = {factor: _error(motions, factor) for factor in factors}
+    best, second = sorted(errors, key=lambda factor: errors[factor])[:2]
+    told = errors[best] < _CLEARLY and errors[best] < _CLEARLY * errors[1.0 if best != 1.0 else second]
+    return (best if told else None), "the vehicle, as its thrusters push it,"
+
+
+def _error(motions: Sequence[tuple[Vehicle, Motion]], factor: float) -> float:
+    """Share of the changes of speed over pieces that the vehicle does not explain, with speeds times a factor."""
+    left = size = 0.0
+    rows = round(_PIECE * RATE)
+    for vehicle, motion in motions:
+        scaled = replace(motion, velocity=motion.velocity * np.array([factor, factor, 1.0]))
+        due = np.concatenate(([0.0], np.cumsum(modelled_acceleration(vehicle, scaled)[:, 0]) / RATE))[:-1]
+        change, wanted = (np.diff(series[::rows]) for series in (scaled.velocity[:, 0], due))
+        left += float(((change - wanted) ** 2).sum())
+        size += float((change**2).sum())
+    return float(np.sqrt(left / size)) if size > 0.0 else np.inf

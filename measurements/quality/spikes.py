@@ -1,0 +1,102 @@
+"""Whether single values stand out of a record, or it jumps across all of its range: glitches and short counters."""
+
+from collections.abc import Callable, Sequence
+from typing import ClassVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.frames import Array
+from ..channels import Channel
+from .finding import Channels, Check, Finding, Fix, Reach
+from .record import Record
+
+_MOTION = ("x", "y", "psi", "u", "v", "r")
+_LEAST_ROWS = 50
+_OUT = 0.5
+"""Share of a record's usual range by which a value must leave both its neighbours; a boat does not in one row."""
+_STEPS = 10.0
+_WHOLE = 0.8
+"""Share of its whole range by which a record must jump in one row for a counter that turned over."""
+_FEW = 0.002
+
+
+@final
+class Spikes(Check):
+    """Looks for values that leave their neighbours and come back at once, and for jumps across the whole range."""
+
+    name: ClassVar[str] = "spikes"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: a finding for each channel at fault, or one that says that none is."""
+        found = []
+        for name in _MOTION:
+            channels = [record.log.channels[name] for record in records if name in record.log.channels]
+            found += _told(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
+        return found or [Finding(self.name, "ok", "no value stands out of its record", 0.0, "1")]
+
+
+def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
+    out = sum(int(np.count_nonzero(_spiked(_values(channel)))) for channel in channels)
+    jumps = [float(jump) for channel in channels for jump in _jumps(_values(channel))]
+    rows = sum(channel.time.size for channel in channels)
+    if len(jumps) > 1 and not out:
+        text = f"{name} jumps by {abs(jumps[0]):.4g} {channels[0].unit} {len(jumps)} times, all of its range"
+        wrong = "the boat seems to leap from one end of the range to the other"
+        remedy = "unwrap it: its counter is too short for what it measures"
+        return [
+            Finding("spikes", "defect", text, jumps[0], channels[0].unit, None, (name,), wrong, remedy, reach=Reach.LOG)
+        ]
+    if not out:
+        return []
+    share = out / rows
+    return [
+        Finding(
+            "spikes",
+            "defect" if share > _FEW else "warning",
+            f"{out} values of {name} stand far out of their record ({100.0 * share:.2g} %)",
+            share,
+            "1",
+            None,
+            (name,),
+            "each is a force that never was",
+            "leave these values out",
+            Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name)),
+            reach=Reach.LOG,
+        )
+    ]
+
+
+def _values(channel: Channel) -> Array:
+    return np.unwrap(channel.value) if channel.name == "psi" else channel.value
+
+
+def _spiked(values: Array) -> NDArray[np.bool_]:
+    """Rows whose value leaves both neighbours, to one side, by half of the usual range."""
+    low, high = np.quantile(values, [0.02, 0.98])
+    steps = np.diff(values)
+    least = max(_OUT * float(high - low), _STEPS * float(np.median(np.abs(steps))))
+    found = np.zeros(values.size, dtype=bool)
+    if least > 0.0:
+        before, after = steps[:-1], steps[1:]
+        found[1:-1] = (before * after < 0.0) & (np.minimum(np.abs(before), np.abs(after)) > least)
+    return found
+
+
+def _jumps(values: Array) -> Array:
+    """Steps across the whole range of a record, each from one end to the other."""
+    steps = np.diff(values)
+    whole = _WHOLE * float(np.ptp(values))
+    return (
+        steps[np.abs(steps) > max(whole, 2.0 * _STEPS * float(np.median(np.abs(steps))))] if whole > 0.0 else steps[:0]
+    )
+
+
+def _without(name: str) -> Callable[[Channels], dict[str, Channel]]:
+    def apply(channels: Channels) -> dict[str, Channel]:
+        channel = channels[name]
+        keep = ~_spiked(_values(channel))
+        thinned = Channel(name, channel.time[keep], channel.value[keep], channel.origin, channel.lost)
+        return {**channels, name: thinned}
+
+    return apply

@@ -1,0 +1,300 @@
+"""A folder is replaced as a whole by one rename: whoever looks, whenever, finds the old one or the new one."""
+
+import errno
+import json
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from .errors import RequestError
+from .exchange import at_rest, cannot_link, exchange, link, locked, same, take_away
+from .files import LEFT, left_beside, name_unfinished, real, try_out, write_text
+from .reading import read_json
+
+Own = Callable[[Path], Collection[str]]
+"""Names of the files in a folder that undertow certainly wrote and nobody changed: these alone may go."""
+_UNFINISHED = ".undertow-unfinished"
+"""File in a new folder until it is complete: whatever has it holds nothing that is not elsewhere."""
+_COMMIT = f"{LEFT}commit"
+"""Complete new files in a folder that cannot be renamed: they are moved to their places, now or by the next call."""
+_STALE = ".undertow-stale"
+"""List of the names that go: from the folder when the files of `_COMMIT` are in place, or from an old folder."""
+_LEFT = re.compile(r"(\..+)?\.undertow-([0-9a-f]{8}|commit|unfinished|stale)")
+"""Names that are not somebody's, but what a process left or is at work on."""
+_LISTED = 4
+_TRIED = 1 << 20
+"""Bytes that are written to see whether a folder can be [B]: those of a run of a few minutes."""
+
+
+def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False) -> list[str]:
+    """Names of the files and folders in a folder that are not undertow's, and stay in it when it is replaced.
+
+    Parameters
+    ----------
+    new : names that will be written
+    force : whether others' files of these names, and a folder in which nothing is undertow's, may be written over
+
+    Raises
+    ------
+    RequestError
+        when something of another's would be lost, or the folder is another's.
+    """
+    if not target.is_dir():
+        return []
+    names = [path.name for path in target.iterdir() if not _is_left(path.name)]
+    mine = set(own(target))
+    others = sorted(set(names) - mine)
+    lost = [name for name in others if name in new]
+    folders = [name for name in lost if (target / name).is_dir()]
+    if others and not mine and not force:
+        raise RequestError(
+            f"cannot write {target}: the folder holds other files ({_some(others)}) and nothing that this verb "
+            "wrote; give a new one, or --force to write beside them"
+        )
+    if lost and not force:
+        raise RequestError(
+            f"cannot write {target}: it holds {_some(lost)}, which undertow did not write, or which was changed "
+            "since; move it away, give another folder, or --force to replace it"
+        )
+    if folders:
+        raise RequestError(
+            f"cannot write {target}: it holds a folder {_some(folders)}, where a file is to be written; move it away"
+        )
+    return [name for name in others if name not in new]
+
+
+def check_folder(target: Path, new: Collection[str], own: Own, *, force: bool = False) -> None:
+    """Put right what a killed process left, and check that a folder can be written and nothing of another's be lost.
+
+    A folder is made beside it, with a file in it, and taken away again: what fails now does not fail after the work.
+
+    Parameters
+    ----------
+    new, own, force : see `carried`
+
+    Raises
+    ------
+    RequestError
+        see `carried`.
+    OSError
+        when the folder cannot be written.
+    """
+    place = real(target)
+    put_right(place, own)
+    with at_rest(place):
+        carried(target, new, own, force=force)
+    if place.exists() and not place.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, "it is a file", str(target))
+    if _stays(place):
+        try_out(place / "file", _TRIED)
+        return
+    with _staged(place) as work:
+        try_out(work / "file", _TRIED)
+
+
+def replace_folder(target: Path, build: Callable[[Path], Collection[str]], own: Own, *, force: bool = False) -> None:
+    """Write a folder whole, in the place of an earlier one; what others put there stays.
+
+    The new folder is built beside the old one. Others' files are linked into it, or copied where nothing can be linked,
+    and the two folders change names in one step (`renameat2` with RENAME_EXCHANGE). A process that is killed leaves the
+    old folder or the new one, and beside it a hidden folder that the next call takes away. Of two processes the one
+    that is done last wins; each leaves a whole folder.
+
+    A folder that cannot be renamed (a mount, the working folder, no permission beside it, a file system without the
+    exchange), or is another's and was forced, gets its files one by one, out of a complete set within it; a process
+    that is killed between two of them leaves that set to the next call, see `finish`.
+
+    Parameters
+    ----------
+    target : the folder; of a link, what it leads to
+    build : writes the new files into an empty folder, and gives back their names; it may link files of the old folder
+        there, which then stay as they are
+    own, force : see `carried`
+
+    Raises
+    ------
+    RequestError
+        when something of another's would be lost; nothing is changed then.
+    OSError
+        when the folder cannot be written; nothing is changed then.
+    """
+    place = real(target)
+    put_right(place, own)
+    with _staged(place) as work:
+        new = {name for name in build(work) if name != _UNFINISHED}
+        theirs = place.is_dir() and any(place.iterdir()) and not own(place)
+        if not theirs and not _stays(place) and _exchanged(work, place, new, own, force):
+            return
+        place.mkdir(exist_ok=True)
+        with at_rest(place):
+            others = carried(place, new, own, force=force)
+            there = {path.name for path in place.iterdir() if not _is_left(path.name)}
+            _move_in(work, place, sorted(there - {*others, *new, *(path.name for path in work.iterdir())}))
+
+
+def put_right(target: Path, own: Own) -> None:
+    """Finish or take away what a killed process left in and beside a folder; what a living one has is left alone."""
+    place = real(target)
+    finish(place)
+    for path in left_beside(place):
+        with suppress(OSError), locked(path) as free:
+            if free and not path.is_symlink():
+                take_away(path) if (path / _UNFINISHED).is_file() else _retire(path, place, own)
+
+
+def finish(target: Path) -> None:
+    """Move into a folder what a killed process had completed but not moved; nothing where there is nothing."""
+    place = real(target)
+    with suppress(OSError):
+        inside = [p for p in place.iterdir() if _is_left(p.name) and p.name not in (_UNFINISHED, _STALE)]
+        for path in inside:
+            with locked(path) as free:
+                if free and (path.is_file() or (path / _UNFINISHED).is_file()):
+                    take_away(path)
+                elif free and path.name == _COMMIT:
+                    _roll_forward(place)
+
+
+@contextmanager
+def held(folder: Path, what: str) -> Iterator[None]:
+    """Keep a folder to this process while it works in it.
+
+    Raises
+    ------
+    RequestError
+        when another process has it.
+    """
+    with locked(folder) as free:
+        if free is False:
+            raise RequestError(f"another process {what} {folder}; wait until it is done, or give another folder")
+        yield
+
+
+def _exchanged(work: Path, place: Path, new: Collection[str], own: Own, force: bool) -> bool:
+    """Put the complete folder `work` in the place of another; False where the system cannot."""
+    while not place.exists() or not any(place.iterdir()):
+        if place.exists():
+            shutil.copymode(place, work)
+        (work / _UNFINISHED).unlink()
+        try:
+            os.rename(work, place)  # onto nothing, or an empty folder
+            return True
+        except OSError as error:
+            (work / _UNFINISHED).touch()
+            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):  # else another process was faster
+                if place.exists():
+                    return False
+                raise
+    with at_rest(place):  # nobody takes the old one for left over while it is looked through
+        others = carried(place, new, own, force=force)
+        if any(cannot_link(place / name) for name in others):
+            return False
+        others = [name for name in others if not os.path.lexists(work / name)]
+        for name in others:
+            link(place / name, work / name)
+        shutil.copymode(place, work)
+        (work / _UNFINISHED).unlink()
+        if exchange(work, place):
+            with suppress(OSError):  # the new one is in its place; the next call takes up what is left of the old one
+                _retire(work, place, own, new if force else ())
+            return True
+        (work / _UNFINISHED).touch()
+        for name in others:
+            take_away(work / name)
+    return False
+
+
+def _retire(old: Path, place: Path, own: Own, given_up: Collection[str] = ()) -> None:
+    """Take away a folder that another took the place of, but nothing of another's that is not in that, too."""
+    mine = {*own(old), *given_up, *_stale(old)}
+    write_text(old / _STALE, json.dumps(sorted(mine)))  # own() may know nothing more when half of the files are gone
+    for path in sorted(old.iterdir(), key=lambda path: (path.name == _STALE, path.name)):
+        there = place / path.name
+        if path.name not in mine and not _is_left(path.name) and not os.path.lexists(there):
+            os.rename(path, there)  # it came while the folders changed names
+        elif path.name in mine or _is_left(path.name) or same(path, there):
+            take_away(path)
+    with suppress(OSError):  # what is left is somebody's, and stays
+        old.rmdir()
+
+
+def _move_in(work: Path, place: Path, stale: list[str]) -> None:
+    """Complete the new files under one name, then move them into their places."""
+    write_text(work / _STALE, json.dumps(stale))
+    commit = place / _COMMIT
+    try:
+        os.rename(work, commit)
+    except OSError as error:
+        if error.errno != errno.EXDEV:
+            raise
+        commit.mkdir()  # a folder from elsewhere that is mounted here, which nothing shows before
+        (commit / _UNFINISHED).touch()
+        for path in work.iterdir():
+            shutil.copy2(path, commit / path.name)
+    (commit / _UNFINISHED).unlink()
+    _roll_forward(place)
+
+
+def _roll_forward(place: Path) -> None:
+    """Do what is left to do; begun anew after a kill, it ends the same."""
+    commit = place / _COMMIT
+    for path in sorted(commit.iterdir()):
+        if path.name != _STALE:
+            os.replace(path, place / path.name)
+            path.unlink(missing_ok=True)  # of two links to one file, the system leaves both
+    for name in _stale(commit):
+        (place / name).unlink(missing_ok=True)
+    (commit / _STALE).unlink(missing_ok=True)
+    commit.rmdir()
+
+
+def _stale(folder: Path) -> list[str]:
+    """Names that are known to be of no more use, where such a list is."""
+    try:
+        return [str(name) for name in read_json(folder / _STALE)]
+    except FileNotFoundError:
+        return []
+
+
+@contextmanager
+def _staged(place: Path) -> Iterator[Path]:
+    """A locked, unfinished folder, gone at the end whatever happens, unless it was renamed."""
+    inside = _stays(place)
+    while True:
+        work = place / f"{LEFT}{secrets.token_hex(4)}" if inside else name_unfinished(place)
+        work.mkdir()
+        with suppress(FileNotFoundError):
+            (work / _UNFINISHED).touch()
+        with locked(work, wait=True):
+            if not (work / _UNFINISHED).is_file():  # taken for left over in the instant before the lock
+                continue
+            try:
+                yield work
+            finally:
+                if (work / _UNFINISHED).is_file():
+                    shutil.rmtree(work, ignore_errors=True)
+            return
+
+
+def _stays(place: Path) -> bool:
+    """Whether a folder must stay where it is: a mount, the working folder, or in a folder that cannot be written."""
+    if not place.is_dir():
+        return False
+    try:
+        here = Path(os.getcwd())
+    except FileNotFoundError:
+        here = place.parent
+    return os.path.ismount(place) or here.is_relative_to(place) or not os.access(place.parent, os.W_OK | os.X_OK)
+
+
+def _is_left(name: str) -> bool:
+    return _LEFT.fullmatch(name) is not None
+
+
+def _some(names: Collection[str]) -> str:
+    told = sorted(names)
+    return ", ".join(told[:_LISTED]) + (f" and {len(told) - _LISTED} more" if len(told) > _LISTED else "")

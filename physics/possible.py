@@ -1,0 +1,124 @@
+"""What no hull has: drag that drives, negative added mass, a port thruster to starboard; a user may insist on it."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from .effects import PARAMETERS
+from .frames import AXES
+from .terms import parse_form
+from .thrusters import Thruster, side_named
+
+_WORDS = {
+    "damping": "damping {symbol} = {value:+g} {unit} would drive the boat; a hydrodynamic derivative carries its sign, "
+    "and that of damping is negative: write {turned:g}",
+    "added_mass": "added mass {symbol} = {value:+g} {unit} would make the hull lighter in water; a hydrodynamic "
+    "derivative carries its sign (X_udot = -2.6 adds 2.6 kg): write {turned:g}",
+}
+_SPEEDS = np.array([0.03, 0.1, 0.3, 1.0, 3.0, 10.0])
+"""Speeds at which the drag of an axis is asked whether it drives [m/s, rad/s]: of a model ship up to a fast boat."""
+_RADII = 30.0
+"""Radii of gyration from the origin within which a thruster is aboard: the ends of a hull are at 2; millimetres that
+were meant for metres are at 1000."""
+
+
+def impossible(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
+    """What no hull has, by the key to insist on, as sentences without an end.
+
+    The signs are those of the catalogue's limits, which a fit keeps too. Only what is certain is told: coupling has
+    either sign in published models, and so has a term of the third degree beside others that outweigh it.
+
+    Parameters
+    ----------
+    values : every parameter of a vehicle by symbol
+    thrusters : of the vehicle
+    """
+    return _signs(values) | _terms(values) | _places(values, thrusters)
+
+
+def insistable(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> set[str]:
+    """Every key that a vehicle may insist on."""
+    limited = {p.symbol for p in PARAMETERS.values() if p.section in _WORDS and np.isfinite(p.upper)}
+    return {*limited, "x_g", *(s for s in values if ":" in s), *(t.name for t in thrusters)}
+
+
+def _signs(values: Mapping[str, float]) -> dict[str, str]:
+    found = {}
+    for symbol, value in values.items():
+        limits = PARAMETERS.get(symbol)
+        if limits is not None and limits.section in _WORDS and value > limits.upper:
+            words = _WORDS[limits.section]
+            found[symbol] = words.format(symbol=symbol, value=value, unit=limits.unit, turned=-value)
+    return found
+
+
+def _terms(values: Mapping[str, float]) -> dict[str, str]:
+    """Terms of an axis in its own speed alone, where they make all its drag drive at every speed one way or the other.
+
+    A term may drive where the rest of the drag outweighs it.
+    """
+    found = {}
+    for symbol in [s for s in values if ":" in s]:
+        axis = AXES.index(symbol.split(":")[0])
+        own = [s for s in values if _of_own_speed(s, axis)]
+        if symbol not in own or values[symbol] == 0.0:
+            continue
+        for way in (1.0, -1.0):
+            drag = np.sum([values[s] * _form(s, axis, way) for s in own], axis=0)
+            here = values[symbol] * _form(symbol, axis, way)
+            if (way * drag > 0.0).all() and (way * here > 0.0).all():
+                found[symbol] = (
+                    f"term {symbol} = {values[symbol]:+g} would drive the boat at every speed: drag opposes "
+                    f"the motion; write {-values[symbol]:g}"
+                )
+    return found
+
+
+def _of_own_speed(symbol: str, axis: int) -> bool:
+    """Whether a symbol is drag of an axis by its own speed alone."""
+    text = _text(symbol)
+    if text is None or text[0] != axis:
+        return False
+    return {factor.strip("|") for factor in parse_form(text[1]).factors} == {"uvr"[axis]}
+
+
+def _text(symbol: str) -> tuple[int, str] | None:
+    """Axis and monomial of a symbol, None where it has none."""
+    if ":" in symbol:
+        axis, form = symbol.split(":", 1)
+        return AXES.index(axis), form
+    known = PARAMETERS.get(symbol)
+    return (known.axis, known.form) if known is not None and known.form and known.axis is not None else None
+
+
+def _form(symbol: str, axis: int, way: float) -> np.ndarray:
+    text = _text(symbol)
+    speeds = [np.zeros(_SPEEDS.size)] * 3
+    speeds[axis] = way * _SPEEDS
+    return parse_form(text[1] if text else "")(*speeds)
+
+
+def _places(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
+    found = {}
+    mass, inertia, ahead = (values[symbol] for symbol in ("mass", "inertia_z", "x_g"))
+    least = mass * ahead**2
+    if inertia < least:
+        found["x_g"] = (
+            f"x_g = {ahead:g} m: a mass of {mass:g} kg that far from the origin has {least:g} kg m^2 of "
+            f"inertia about it at least, and inertia_z, which is about the origin, is {inertia:g}"
+        )
+    # A regression may stand outside the limits, where a hull has no radius.
+    far = _RADII * float(np.sqrt(inertia / mass)) if mass > 0.0 and inertia > 0.0 else np.inf
+    for thruster in thrusters:
+        side = {"port": -1.0, "starboard": 1.0}.get(side_named(thruster.name), 0.0)
+        if side * thruster.y < 0.0:
+            found[thruster.name] = (
+                f"thruster {thruster.name}: y = {thruster.y:+g} m is on the other side; body axes are FRD, y is "
+                f"positive to starboard: write y: {-thruster.y:g}"
+            )
+        elif np.hypot(thruster.x, thruster.y) > far:
+            found[thruster.name] = (
+                f"thruster {thruster.name}: at x = {thruster.x:g}, y = {thruster.y:g} it is not aboard: mass and "
+                f"inertia_z are those of a hull of some {far / _RADII * 4:.2g} m; expected metres"
+            )
+    return found

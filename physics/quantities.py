@@ -1,0 +1,81 @@
+"""What counts as a number in a file that a person writes, and what is said where something else stands."""
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from difflib import get_close_matches
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator
+
+from .printable import shortened, shown
+
+LARGEST = 1e18
+"""Largest amount of a number, in SI units: the largest ship has a moment of inertia of 1e13 kg m^2."""
+_LEAST = 1e-12
+"""Least amount of what must be positive: a propeller of 1 cm, counted in revolutions a minute, has some 1e-9."""
+_MOST_TOLD = 8
+"""Complaints about one file that are told: who mends these reads the others next."""
+_NAME = 60
+"""Letters of a key that are told, and compared with those that are known."""
+
+
+def _number(value: Any) -> Any:
+    """Refuse true and false, which Python counts as 1 and 0, and what overflows or vanishes in any calculation."""
+    if isinstance(value, bool):
+        raise ValueError("expected a number")
+    try:
+        amount = abs(float(value))
+    except (TypeError, ValueError, OverflowError):
+        amount = LARGEST * 10 if isinstance(value, int) else 0.0  # words are for pydantic to refuse
+    if amount > LARGEST or amount != amount:
+        raise ValueError(f"expected a finite number of at most {LARGEST:g}")
+    if 0.0 < amount < sys.float_info.min:
+        raise ValueError("expected a number that is not so close to zero")
+    return value
+
+
+def positive(value: float) -> float:
+    """Refuse what a calculation cannot divide by."""
+    if value <= 0.0:
+        raise ValueError("Input should be greater than 0")
+    if value < _LEAST:
+        raise ValueError(f"expected at least {_LEAST:g}")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+"""A finite number of an amount that a vehicle may have; true and false are none."""
+Positive = Annotated[Number, AfterValidator(positive)]
+"""A `Number` above zero, by which a calculation may divide."""
+
+
+def complaints(items: Sequence[Any], tell: Callable[[Any], str]) -> str:
+    """What pydantic complains about, in a sentence for each of the first few.
+
+    Parameters
+    ----------
+    items : as `ValidationError.errors()` gives them
+    tell : one of them as a sentence
+    """
+    more = len(items) - _MOST_TOLD
+    return "; ".join([*map(tell, items[:_MOST_TOLD]), *([f"and {more} more of the kind"] if more > 0 else [])])
+
+
+def complaint(item: Any, parts: Sequence[Any]) -> str:
+    """One of pydantic's complaints as `key: what was expected, got what came`."""
+    where, message = location(parts), item["msg"].removeprefix("Value error, ")
+    came = "" if isinstance(item["input"], dict) or item["type"] == "missing" else f", got {shown(item['input'])}"
+    return f"{where}: {message}{came}" if where else f"{message}"
+
+
+def location(parts: Sequence[Any]) -> str:
+    """Where in a file, with dots: `thrusters.0.curve`."""
+    return ".".join(shortened(str(part), _NAME) for part in parts)
+
+
+def unknown_key(key: Any, known: Iterable[str], where: str = "") -> str:
+    """Say that a key is not known, and which known one is nearest."""
+    names = sorted(k for k in known if "{" not in k)
+    near = get_close_matches(str(key)[:_NAME], names, n=1, cutoff=0.0)
+    told = f"unknown key {shown(key, _NAME)}{where and ' in '}{where}"
+    return f"{told}: did you mean {near[0]!r}?" if near else told

@@ -1,0 +1,189 @@
+"""Logs that were spoilt: what happened to them is named, and refused where it matters; a sound log is left alone."""
+
+import importlib
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pandas as pd
+import pytest
+from verbs import call, strict
+
+from undertow.measurements.clock import APART
+from undertow.measurements.inspection import inspect_log
+from undertow.measurements.log import read_log
+from undertow.measurements.quality.axes import mixed_up, track_of
+from undertow.measurements.quality.finding import Finding, Reach
+from undertow.physics.errors import LogError
+from undertow.reports.inputs import read_inputs
+
+BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+NAMED = (
+    "clock set forward by 1.7e9 s",
+    "clock set back by 50 s",
+    "one stamp of 1.7e9 s",
+    "one stamp of -3 s",
+    "port command frozen",
+    "port command constant",
+    "both commands constant",
+    "commands of another run",
+    "sway 0",
+    "speeds 0",
+    "x and y exchanged",
+    "u and v exchanged",
+    "sway reversed",
+    "y reversed",
+    "knots without positions",
+    "heading reversed",
+    "heading off by 90 degrees",
+    "gyro 0.8",
+    "two logs in one",
+)
+
+
+@pytest.fixture(scope="module")
+def study() -> Iterator[ModuleType]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCHMARKS))
+        yield importlib.import_module("spoiling")
+
+
+@pytest.fixture(scope="module")
+def case(study: ModuleType):
+    """A hull known exactly, and its log of three minutes with field noise."""
+    return study.simulated(2, 180.0)[0]
+
+
+def spoilt(study: ModuleType, case, name: str, folder: Path) -> tuple[Path, object]:
+    (spoil,) = [one for one in (*study.SOUND, *study.SPOILS) if one.name == name]
+    path = folder / "log.csv"
+    spoil.plant(case.table, np.random.default_rng(3)).to_csv(path, index=False)
+    return path, spoil
+
+
+# `response` divides by the size of a speed that is zero all along.
+@pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
+@pytest.mark.parametrize("name", NAMED)
+def test_what_spoilt_a_log_is_named(study: ModuleType, case, name: str, tmp_path: Path):
+    path, spoil = spoilt(study, case, name, tmp_path)
+    named, _, said = study.looked_over(path, case, spoil)
+    assert named, said
+
+
+@pytest.mark.parametrize("name", ["untouched", "interpolated to 200 Hz", "held to 200 Hz", "without positions"])
+def test_what_is_sound_is_not_accused(study: ModuleType, case, name: str, tmp_path: Path):
+    path, spoil = spoilt(study, case, name, tmp_path)
+    _, sound, said = study.looked_over(path, case, spoil)
+    assert sound, said
+
+
+def test_a_resampled_log_is_told_of(study: ModuleType, case, tmp_path: Path):
+    for name, words in (("interpolated to 200 Hz", "interpolated to 200 Hz from about 2"), ("held to 200 Hz", "held")):
+        path, _ = spoilt(study, case, name, tmp_path)
+        (told,) = [f for f in inspect_log(read_log(path)).quality if f.check == "resampled"]
+        assert told.verdict == "note"
+        assert words in told.sentence
+
+
+@pytest.mark.parametrize("name", ["port command frozen", "sway 0", "x and y exchanged", "commands of another run"])
+def test_whoever_computes_refuses_them(study: ModuleType, case, name: str, tmp_path: Path):
+    path, _ = spoilt(study, case, name, tmp_path)
+    with pytest.raises(LogError, match="Nothing found in such logs is about the boat"):
+        read_inputs(path, case.vehicle)
+
+
+def test_a_clock_that_was_set_takes_no_memory_and_keeps_both_stretches(study: ModuleType, case, tmp_path: Path):
+    path, _ = spoilt(study, case, "clock set forward by 1.7e9 s", tmp_path)
+    log = read_log(path)
+    tracemalloc.start()
+    inspection = inspect_log(log, case.vehicle)
+    assert tracemalloc.get_traced_memory()[1] < 100e6
+    tracemalloc.stop()
+    assert len(inspection.plan.segments) == 2
+    assert inspection.plan.segments[1].start - inspection.plan.segments[0].end == pytest.approx(APART, abs=0.01)
+    assert inspection.usable
+    assert any("the clock was set at t = " in note for note in log.notes)
+
+
+def test_pieces_of_a_clock_that_was_set_are_told_apart_in_every_channel(tmp_path: Path):
+    """A slow and a fast stream, in one file, of a clock that was set twice."""
+    time = 0.1 * np.arange(900)
+    set_by = np.select([time < 30.0, time < 60.0], [0.0, 1.7e9], -20.0)
+    lines = []
+    for k, t in enumerate((time + set_by).tolist()):
+        lines.append(f"{t:.3f},compass,psi,{time[k]:.3f}")
+        lines += [f"{t:.3f},dvl,u,{time[k]:.3f}"] if k % 7 == 0 else []
+    (tmp_path / "log.csv").write_text("time,topic,field,value\n" + "\n".join(lines) + "\n")
+    found = read_log(tmp_path / "log.csv", mend=True).channels
+    for channel in found.values():
+        want = (
+            channel.value
+            + APART * ((channel.value >= 30.0).astype(float) + (channel.value >= 60.0))
+            - 0.1 * ((channel.value >= 30.0).astype(float) + (channel.value >= 60.0))
+        )
+        np.testing.assert_allclose(channel.time, want, atol=0.11)
+        assert len(channel.lost.sets) == 2
+    with pytest.raises(LogError, match="time runs backwards"):
+        read_log(tmp_path / "log.csv")
+
+
+@pytest.mark.parametrize("stamp", [1e300, -1e18, 9.3e18, -5.0, 0.0, float("nan"), float("inf")])
+def test_one_stamp_that_is_wrong_costs_one_row(case, tmp_path: Path, stamp: float):
+    table = case.table.iloc[:600].copy()
+    table.loc[300, "t"] = stamp
+    table.to_csv(tmp_path / "log.csv", index=False)
+    u = read_log(tmp_path / "log.csv").channels["u"]
+    np.testing.assert_allclose(u.time, table["t"].drop(300), atol=1e-6)
+
+
+def test_time_that_stands_or_runs_backwards_all_along_ends_in_a_message(case, tmp_path: Path):
+    for change in (0.0, -1.0):
+        case.table.assign(t=5.0 + change * case.table["t"]).to_csv(tmp_path / "log.csv", index=False)
+        result = call("inspect", tmp_path / "log.csv")
+        assert result.exit_code == 1, result.output
+        assert "Not usable" in result.stdout
+
+
+def test_axes_are_told_by_one_rule_and_its_angle(case, study: ModuleType, tmp_path: Path):
+    for name, turn, side, angle in (
+        ("untouched", 1, 1, 0.0),
+        ("x and y exchanged", -1, -1, 90.0),
+        ("u and v exchanged", 1, -1, 90.0),
+        ("heading reversed", -1, 1, 0.0),
+        ("heading off by 90 degrees", 1, 1, -90.0),
+    ):
+        path, _ = spoilt(study, case, name, tmp_path)
+        track = track_of([read_log(path)])
+        assert track is not None
+        assert (track.turn, track.side) == (turn, side)
+        assert np.degrees(track.angle) == pytest.approx(angle, abs=2.0)
+        assert track.scale == pytest.approx(1.0, abs=0.03)
+        assert (mixed_up(track, None) is None) == (name == "untouched")
+
+
+def test_a_fix_puts_exchanged_axes_right(case, study: ModuleType, tmp_path: Path):
+    path, _ = spoilt(study, case, "x and y exchanged", tmp_path)
+    clean = inspect_log(read_log(path)).examination.clean
+    np.testing.assert_allclose(clean.channels["x"].value, case.table["x"], atol=1e-9)
+
+
+def test_a_defect_is_refused_by_its_reach_and_not_by_its_name():
+    assert Finding("anything", "defect", "it is wrong", reach=Reach.LOG).refused
+    assert not Finding("units", "defect", "it is wrong").refused
+    assert not Finding("units", "warning", "it is wrong", reach=Reach.LOG).refused
+
+
+def test_inspect_ends_with_1_for_a_defect_and_0_for_a_sound_log(case, study: ModuleType, tmp_path: Path):
+    path, _ = spoilt(study, case, "untouched", tmp_path)
+    assert call("inspect", path, "--json").exit_code == 0
+    path, _ = spoilt(study, case, "x and y exchanged", tmp_path)
+    result = call("inspect", path, "--json")
+    assert result.exit_code == 1
+    assert strict(result.stdout)["usable"] is False
+    repaired = call("inspect", path, "--fix", tmp_path / "clean.csv")
+    assert repaired.exit_code == 0, repaired.output
+    assert call("inspect", tmp_path / "clean.csv").exit_code == 0
+    pd.DataFrame({"t": [0.0, 1.0], "psi": [0.0, 0.0]}).to_csv(path, index=False)
+    assert call("inspect", path).exit_code == 1
