@@ -102,7 +102,7 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     drive = _DRIVES.get(names[0])
     if drive is None or not any(_moves(record, drive, names) for record in having):
         return None
-    if names == ("v",) and _follows([record.log for record in having]):
+    if names[0] == "v" and _follows([record.log for record in having]):
         return None
     value = every[0].value[0]
     text = (
