@@ -169,5 +169,6 @@ def check_limits(channel: Channel, where: str) -> None:
         raise LogError(
             f"{where}: {channel.name} ({channel.origin}) must lie within {low:g} to {high:g} [{channel.unit}], got "
             f"{channel.value[first]:g} at t = {channel.time[first]:.3f} s ({outside.size} such values).{unit} Cut "
-            f"those rows, correct the unit with scale and offset in a channel map, or leave it out: '{channel.name}: null'."
+            f"those rows, correct the unit with scale and offset in a channel map, or leave it out: "
+            f"'{channel.name}: null'."
         )
