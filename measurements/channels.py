@@ -165,8 +165,10 @@ def check_limits(channel: Channel, where: str) -> None:
     outside = np.flatnonzero((channel.value < low) | (channel.value > high))
     if outside.size:
         first = int(outside[0])
+        unit = " Is it in degrees per second?" if channel.name == "r" else ""
         raise LogError(
             f"{where}: {channel.name} ({channel.origin}) must lie within {low:g} to {high:g} [{channel.unit}], got "
-            f"{channel.value[first]:g} at t = {channel.time[first]:.3f} s ({outside.size} such values). Cut those "
-            f"rows, correct the unit with scale and offset in a channel map, or leave it out: '{channel.name}: null'."
+            f"{channel.value[first]:g} at t = {channel.time[first]:.3f} s ({outside.size} such values).{unit} Cut "
+            f"those rows, correct the unit with scale and offset in a channel map, or leave it out: "
+            f"'{channel.name}: null'."
         )

@@ -102,17 +102,17 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     drive = _DRIVES.get(names[0])
     if drive is None or not any(_moves(record, drive, names) for record in having):
         return None
-    if names == ("v",) and _follows([record.log for record in having]):
+    if names[0] == "v" and _follows([record.log for record in having]):
         return None
     value = every[0].value[0]
-    text = (
-        f"{' and '.join(names)} never {'change' if len(names) > 1 else 'changes'} ({value:g} {every[0].unit} in every "
-    )
-    text += f"row) although the boat {drive}"
+    many, first = len(names) > 1, every[0].name
+    listed = " and ".join(names)
+    text = f"{listed} never {'change' if many else 'changes'} ({value:g} {every[0].unit} in every row)"
+    text = f"{text} although the boat {drive}"
     wrong = "a record that was never measured is taken for a measurement"
-    remedy = f"leave it out with '{names[0]}: null' in a channel map, so that it is derived where that can be"
-    short = f"{' and '.join(names)} never change{'' if len(names) > 1 else 's'}"
-    reach = Reach.NUMBERS if names[0] in ("ax", "ay") else Reach.LOG
+    remedy = f"leave it out with '{first}: null' in a channel map, so that it is derived where that can be"
+    short = f"{listed} never change{'' if many else 's'}"
+    reach = Reach.NUMBERS if first in ("ax", "ay") else Reach.LOG
     return Finding(
         "stuck", "defect", text, float(value), every[0].unit, None, names, wrong, remedy, short=short, reach=reach
     )
