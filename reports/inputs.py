@@ -122,6 +122,8 @@ def read_inputs(
         read_log(name, frame=axes, channel_map=channels, namespace=namespace, progress=reading) for name in names
     )
     inspections = [inspect_log(log, model) for log in read]
+    if any(inspection.plan.missing for inspection in inspections):
+        prepare(read, model, WEAK)  # what is missing is told before what is wrong with the rest
     told_of = [_alignment_notes(inspection, as_is) for inspection in inspections]
     out_of_step = [note for notes, _ in told_of for note in notes]
     warnings = (*(text for _, broken in told_of for text in broken), *sound(inspections, model, as_is))

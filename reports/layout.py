@@ -1,5 +1,6 @@
 """What every screen on the terminal is made of: headings, bullets, and tables that fit the width that there is."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ from rich.text import Text
 from ..physics.printable import one_line, printable, shortened
 
 _WIDEST = 1000
+_BLANK = re.compile(r"[ \t\n\r\f\v]+")
+"""What may be wrapped: not the space between a number and its percent sign."""
 
 
 class _Terminal(Console):
@@ -58,7 +61,7 @@ class Prose:
     @property
     def _told(self) -> str:
         """The text as it is shown: one paragraph, at most as long as a message."""
-        return shortened(one_line(" ".join(self.text.split())))
+        return shortened(one_line(_BLANK.sub(" ", self.text).strip(" ")))
 
 
 def plain_table(title: str, caption: str = "") -> Table:

@@ -207,7 +207,8 @@ def _stood_still(
     if np.any(size < _PART * usual) or np.any(size < _NOISE * noise):
         return None
     surge, yaw = left.T - left.T.mean(axis=1, keepdims=True)
-    together = turn * float(surge @ yaw) / float(np.sqrt((surge @ surge) * (yaw @ yaw)))
+    product = float(np.sqrt((surge @ surge) * (yaw @ yaw)))
+    together = turn * float(surge @ yaw) / product if product > 0.0 else 0.0
     if together < (_TOGETHER if modelled else _TOGETHER_LEARNT):
         return None
     text = (
