@@ -1,4 +1,4 @@
-"""Full, small and read-only disks, and users without rights: the earlier result stays, and a message says why."""
+"""Full, small and read-only disks, and folders without permission: the earlier result stays, and a message says why."""
 
 import os
 import subprocess
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from .running import file_limit, nobody, undertow
+from .running import file_limit, powerless, undertow
 from .trial import VERBS, Attack, Ground, Job, Trial, contents, judged
 
 SIZES = (0, 300, 4_000, 30_000, 150_000)
@@ -25,8 +25,7 @@ def attacks(ground: Ground) -> Iterator[Attack]:
     jobs = [_small(ground, verb, left) for verb in WRITING for left in DISKS]
     yield Attack("disks", "a disk with 0 to 400 KiB left (tmpfs)", jobs * (not why), why)
     yield Attack("disks", "a read-only disk", [_read_only(ground, verb) for verb in WRITING] * (not why), why)
-    why = "" if root else "needs root, to become nobody"
-    yield Attack("disks", "a folder of somebody else", [_foreign(ground, verb) for verb in WRITING] * root, why)
+    yield Attack("disks", "folders without permission to write", [_forbidden(ground, verb) for verb in WRITING])
     jobs = [_nowhere(ground, verb, out) for verb in WRITING if "--out" in VERBS[verb] for out in NOWHERE]
     yield Attack("disks", f"--out {', '.join(NOWHERE)}", jobs)
 
@@ -94,12 +93,14 @@ def _read_only(ground: Ground, verb: str) -> Job:
     return job
 
 
-def _foreign(ground: Ground, verb: str) -> Job:
+def _forbidden(ground: Ground, verb: str) -> Job:
     def job(folder: Path) -> Trial:
         before = ground.laid(folder)
-        folder.parent.chmod(0o755)
-        folder.chmod(0o755)
-        end = undertow(*VERBS[verb], cwd=folder, before=nobody)
+        for place in (folder, folder / "mon", folder / "net"):
+            place.chmod(0o555)
+        end = undertow(*VERBS[verb], cwd=folder, before=powerless)
+        for place in (folder, folder / "mon", folder / "net"):
+            place.chmod(0o755)
         return ground.tried(verb, folder, before, end, (2,))
 
     return job
