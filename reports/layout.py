@@ -12,7 +12,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from ..physics.printable import one_line, printable, shortened
+from ..physics.printable import printable, shortened
 
 _WIDEST = 1000
 
@@ -58,7 +58,7 @@ class Prose:
     @property
     def _told(self) -> str:
         """The text as it is shown: one paragraph, at most as long as a message."""
-        return shortened(one_line(" ".join(self.text.split())))
+        return shortened(printable(self.text))
 
 
 def plain_table(title: str, caption: str = "") -> Table:
