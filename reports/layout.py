@@ -1,6 +1,5 @@
 """What every screen on the terminal is made of: headings, bullets, and tables that fit the width that there is."""
 
-import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,11 +12,9 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from ..physics.printable import one_line, printable, shortened
+from ..physics.printable import printable, shortened
 
 _WIDEST = 1000
-_BLANK = re.compile(r"[ \t\n\r\f\v]+")
-"""What may be wrapped: not the space between a number and its percent sign."""
 
 
 class _Terminal(Console):
@@ -61,7 +58,7 @@ class Prose:
     @property
     def _told(self) -> str:
         """The text as it is shown: one paragraph, at most as long as a message."""
-        return shortened(one_line(_BLANK.sub(" ", self.text).strip(" ")))
+        return shortened(printable(self.text))
 
 
 def plain_table(title: str, caption: str = "") -> Table:
