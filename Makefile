@@ -20,7 +20,7 @@ demo: $(READY)
 	@$(BIN)/undertow demo
 
 test: $(READY)
-	@$(BIN)/pytest
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest
 
 # The variable keeps pyright from asking the npm registry for a newer version.
 lint: $(READY)

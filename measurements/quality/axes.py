@@ -19,7 +19,7 @@ from .regression import CI
 _TIMES = 12.0
 """Standard errors that a ratio must reach to be spoken of: a sixth of itself either way is the widest interval."""
 _BETTER = 4.0
-"""Times less that another rule must leave of the track: 400 is the least that the right rule has over others in logs of
+"""Times less that another rule must leave of the track: 11 is the least that the right rule has over others in logs of
 real boats that turn, 1 what all have where the boat goes straight."""
 _LEAST = 2e-4
 """Share of the track that every rule leaves, by rounding and interpolation."""

@@ -26,6 +26,9 @@ _REACH = (-0.6, 1.0)
 """Delays about the one that explains the commands' answer best in which it is looked for closely [s]."""
 _FAR = (-5.0, 5.0)
 """Delays between records of one quantity that are looked for [s]: clocks that were set by hand are seconds apart."""
+_APART = 0.3
+"""Delay from which a record that forces are made of tells of another manoeuvre than the rest of the log [s]: a third of
+the shortest period of a command, and more than any lag of a receiver."""
 _FOLLOWS = 0.6
 _ANSWERS = 0.5
 """Share of a record that the other must explain, in the band of their comparison, before its delay means anything."""
@@ -38,7 +41,10 @@ _SURE = 0.02
 
 @dataclass(frozen=True, slots=True)
 class _Comparison:
-    """Two records of one quantity: how they are made of a record, and what a delay between them does."""
+    """Two records of one quantity: how they are made of a record, and what a delay between them does.
+
+    Beyond the delays `fatal` [s], every finding would be about the clocks.
+    """
 
     late: str
     reference: str
@@ -47,6 +53,7 @@ class _Comparison:
     response: Callable[[Record, Stretch], Response]
     consequence: str
     tolerance: float = _IN_STEP
+    fatal: tuple[float, float] = (-np.inf, np.inf)
     alike: tuple[float, float] = _ALIKE
 
 
@@ -82,6 +89,7 @@ _COMPARISONS = (
         frozenset({"psi", "r"}),
         _turning,
         "yaw rate and heading tell of different instants; a thruster lag of that size is no finding",
+        fatal=(-_APART, _APART),
     ),
     _Comparison(
         "the surge speed",
@@ -91,6 +99,7 @@ _COMPARISONS = (
         _made_good,
         "speeds and positions tell of different instants; a lag of that size is no finding",
         alike=(0.4, 1.25),
+        fatal=(-np.inf, _APART),  # a position that is late is no force's concern
     ),
     _Comparison(
         "the accelerometer",
@@ -163,9 +172,10 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag]) -> Findin
     order = "after" if lag.seconds > 0 else "before"
     text = f"{pair.late} tells of a motion {abs(lag.seconds):.2f} s {order} {pair.reference} does{between}"
     shifts = dict.fromkeys(pair.channels, -lag.seconds)
+    apart = low > pair.fatal[1] or high < pair.fatal[0]
     return Finding(
         "clocks",
-        "warning",
+        "defect" if apart else "warning",
         text,
         lag.seconds,
         "s",
@@ -175,6 +185,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag]) -> Findin
         f"move {' and '.join(pair.channels)} by {-lag.seconds:+.2f} s",
         Fix(f"stamps of {' and '.join(pair.channels)} moved by {-lag.seconds:+.3f} s", _move(shifts)),
         short=f"{pair.late} is {abs(lag.seconds):.2f} s {order} {pair.reference}",
+        reach=Reach.LOG if apart else Reach.NUMBERS,
     )
 
 
