@@ -7,7 +7,7 @@ columns cost a matrix product each.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -16,17 +16,31 @@ from ..physics.frames import Array
 from ..physics.vehicle import Vehicle
 from .rollings import Rollings
 
-if TYPE_CHECKING:
-    from .shooting import Shooting
-
 _STEP = 1e-4
 """Change of a velocity or a heading by which a derivative is taken [m/s, m/s, rad/s, rad]."""
+
+
+class Rolled(Protocol):
+    """What a tangent asks of the rollouts that it is laid along; see `shooting.Shooting`."""
+
+    @property
+    def data(self) -> Rollings:
+        """What no vehicle changes."""
+        ...
+
+    def with_noise(self, balance: Array) -> Array:
+        """A balance and its noisier copy, (2, tests, 3)."""
+        ...
+
+    def finished(self, errors: Array) -> Array:
+        """Errors (bins, 3, starts) as rows (tests, 3)."""
+        ...
 
 
 class Tangent:
     """The balance of a shooting form for models near a base model."""
 
-    def __init__(self, form: "Shooting", base: Vehicle) -> None:
+    def __init__(self, form: "Rolled", base: Vehicle) -> None:
         self.form, self.base = form, base
         data = form.data
         self._states = data.states(base)
