@@ -3,7 +3,7 @@
 import sys
 
 if __name__ == "__main__" or sys.argv[0].endswith(("undertow", "undertow.exe")):  # not when it is imported
-    from .reports.interruption import listen
+    from .cli.interruption import listen
 
     listen()  # before anything else: what follows takes a second, in which Ctrl-C is pressed too
 
@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .physics.effects import EFFECTS
-from .reports.console import (
+from .cli.console import (
     check_here,
     failing_clearly,
     interrupted,
@@ -29,10 +28,11 @@ from .reports.console import (
     show,
     tell_replaced,
 )
+from .physics.effects import EFFECTS
 
 if TYPE_CHECKING:
     from .discovery.findings import FoundEffect, Step
-    from .reports.inputs import Inputs
+    from .workflows.inputs import Inputs
 
 app = typer.Typer(
     name="undertow",
@@ -146,12 +146,12 @@ def inspect(
     Exit code 1 for a log with a defect, or one that cannot be used; with --fix, where the repaired log has one.
     """
     with failing_clearly():
-        from .measurements.channel_map import map_text
+        from .measurements.channels.channel_map import map_text
         from .physics.files import write_text
         from .physics.marks import on_top
         from .physics.vehicle import load_vehicle
-        from .reports.looked_over import look_over
-        from .reports.reading_progress import reading_progress
+        from .reports.terminal.reading_progress import reading_progress
+        from .workflows.inspect import look_over
 
         earlier = _earlier(
             (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
@@ -169,7 +169,7 @@ def inspect(
         if as_json:
             print_json(found)
         else:
-            from .reports.inspected import fixed_text, inspection_screen, inspections_screen
+            from .reports.terminal.inspection_screen import fixed_text, inspection_screen, inspections_screen
 
             show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
             of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
@@ -204,7 +204,7 @@ def compare(
     """Compare models with measurements on the same rows: which to trust, by how much, and where they fail."""
     with failing_clearly():
         from .physics.files import write_json
-        from .reports.compare import compare as compare_models
+        from .workflows.compare import compare as compare_models
 
         targets = (("--out", "compare", out), ("--series", "compare --series", series))
         earlier = _earlier(targets, (logs, vehicle, channels, model), force=force)
@@ -216,9 +216,9 @@ def compare(
         if as_json:
             print_json(found.to_dict())
         else:
-            from .reports.compared import best_text, comparison_table, notes_list
-            from .reports.failing.screen import failures_table, structure_list
-            from .reports.failing.whose import told_of
+            from .comparison.failing.whose import told_of
+            from .reports.terminal.comparison_screen import best_text, comparison_table, notes_list
+            from .reports.terminal.failures_screen import failures_table, structure_list
 
             _warn(found.warnings)
             table = comparison_table(found.models, found.split, found.differences)
@@ -258,8 +258,8 @@ def check(
     """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
     with failing_clearly():
         from .physics.files import write_json
-        from .reports.checked import check as judge
-        from .reports.reading_progress import reading_progress
+        from .reports.terminal.reading_progress import reading_progress
+        from .workflows.check import check as judge
 
         earlier = _earlier((("--out", "check", out),), (model, logs, vehicle, channels), force=force)
         with reading_progress(progress) as reading:
@@ -279,7 +279,7 @@ def check(
         if as_json:
             print_json(found.to_dict())
         else:
-            from .reports.audited import audit_screen, headline
+            from .reports.terminal.audit_screen import audit_screen, headline
 
             prose(headline(found))
             show(*audit_screen(found))
@@ -333,8 +333,8 @@ def fit(
     """Calibrate the parameters that the vehicle model has, under the laws of energy."""
     with failing_clearly():
         from .discovery.settings import DiscoverySettings
-        from .reports import terminal
-        from .reports.fitted import fit as calibrate
+        from .reports.terminal import findings_screen as terminal
+        from .workflows.fit import fit as calibrate
 
         earlier = _earlier((("--out", "fit", out),), (logs, vehicle, channels), force=force)
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
@@ -374,8 +374,8 @@ def add(
     """Add effects by name, refit, and print the error before and after."""
     with failing_clearly():
         from .physics.errors import RequestError
-        from .reports.folder import read_run_inputs
-        from .reports.run import add as add_named
+        from .workflows.discover_and_add import add as add_named
+        from .workflows.run_folder.write import read_run_inputs
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
@@ -409,7 +409,7 @@ def add(
             wanted = {key: content[key] for key in ("warnings", "steps", "candidates", "unnamed")}
             print_json({"schema": "undertow.added/1", **wanted})
             return
-        from .reports.terminal import added_table, energy_text, unnamed_table
+        from .reports.terminal.findings_screen import added_table, energy_text, unnamed_table
 
         say("")
         _warn(findings.warnings)
@@ -462,8 +462,8 @@ def train(
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
     with failing_clearly():
-        from .reports import trained
-        from .reports.training_progress import training_progress
+        from .reports.terminal.training_progress import training_progress
+        from .workflows import train as trained
 
         trained.check_folder(out, resume, (logs, vehicle, channels), force=force)
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
@@ -493,14 +493,14 @@ def train(
         if as_json:
             print_json(done.to_dict())
             return
-        from .reports.compared import comparison_table
+        from .reports.terminal.comparison_screen import comparison_table
 
         say("")
         _warn(done.inputs.warnings)
         prose(" ".join(done.sentences))
         show(comparison_table(done.models, done.inputs.parts.judge))
         if done.distilled is not None:
-            from .reports.distilled import distilled_table
+            from .reports.terminal.distillation_screen import distilled_table
 
             show(distilled_table(done.distilled))
         say(f"Network: {out} (model.yaml, weights.safetensors{', distillation.json' * explain})")
@@ -521,7 +521,7 @@ def explain(
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     with failing_clearly():
         from .discovery.settings import DiscoverySettings
-        from .reports.distilled import distil, distilled_table
+        from .reports.terminal.distillation_screen import distil, distilled_table
 
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
         found = distil(model, inputs, DiscoverySettings(seed=seed), progress)
@@ -552,7 +552,7 @@ def simulate(
     with failing_clearly():
         from .physics.errors import RequestError
         from .physics.vehicle import load_vehicle
-        from .physics.worlds import parse_effect, simulate_world
+        from .physics.worlds.world import parse_effect, simulate_world
 
         earlier = _earlier((("--out", "simulate", out),), (vehicle,), force=force)
         hidden: dict[str, tuple[float, ...]] = {}
@@ -591,7 +591,7 @@ def report(
 ) -> None:
     """Write the HTML page of run folders, one page of several, and PDF."""
     with failing_clearly():
-        from .reports.reported import report as report_runs
+        from .workflows.report import report as report_runs
 
         for path in report_runs(runs, models=model or [], pdf=pdf, out=out, force=force, progress=progress):
             say(f"{path}")
@@ -602,7 +602,7 @@ def main() -> None:
 
     130 when interrupted (Ctrl-C), 143 when terminated.
     """
-    from .reports.interruption import finish
+    from .cli.interruption import finish
 
     open_streams()
     check_here()
@@ -628,11 +628,11 @@ def _discover(
 
     begun = time.perf_counter()
     from .discovery.settings import DiscoverySettings
-    from .reports import terminal
-    from .reports.failing import screen
-    from .reports.folder import write_run
-    from .reports.outcome import opening
-    from .reports.run import discover as find
+    from .reports.page.outcome import opening
+    from .reports.terminal import failures_screen as screen
+    from .reports.terminal import findings_screen as terminal
+    from .workflows.discover_and_add import discover as find
+    from .workflows.run_folder.write import write_run
 
     run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
@@ -664,7 +664,7 @@ def _discover(
 
 
 def _show_steps(steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = ()) -> None:
-    from .reports.terminal import error_left, steps_table
+    from .reports.terminal.findings_screen import error_left, steps_table
 
     show(steps_table(steps, candidates))
     prose(error_left(steps))
@@ -679,8 +679,8 @@ def _read(
     namespace: str | None = None,
     as_is: bool = False,
 ) -> "Inputs":
-    from .reports.inputs import read_inputs
-    from .reports.reading_progress import reading_progress
+    from .reports.terminal.reading_progress import reading_progress
+    from .workflows.inputs import read_inputs
 
     with reading_progress(progress) as reading:
         return read_inputs(
@@ -725,7 +725,7 @@ def _is_log(word: str) -> bool:
 
 
 def _check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:
-    from .reports.folder import check_target
+    from .workflows.run_folder.write import check_target
 
     check_target(out, reads, report=report, force=force)
 
@@ -734,7 +734,7 @@ def _earlier(
     targets: Iterable[tuple[str, str, Path | None]], reads: Iterable[Any], *, force: bool = False
 ) -> list[Path]:
     """Check the files to be written, each with its option and what writes it; give those that are there already."""
-    from .reports.targets import Kind, check_targets
+    from .workflows.run_folder.targets import Kind, check_targets
 
     return check_targets([(option, Kind(by), path) for option, by, path in targets], reads, force=force)
 

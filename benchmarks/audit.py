@@ -29,23 +29,23 @@ from honest import HONEST
 from planted import THIN, WIDE, Case
 from torch import Tensor, nn
 
-from undertow.measurements.standardisation import Standardisation
+from undertow.comparison.audit import Audit, audit
+from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.files import write_text
 from undertow.physics.frames import Array
-from undertow.physics.laws import Envelope, damping_power
+from undertow.physics.laws.damping_power import Envelope, damping_power
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.audit import Audit, audit
-from undertow.reports.checked import check
-from undertow.reports.inputs import read_inputs
-from undertow.reports.trained import settings_with, train
-from undertow.residuals.foreign import FunctionModel
-from undertow.residuals.inputs import input_names
-from undertow.residuals.models import Model, VehicleModel
-from undertow.residuals.network_model import NetworkModel, scaling_of
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.models.foreign import FunctionModel
+from undertow.residuals.models.network_inputs import input_names
+from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.base import Memory, Network, Scaling
 from undertow.residuals.networks.registry import build
+from undertow.workflows.check import check
+from undertow.workflows.inputs import read_inputs
+from undertow.workflows.train import settings_with, train
 
 _REPORTED = 100
 """First seed of models whose figures are reported; those below were used while the search was made."""

@@ -4,16 +4,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from undertow.physics.audit.trial import possible_commands, reachable
-from undertow.physics.energy import full_force
 from undertow.physics.frames import Array
-from undertow.physics.laws import damping_power
+from undertow.physics.laws.audit.trial import possible_commands, reachable
+from undertow.physics.laws.damping_power import damping_power
+from undertow.physics.laws.energy import full_force
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.thrusters import TableCurve, Thruster, command_of
-from undertow.physics.typical_effects import random_hull
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.residuals.foreign import FunctionModel
-from undertow.residuals.models import VehicleModel
+from undertow.physics.worlds.typical_effects import random_hull
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.models.foreign import FunctionModel
 
 Force = Callable[[Array, Array, Array], Array]
 """Force (n, 3) [N, N, N m] from velocity (n, 3), heading (n,) and commands (n, thrusters)."""

@@ -12,17 +12,17 @@ import argparse
 
 import numpy as np
 
-from undertow.discovery.calibratable import calibratable, nuisance_candidates
-from undertow.discovery.calibrate import Fitted, calibrate, convex_step, rollout_step
-from undertow.discovery.rollouts import rollout_squares
-from undertow.discovery.search import Search
+from undertow.discovery.balance.rollout_test import rollout_squares
+from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.calibration.calibrate import Fitted, calibrate, convex_step, rollout_step
+from undertow.discovery.candidates.nuisance import calibratable, nuisance_candidates
+from undertow.discovery.search.bootstrap import block_bootstrap
+from undertow.discovery.search.floating import Search
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.uncertainty import block_bootstrap
-from undertow.discovery.weak import WeakForm
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import random_hull, simulate_world
+from undertow.physics.worlds.world import random_hull, simulate_world
 
 WORLDS = (
     ("blueboat", "field", "rich", 0.0),

@@ -21,11 +21,11 @@ import numpy as np
 
 from undertow.physics.effects import EFFECTS
 from undertow.physics.errors import RequestError
-from undertow.physics.typical_effects import random_hull, typical_effect
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.inputs import read_inputs
-from undertow.reports.run import Run, discover
+from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.discover_and_add import Run, discover
+from undertow.workflows.inputs import read_inputs
 
 OUTSIDE = {"steady_current", "mean_wind", "apparent_wind"}
 LATE = {"thruster_lag", "input_delay"}

@@ -14,8 +14,8 @@ import argparse
 import numpy as np
 
 import undertow
-from undertow.discovery.calibratable import calibratable
-from undertow.physics.worlds import NOISE, World, random_hull
+from undertow.discovery.candidates.nuisance import calibratable
+from undertow.physics.worlds.world import NOISE, World, random_hull
 
 DURATION, HALF = 300.0, 150.0
 SETTLED, WARM = 30.0, 20.0

@@ -30,8 +30,8 @@ MEMORY = int(1.3e9)
 
 def _work(name: str, seeds: range, draw: bool, channel: Connection) -> None:
     """Use spoilt files, and tell what became of each."""
-    from undertow.reports import svg
-    from undertow.reports.markup import Html
+    from undertow.reports.page.figures import svg
+    from undertow.reports.page.markup import Html
 
     if not draw:
         svg.inline = lambda text, label: Html("")

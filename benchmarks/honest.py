@@ -6,11 +6,11 @@ import numpy as np
 from boats import dragged, ends, function, scaled, sister, thruster
 from planted import Case, Draw, Make
 
-from undertow.physics.energy import full_force
 from undertow.physics.frames import Array
+from undertow.physics.laws.energy import full_force
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.vehicle import Vehicle
-from undertow.residuals.models import Model
+from undertow.residuals.models.base import Model
 
 
 def stiff(rate: float, axis: int, formula: bool = False) -> Make:

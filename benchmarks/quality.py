@@ -23,13 +23,13 @@ import numpy as np
 from study.planting import DEFECTS, SPEED_DEFECTS, Defect, autopilot_log
 from study.remedies import FAULTS, SPEED_FAULTS, Fault, accused
 
-from undertow.measurements.channels import Channel
+from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
 from undertow.physics.files import write_text
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds import NOISE, Sensors, simulate_world
+from undertow.physics.worlds.world import NOISE, Sensors, simulate_world
 
 ACCUSED = ("warning", "defect")
 PROGRAMMES = ("rich", "zigzag", "gentle")

@@ -22,7 +22,7 @@ from round_trip import world
 from telemetry_files import telemetry_of
 from ulog_files import ulog_of
 
-from undertow.measurements.formats.autopilot import silenced
+from undertow.measurements.formats.autopilots.autopilot import silenced
 from undertow.measurements.log import read_log
 
 DATAFLASH = ["XKF1", "XKF4", "IMU", "RCOU", "PARM"]

@@ -11,12 +11,12 @@ import argparse
 
 import numpy as np
 
-from undertow.discovery.calibratable import calibratable
+from undertow.discovery.candidates.nuisance import calibratable
 from undertow.discovery.discover import find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.effects import effect_named
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import random_hull, simulate_world, typical_effect
+from undertow.physics.worlds.world import random_hull, simulate_world, typical_effect
 
 WORLDS = (("blueboat", "field", "rich"), ("blueboat", "field", "gentle"), ("blueboat", "rough", "rich"))
 WORLDS += (("otter", "rough", "rich"), ("cybership2", "field", "rich"))

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 UNDERTOW = [sys.executable, "-m", "undertow"]
 HIDDEN = {"surge_quadratic_damping": -6.0, "thruster_asymmetry": 0.8, "steady_current": (0.2, -0.1), "sway_lift": 8.0}

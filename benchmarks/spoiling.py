@@ -25,9 +25,9 @@ from undertow.measurements.log import Log, read_log
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.files import write_text
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds import random_hull, simulate_world
-from undertow.reports.inputs import read_inputs
-from undertow.reports.run import discover
+from undertow.physics.worlds.world import random_hull, simulate_world
+from undertow.workflows.discover_and_add import discover
+from undertow.workflows.inputs import read_inputs
 
 GAZEBO = Path(__file__).resolve().parents[1].parent / "shared" / "data" / "gazebo"
 HIDDEN = "surge_quadratic_damping"

@@ -19,14 +19,14 @@ from dataclasses import replace
 import torch
 from torch.utils.data import DataLoader, TensorDataset
 
-from undertow.measurements.dataset import PAPER, DataSet
-from undertow.measurements.derive import smooth
-from undertow.measurements.split import Split, split
+from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.derive import smooth
+from undertow.measurements.preparation.split import Split, split
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.residuals.preparation import Prepared, prepare_training
-from undertow.residuals.settings import TrainingSettings
-from undertow.residuals.training import one_pass, train
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.training.epochs import one_pass, train
+from undertow.residuals.training.preparation import Prepared, prepare_training
+from undertow.residuals.training.training_settings import TrainingSettings
 
 HULL = load_vehicle("blueboat")
 HIDDEN = {"surge_quadratic_damping": -8.0, "sway_lift": 15.0}

@@ -15,19 +15,19 @@ from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .balance.rollout_test import rollouts_object
+from .balance.sensor_errors import part_by_sight
 from .basis import Basis, choose
-from .conclude import Grounds, conclude
+from .candidates.linearisation import Candidate, candidates, measurable
+from .candidates.unnamed_terms import term_candidate
 from .discover import Discovery
-from .evidence import weigh
-from .library import term_candidate
-from .nuisance import part_by_sight
-from .options import Candidate, candidates, measurable
-from .passivity import lawful_model
-from .rollouts import rollouts_object
-from .search import Search, State
+from .evidence.verdicts import Grounds, conclude
+from .evidence.weighing import weigh
+from .lawful.passivity import lawful_model
+from .search.bootstrap import intervals
+from .search.floating import Search, State
 from .selection import disagreements, modest, on_rollouts, slender
 from .settings import DiscoverySettings
-from .uncertainty import intervals
 
 _KEPT = "the nominal model's own parameters stay as its file has them: none is calibrated beside the effects"
 

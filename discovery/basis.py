@@ -11,13 +11,13 @@ from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import SEEING, Balance
+from .balance.sensor_errors import Nuisances, nuisances
+from .balance.shooting import Shooting, ShootingSettings
+from .balance.weak_form import WeakForm
+from .candidates.linearisation import Candidate, candidates, measurable
 from .colour import why_rollouts
-from .nuisance import Nuisances, nuisances
-from .options import Candidate, candidates, measurable
-from .search import Search
+from .search.floating import Search
 from .settings import DiscoverySettings
-from .shooting import Shooting, ShootingSettings
-from .weak import WeakForm
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,9 +12,9 @@ import numpy as np
 from ..measurements.compass import compass_of
 from ..physics.frames import AXES, FORCE_UNITS, Array
 from ..physics.matrices import mass_matrix
-from .library import features_along
-from .search import Search
-from .weak import WeakForm
+from .balance.weak_form import WeakForm
+from .candidates.unnamed_terms import features_along
+from .search.floating import Search
 
 COLOURED = 2.0
 """A force error that no model explains, above this many times what white noise makes, is coloured."""

@@ -9,21 +9,21 @@ from threadpoolctl import threadpool_limits
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .advice import advise, open_questions
+from .balance.sensor_errors import believed, misalignment
 from .basis import Basis, choose
-from .conclude import Grounds, conclude, unmeasured
-from .doubts import doubts
-from .ensemble import inclusion
-from .evidence import Evidence
+from .calibration.beside_effects import CALIBRATED, with_calibration
+from .candidates.linearisation import Kind
+from .evidence.inclusion import inclusion
+from .evidence.limits import doubts
+from .evidence.verdicts import Grounds, conclude, unmeasured
+from .evidence.weighing import Evidence
+from .experiment.advice import advise, open_questions
 from .findings import Findings
-from .nuisance import believed, misalignment
-from .options import Kind
-from .passivity import lawful_model
-from .refit import CALIBRATED, with_calibration
-from .search import Search, State
+from .lawful.passivity import lawful_model
+from .search.bootstrap import Interval, intervals
+from .search.floating import Search, State
 from .selection import ENOUGH_BLOCKS, TOO_SHORT, Selected, select, settle, steps
 from .settings import DiscoverySettings
-from .uncertainty import Interval, intervals
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,13 +12,13 @@ from pydantic import (
     model_serializer,
 )
 
+from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
-from ..physics.record import Flag, Number, Record, Whole, absent
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
-from .price import Passivity
+from .identifiability.visible import Identifiability
+from .lawful.price import Passivity
 from .reason import Reason
-from .uncertainty import Interval
-from .visible import Identifiability
+from .search.bootstrap import Interval
 
 Verdict = Literal["missing", "possible", "no evidence"]
 

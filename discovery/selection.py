@@ -14,22 +14,22 @@ from ..physics.frames import AXES
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
+from .balance.rollout_test import WHOLE_HORIZON, rollout_squares, rollouts_object
+from .balance.sensor_errors import part_by_sight
+from .balance.shooting import ShootingSettings
+from .balance.weak_form import WeakForm
 from .basis import Basis
-from .equivalent import in_plain_words
-from .evidence import TELL_APART, Evidence, weigh
-from .faint import with_faint
-from .identifiability import identify
-from .library import shortlist, term_candidate, twins
-from .nuisance import part_by_sight
-from .options import Candidate, Kind
-from .polish import polish
-from .refit import Freed, freed
-from .rehearsal import Rehearsal, plausible_amounts, rehearse
-from .rollouts import WHOLE_HORIZON, rollout_squares, rollouts_object
-from .search import Search, State
-from .shooting import ShootingSettings
-from .visible import Identifiability
-from .weak import WeakForm
+from .calibration.beside_effects import Freed, freed
+from .candidates.linearisation import Candidate, Kind
+from .candidates.unnamed_terms import shortlist, term_candidate, twins
+from .evidence.quiet_axes import with_faint
+from .evidence.weighing import TELL_APART, Evidence, weigh
+from .identifiability.identifiable_effects import identify
+from .identifiability.rehearsal import Rehearsal, plausible_amounts, rehearse
+from .identifiability.visible import Identifiability
+from .search.equivalents import in_plain_words
+from .search.floating import Search, State
+from .search.output_error import polish
 
 ENOUGH_BLOCKS = 5
 """Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 from .balance.base import WeakSettings
-from .scoring import SearchSettings
-from .shooting import ShootingSettings
+from .balance.shooting import ShootingSettings
+from .search.scoring import SearchSettings
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import undertow
-from undertow.discovery.adapt import Adapted
-from undertow.physics.worlds import NOISE, World
+from undertow.discovery.calibration.adapt import Adapted
+from undertow.physics.worlds.world import NOISE, World
 
 TRUTH, FOLLOWED, NOMINAL = "#1b2329", "#0072b2", "#d55e00"
 INK, MUTED, GRID, BAND, REST = "#1b2329", "#5d6a75", "#dfe4e8", "#bcdcf0", "#eef1f3"

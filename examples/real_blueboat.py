@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from undertow.discovery.balance.sensor_errors import nuisances
 from undertow.discovery.discover import Discovery, find_missing
-from undertow.discovery.nuisance import nuisances
-from undertow.discovery.polish import polish
-from undertow.measurements.dataset import PAPER, WEAK
+from undertow.discovery.search.output_error import polish
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.prepare import prepare
+from undertow.measurements.preparation.dataset import PAPER, WEAK
+from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import SPEED_LIMIT, rollout
 from undertow.physics.vehicle import Vehicle, vehicle_from_dict

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..physics.errors import LogError
+from .channels.mapping import some
 from .formats.base import read_head
 from .formats.registry import expected, format_of
-from .mapping import some
 
 _PATTERN = frozenset("*?[")
 _LISTED = 8

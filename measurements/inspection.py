@@ -12,16 +12,16 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .activity import Excitation, excitation_of
 from .alignment import Alignment, align, noise_level
-from .channel_map import map_dict
-from .channels import Channel, Lost, command_kind
-from .dataset import PAPER, WEAK, Recipe
+from .canonical import Channel, Lost, command_kind
+from .channels.channel_map import map_dict
 from .log import Log
-from .needs import problems
-from .prepare import native_rate, prepare, shortfall, usable_spans
+from .preparation.dataset import PAPER, WEAK, Recipe
+from .preparation.needs import problems
+from .preparation.prepare import native_rate, prepare, shortfall, usable_spans
+from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
 from .quality.record import Record
-from .resampling import gap_limit, gaps
 
 SCHEMA = "undertow.inspection/1"
 SCHEMA_OF_SEVERAL = "undertow.inspections/1"

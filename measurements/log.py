@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from .channel_map import Entry, read_channel_map
-from .channels import Channel
+from .canonical import Channel
+from .channels.channel_map import Entry, read_channel_map
+from .channels.mapping import map_channels
+from .channels.namespaces import check_namespace, is_under
+from .channels.recognition import is_vertical_acceleration, recognise
 from .formats.base import Name, Request
 from .formats.registry import read_recording
-from .mapping import map_channels
-from .namespaces import check_namespace, is_under
-from .recognition import is_vertical_acceleration, recognise
 
 __all__ = ["Channel", "Log", "read_log"]
 

@@ -1,1 +1,1 @@
-"""What an engineer reads at the end: where the model fails, which effect is missing, and the page that shows it."""
+"""What an engineer reads at the end: words and pictures made of facts that were found on the floors below."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..discovery.findings import FoundEffect, Step
-from ..discovery.price import Passivity
+from ..discovery.lawful.price import Passivity
 from ..physics.effects import BY_NAME
 
 MINUS = "\N{MINUS SIGN}"

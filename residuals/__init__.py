@@ -1,1 +1,1 @@
-"""Residuals: measured minus modelled, and the scores by which every model is judged alike."""
+"""Residuals: measured minus modelled, the models and networks that answer for them, and scores for all alike."""

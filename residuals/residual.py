@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..measurements.dataset import DataSet
-from ..measurements.derive import accelerations, low_pass
+from ..measurements.preparation.dataset import DataSet
+from ..measurements.preparation.derive import accelerations, low_pass
 from ..physics.forces import modelled_acceleration
 from ..physics.frames import Array
 from ..physics.matrices import mass_matrix

@@ -9,12 +9,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import BeforeValidator
 
-from ..measurements.dataset import DataSet
-from ..measurements.derive import accelerations
+from ..measurements.preparation.dataset import DataSet
+from ..measurements.preparation.derive import accelerations
+from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import Array
-from ..physics.record import Number, Record, Whole
 from ..physics.simulation import SPEED_LIMIT
-from .models import Model
+from .models.base import Model
 from .residual import same_filter
 
 HORIZONS = (2.0, 10.0, 30.0)

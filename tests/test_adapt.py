@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import undertow
-from undertow.discovery.adapt import Adapted, AdaptSettings, adapt
-from undertow.discovery.options import Linearisation, candidates
-from undertow.discovery.rehearsal import plausible_amounts, rehearse
-from undertow.discovery.search import Search, SearchSettings
-from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.calibration.adapt import Adapted, AdaptSettings, adapt
+from undertow.discovery.candidates.linearisation import Linearisation, candidates
+from undertow.discovery.identifiability.rehearsal import plausible_amounts, rehearse
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import NOISE, World
+from undertow.physics.worlds.world import NOISE, World
 
 HULL = load_vehicle("blueboat")
 FOULED = HULL.with_values({"X_uu": -20.0})

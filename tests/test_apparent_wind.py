@@ -10,15 +10,15 @@ from undertow.discovery.add import add_effects
 from undertow.discovery.discover import find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
-from undertow.measurements.prepare import prepare
+from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.forces import apparent_wind, modelled_force
-from undertow.physics.hidden_effects import apply_effects
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.inputs import read_inputs
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")
 WINDAGE = {"wind_x": 0.12, "wind_y": 0.3, "wind_n": -0.04}

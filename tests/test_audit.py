@@ -10,29 +10,29 @@ from typing import Any
 import numpy as np
 import pytest
 
-from undertow.physics.audit.balance import EnergyBalance
-from undertow.physics.audit.base import Law, Ruling
-from undertow.physics.audit.bounded import BoundedSpeed
-from undertow.physics.audit.coriolis import CoriolisWork
-from undertow.physics.audit.damping import PositiveDamping
-from undertow.physics.audit.dissipation import Dissipation, Outside
-from undertow.physics.audit.mass import PositiveMass
-from undertow.physics.audit.registry import LAWS
-from undertow.physics.audit.rest import Rest
-from undertow.physics.audit.search import Box, climb, spread
-from undertow.physics.audit.symmetry import SHARE, MirrorSymmetry, mirror_pairs
-from undertow.physics.audit.thrust import PowerUnderThrust
-from undertow.physics.audit.trial import possible_commands, reachable, rolled
+from undertow.comparison.audit import audit, witness_of
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
-from undertow.physics.laws import Envelope
+from undertow.physics.laws.audit.base import Law, Ruling
+from undertow.physics.laws.audit.bounded import BoundedSpeed
+from undertow.physics.laws.audit.coriolis import CoriolisWork
+from undertow.physics.laws.audit.damping import PositiveDamping
+from undertow.physics.laws.audit.dissipation import Dissipation, Outside
+from undertow.physics.laws.audit.energy_balance import EnergyBalance
+from undertow.physics.laws.audit.mass import PositiveMass
+from undertow.physics.laws.audit.registry import LAWS
+from undertow.physics.laws.audit.rest import Rest
+from undertow.physics.laws.audit.search import Box, climb, spread
+from undertow.physics.laws.audit.symmetry import SHARE, MirrorSymmetry, mirror_pairs
+from undertow.physics.laws.audit.thrust import PowerUnderThrust
+from undertow.physics.laws.audit.trial import possible_commands, reachable, rolled
+from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.matrices import coriolis_matrix, mass_matrix, thruster_matrix
 from undertow.physics.thrusters import neutral_command
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.audit import audit, witness_of
-from undertow.residuals.foreign import FunctionModel, load_function
-from undertow.residuals.models import Model, VehicleModel
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.models.foreign import FunctionModel, load_function
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 HULL = load_vehicle("blueboat")
@@ -560,8 +560,8 @@ def test_a_function_with_other_arguments_is_told_the_signature():
 @pytest.mark.parametrize("pure", [False, True])
 @pytest.mark.parametrize("layers", [1, 2])
 def test_bounds_enclose_the_power_in_every_cell(study: ModuleType, layers: int, pure: bool):
-    from undertow.residuals import bounds
-    from undertow.residuals.network_model import NetworkModel
+    from undertow.residuals.models import bounds
+    from undertow.residuals.models.network_model import NetworkModel
     from undertow.residuals.networks.registry import build
 
     boat = HULL.with_values({"N_v": 3.0, "yaw:|u|r": -4.0, "sway:ur": 2.0, "surge:|v|u": -3.0})
@@ -594,8 +594,8 @@ def test_bounds_enclose_the_power_in_every_cell(study: ModuleType, layers: int, 
 
 
 def test_a_quiet_perceptron_is_proved_and_a_pyramid_is_not(study: ModuleType):
-    from undertow.residuals.bounds import bound_power
-    from undertow.residuals.network_model import NetworkModel
+    from undertow.residuals.models.bounds import bound_power
+    from undertow.residuals.models.network_model import NetworkModel
 
     quiet = NetworkModel(HULL, study.quiet("mlp", 1), 0.1)
     assert judged(Dissipation(), quiet).proof == "interval bounds"

@@ -12,10 +12,10 @@ from verbs import done, inspected, refused, strict
 
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports import reading_progress
-from undertow.reports.folder import read_run_inputs
-from undertow.reports.inputs import read_inputs
+from undertow.physics.worlds.world import simulate_world
+from undertow.reports.terminal import reading_progress
+from undertow.workflows.inputs import read_inputs
+from undertow.workflows.run_folder.write import read_run_inputs
 
 BOAT = load_vehicle("blueboat")
 

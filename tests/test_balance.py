@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from undertow.physics.balance import balances, beside_the_balance
 from undertow.physics.forces import ForceEquation, apparent_wind, relative_velocity
+from undertow.physics.momentum_balance import balances, beside_the_balance
 from undertow.physics.vehicle import load_vehicle
 
 FULL = {

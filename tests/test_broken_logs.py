@@ -13,10 +13,10 @@ from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds import simulate_world
-from undertow.reports.folder import read_run_inputs
-from undertow.reports.inputs import _alignment_notes, read_inputs
-from undertow.reports.run import add
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.discover_and_add import add
+from undertow.workflows.inputs import _alignment_notes, read_inputs
+from undertow.workflows.run_folder.write import read_run_inputs
 
 HULL = load_vehicle("blueboat")
 ALONE = r"newton_stbd is reversed: .*'newton_stbd: \{from: command:newton_stbd, scale: -1\}'.*--as-is"
@@ -88,7 +88,8 @@ def test_a_sound_log_is_taken_without_a_word(whole: Path):
 def test_as_is_goes_on_and_says_so_above_everything(reversed_: Path, here: Path, monkeypatch: pytest.MonkeyPatch):
     quick = ["surge_quadratic_damping"]  # a search of the whole catalogue for what a reversed thruster is takes long
     monkeypatch.setattr(
-        "undertow.reports.run.discover", lambda inputs, *_, **__: replace(add(quick, inputs), verb=("discover",))
+        "undertow.workflows.discover_and_add.discover",
+        lambda inputs, *_, **__: replace(add(quick, inputs), verb=("discover",)),
     )
     result = call("discover", reversed_, "-v", "blueboat", "-o", "run", "--as-is")
     assert result.exit_code == 0, result.stderr

@@ -3,22 +3,22 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.calibratable import beside, calibratable, nuisance_candidates
-from undertow.discovery.calibrate import Calibration, calibrate
+from undertow.discovery.balance.shooting import Shooting, ShootingSettings
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.calibration.beside_effects import CALIBRATED
+from undertow.discovery.calibration.calibrate import Calibration, calibrate
+from undertow.discovery.candidates.linearisation import candidates
+from undertow.discovery.candidates.nuisance import beside, calibratable, nuisance_candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.identified import identified
-from undertow.discovery.options import candidates
-from undertow.discovery.refit import CALIBRATED
-from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.identifiability.identifiable_parameters import identified
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.shooting import Shooting, ShootingSettings
-from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.errors import RequestError
-from undertow.physics.laws import envelope_of, mass_margin, worst_dissipation
+from undertow.physics.laws.damping_power import envelope_of, mass_margin, worst_dissipation
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import random_hull, simulate_world
+from undertow.physics.worlds.world import random_hull, simulate_world
 
 HULL = load_vehicle("blueboat")
 STEADY = HULL.with_values({"N_r": -200.0})

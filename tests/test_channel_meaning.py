@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from bags import EPOCH, Message, nanoseconds, write_ros1, write_ros2
 
-from undertow.measurements.channel_map import map_text
+from undertow.measurements.channels.channel_map import map_text
 from undertow.measurements.geodesy import local_metres
 from undertow.measurements.log import read_log
-from undertow.measurements.needs import problems
-from undertow.measurements.prepare import prepare
+from undertow.measurements.preparation.needs import problems
+from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.frames import body_to_earth
 from undertow.physics.vehicle import load_vehicle
 

@@ -14,12 +14,12 @@ import yaml
 from verbs import call, strict
 
 import undertow
+from undertow.comparison.audit import audit
 from undertow.physics.errors import RequestError
-from undertow.physics.laws import Envelope, envelope_of
+from undertow.physics.laws.damping_power import Envelope, envelope_of
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.audit import audit
-from undertow.residuals.models import VehicleModel
-from undertow.residuals.onnx_model import onnx_model
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.models.onnx_model import onnx_model
 
 HULL = load_vehicle("blueboat")
 HAS_ONNX = importlib.util.find_spec("onnxruntime") is not None
@@ -113,10 +113,10 @@ def test_a_run_folder_is_judged_along_its_own_logs(log: Path, here: Path):
 
 def test_a_network_is_judged_where_it_was_trained(here: Path):
     torch = pytest.importorskip("torch")
-    from undertow.measurements.standardisation import Standardisation
-    from undertow.residuals.inputs import input_names
-    from undertow.residuals.model_files import save_network
-    from undertow.residuals.network_model import NetworkModel, scaling_of
+    from undertow.measurements.preparation.standardisation import Standardisation
+    from undertow.residuals.models.model_files import save_network
+    from undertow.residuals.models.network_inputs import input_names
+    from undertow.residuals.models.network_model import NetworkModel, scaling_of
     from undertow.residuals.networks.registry import build
 
     inputs = Standardisation(input_names(HULL, True), np.zeros(7), np.array([0.8, 0.2, 0.4, 8.0, 8.0, 0.7, 0.7]))

@@ -13,7 +13,7 @@ from verbs import done, inspected, strict
 from undertow.measurements.collection import find_logs
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError
-from undertow.reports.inputs import read_inputs
+from undertow.workflows.inputs import read_inputs
 
 
 @pytest.fixture(scope="module")

@@ -871,7 +871,9 @@ def target(request: pytest.FixtureRequest, place: Path, here: Path) -> Iterator[
     assert files(here) == before
 
 
-@pytest.mark.parametrize("step", ["undertow.reports.folder.write_json", "undertow.reports.folder.write_page"])
+@pytest.mark.parametrize(
+    "step", ["undertow.workflows.run_folder.write.write_json", "undertow.workflows.run_folder.write.write_page"]
+)
 @pytest.mark.parametrize("error", [full_disk(), KeyboardInterrupt()], ids=["full disk", "interrupted"])
 def test_a_write_that_fails_leaves_nothing(
     step: str, error: BaseException, target: Path, found: undertow.Run, monkeypatch: pytest.MonkeyPatch

@@ -12,27 +12,27 @@ import pytest
 from rich.console import Console
 from verbs import done, refused, strict
 
-from undertow.measurements.dataset import WEAK, DataSet
+from undertow.comparison.comparison import calibrated_model, comparison, ends, judge, reference_models
+from undertow.comparison.facts import Comparison
+from undertow.comparison.failing.whose import told_of
+from undertow.comparison.recommendation import best
+from undertow.measurements.preparation.dataset import WEAK, DataSet
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import Rollouts
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.assess import Parts, series
-from undertow.reports.best import best
-from undertow.reports.compare import compare, compare_run
-from undertow.reports.comparison import calibrated_model, comparison, ends, judge, reference_models
-from undertow.reports.facts import Comparison
-from undertow.reports.failing.screen import failures_table
-from undertow.reports.failing.whose import told_of
-from undertow.reports.folder import write_run
-from undertow.reports.inputs import Inputs, read_inputs
-from undertow.reports.run import discover
-from undertow.residuals.baselines import HoldVelocity, ZeroAcceleration, baselines
-from undertow.residuals.domain import known_to, spanned
-from undertow.residuals.models import Model, VehicleModel
+from undertow.physics.worlds.world import simulate_world
+from undertow.reports.terminal.failures_screen import failures_table
+from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.models.baselines import HoldVelocity, ZeroAcceleration, baselines
+from undertow.residuals.models.domain import known_to, spanned
 from undertow.residuals.scores import Errors, evaluate
+from undertow.residuals.series import Parts, series
+from undertow.workflows.compare import compare, compare_run
+from undertow.workflows.discover_and_add import discover
+from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.run_folder.write import write_run
 
 HULL = load_vehicle("blueboat")
 TRUE = HULL.with_values({"X_uu": -20.0})

@@ -7,10 +7,10 @@ import pytest
 
 from undertow.discovery.discover import find_missing
 from undertow.physics.effects import EFFECTS
-from undertow.physics.typical_effects import typical_effect
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.inputs import read_inputs
+from undertow.physics.worlds.typical_effects import typical_effect
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")
 

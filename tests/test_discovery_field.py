@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from undertow.discovery.add import add_effects
+from undertow.discovery.balance.sensor_errors import misalignment, nuisances
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import candidates
 from undertow.discovery.colour import unexplained
 from undertow.discovery.discover import find_missing
-from undertow.discovery.nuisance import misalignment, nuisances
-from undertow.discovery.options import candidates
-from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.measurements.compass import Compass, compass_of, corrected
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import apparent_wind

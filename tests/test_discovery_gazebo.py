@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from undertow.discovery.findings import FoundTerm
-from undertow.reports.inputs import read_inputs
-from undertow.reports.run import Run, add, discover
+from undertow.workflows.discover_and_add import Run, add, discover
+from undertow.workflows.inputs import read_inputs
 
 HERE = Path(__file__).parent / "data"
 SHARED = Path(__file__).parents[2] / "shared" / "data" / "gazebo"

@@ -5,23 +5,23 @@ import numpy as np
 import pysindy
 import pytest
 
-from undertow.discovery import lawful
 from undertow.discovery.add import add_effects
+from undertow.discovery.balance.rollout_test import rollout_squares, rollouts_object
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import candidates
+from undertow.discovery.candidates.unnamed_terms import TermLibrary, shortlist
 from undertow.discovery.discover import find_missing
-from undertow.discovery.lawful import lawful_refit
-from undertow.discovery.library import TermLibrary, shortlist
-from undertow.discovery.options import candidates
-from undertow.discovery.rollouts import rollout_squares, rollouts_object
-from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.lawful import refit as lawful
+from undertow.discovery.lawful.refit import lawful_refit
+from undertow.discovery.search.bootstrap import block_bootstrap
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.uncertainty import block_bootstrap
-from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.terms import monomials
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 

@@ -5,23 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery.balance.rollout_test import rollouts_part
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import Kind, Option, candidates
+from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.ensemble import inclusion
-from undertow.discovery.equivalent import in_plain_words, same_model
-from undertow.discovery.gram import GramScores
-from undertow.discovery.library import term_candidate
-from undertow.discovery.options import Kind, Option, candidates
-from undertow.discovery.rollouts import rollouts_part
-from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.evidence.inclusion import inclusion
+from undertow.discovery.search.bootstrap import profile_interval
+from undertow.discovery.search.equivalents import in_plain_words, same_model
+from undertow.discovery.search.floating import Search, SearchSettings
+from undertow.discovery.search.gram import GramScores
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.uncertainty import profile_interval
-from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.effects import PARAMETERS
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
-from undertow.physics.typical_effects import typical_effect
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.typical_effects import typical_effect
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 

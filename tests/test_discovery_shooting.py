@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.polish import polish
-from undertow.discovery.shooting import Shooting, ShootingSettings
+from undertow.discovery.balance.shooting import Shooting, ShootingSettings
+from undertow.discovery.search.output_error import polish
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 HIDDEN = {"X_uu": -20.0, "N_ur": -4.0, "reverse_scale": 0.6}
 

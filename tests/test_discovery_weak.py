@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from undertow.discovery.gram import GramScores, bounded_solve
-from undertow.discovery.options import Linearisation, Option, candidates
-from undertow.discovery.search import Search, SearchSettings
-from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import Linearisation, Option, candidates
+from undertow.discovery.search.floating import Search, SearchSettings
+from undertow.discovery.search.gram import GramScores, bounded_solve
 from undertow.physics.errors import RequestError
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 

@@ -10,9 +10,9 @@ from rich.console import Console
 from scipy.ndimage import gaussian_filter1d
 
 import undertow
-from undertow.discovery.distil import distil_model
-from undertow.discovery.distilled import AxisShare, Distilled
-from undertow.measurements.derive import smooth
+from undertow.discovery.distillation.distil import distil_model
+from undertow.discovery.distillation.distilled import AxisShare, Distilled
+from undertow.measurements.preparation.derive import smooth
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import modelled_acceleration
 from undertow.physics.frames import Array
@@ -21,9 +21,9 @@ from undertow.physics.motion import Motion
 from undertow.physics.simulation import Rollouts
 from undertow.physics.thrusters import first_order_lag
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import apply_effects, simulate_world
-from undertow.reports.distilled import distilled_table
-from undertow.residuals.models import Model, VehicleModel
+from undertow.physics.worlds.world import apply_effects, simulate_world
+from undertow.reports.terminal.distillation_screen import distilled_table
+from undertow.residuals.models.base import Model, VehicleModel
 
 HULL = load_vehicle("blueboat")
 HIDDEN = {"surge_quadratic_damping": -9.0}

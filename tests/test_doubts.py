@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from undertow.discovery import conclude as words
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import Candidate, candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.doubts import doubts
-from undertow.discovery.lawful import lawful_refit
-from undertow.discovery.options import Candidate, candidates
-from undertow.discovery.search import Search, SearchSettings
-from undertow.discovery.uncertainty import Interval
-from undertow.discovery.visible import Identifiability
-from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.discovery.evidence import verdicts as words
+from undertow.discovery.evidence.limits import doubts
+from undertow.discovery.identifiability.visible import Identifiability
+from undertow.discovery.lawful.refit import lawful_refit
+from undertow.discovery.search.bootstrap import Interval
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.chapters.identified import _facts
+from undertow.physics.worlds.world import simulate_world
+from undertow.reports.page.chapters.identifiability import _facts
 
 HULL = load_vehicle("blueboat")
 SCALES = ("thrust_scale", "thruster_asymmetry[port]", "thruster_asymmetry[stbd]")

@@ -4,15 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.reports.failing.drift import over_time
-from undertow.reports.failing.evidence import fit_beside
-from undertow.reports.failing.features import doing, features, merged
-from undertow.reports.failing.frequency import against_frequency
-from undertow.reports.failing.heading import against_heading
-from undertow.reports.failing.lag import against_lag
-from undertow.reports.failing.places import failures, worst_places
-from undertow.reports.failing.scene import EDGE, Scene, scene
-from undertow.reports.failing.segments import segments
+from undertow.comparison.failing.block_fit import fit_beside
+from undertow.comparison.failing.drift import over_time
+from undertow.comparison.failing.features import doing, features, merged
+from undertow.comparison.failing.frequency import against_frequency
+from undertow.comparison.failing.heading import against_heading
+from undertow.comparison.failing.lag import against_lag
+from undertow.comparison.failing.places import failures, worst_places
+from undertow.comparison.failing.rows import EDGE, Scene, scene
+from undertow.comparison.failing.segments import segments
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 

@@ -9,16 +9,16 @@ import pytest
 from rich.console import Console
 from sample_run import write_sample
 
+from undertow.comparison.facts import Comparison
+from undertow.comparison.failing.attribution import Contributions
+from undertow.comparison.failing.rows import scene
 from undertow.discovery.findings import FailingPlace, Removal
-from undertow.reports.facts import Comparison
-from undertow.reports.failing.drawings import error_map, heat_steps, local_error
-from undertow.reports.failing.linking import Contributions
-from undertow.reports.failing.scene import scene
-from undertow.reports.failing.screen import failures_table, structure_list
-from undertow.reports.failing.section import _worst, where_it_fails
-from undertow.reports.run_folder import RunFolder, read_run
-from undertow.reports.style import DARK, LIGHT
-from undertow.reports.svg import HEAT
+from undertow.reports.page.chapters.where_it_fails import _worst, where_it_fails
+from undertow.reports.page.figures.failure_figures import error_map, heat_steps, local_error
+from undertow.reports.page.figures.svg import HEAT
+from undertow.reports.page.style import DARK, LIGHT
+from undertow.reports.terminal.failures_screen import failures_table, structure_list
+from undertow.workflows.run_folder.read import RunFolder, read_run
 
 
 @pytest.fixture(scope="module")

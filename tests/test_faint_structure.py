@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Findings
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat_paper")
 SWAY = ("sway_linear_damping", "sway_quadratic_damping", "wake_memory", "sway_lift", "sway_yaw_coupling")

@@ -8,8 +8,8 @@ import yaml
 from verbs import call, done, strict
 
 import undertow
-from undertow.discovery.price import MostPower, Passivity
-from undertow.physics.laws import Envelope
+from undertow.discovery.lawful.price import MostPower, Passivity
+from undertow.physics.laws.damping_power import Envelope
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.wording import energy_lines, energy_verdict
 

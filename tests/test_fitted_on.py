@@ -7,17 +7,17 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from undertow.comparison.models_by_name import load_model
+from undertow.comparison.overlap import fitted_notes
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.compare import compare
-from undertow.reports.compared import notes_list
-from undertow.reports.fitted_on import fitted_notes
-from undertow.reports.folder import write_run
-from undertow.reports.inputs import Inputs, read_inputs
-from undertow.reports.models import load_model
-from undertow.reports.run import discover
-from undertow.residuals.models import VehicleModel
+from undertow.physics.worlds.world import simulate_world
+from undertow.reports.terminal.comparison_screen import notes_list
+from undertow.residuals.models.base import VehicleModel
+from undertow.workflows.compare import compare
+from undertow.workflows.discover_and_add import discover
+from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.run_folder.write import write_run
 
 HULL = load_vehicle("blueboat")
 
@@ -92,7 +92,7 @@ def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place:
 
 def test_a_network_is_known_by_the_logs_it_was_trained_on(place: Path):
     pytest.importorskip("torch")
-    from undertow.reports.trained import settings_with, train
+    from undertow.workflows.train import settings_with, train
 
     inputs = read_inputs(place / "mon.csv", HULL)
     train(inputs, "mlp", {"units": 4}, settings=settings_with(epochs=1), out=place / "net")

@@ -9,9 +9,9 @@ from logged import note
 
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.inputs import read_inputs
-from undertow.reports.run import discover
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.discover_and_add import discover
+from undertow.workflows.inputs import read_inputs
 
 TIME = np.arange(0.0, 30.0, 0.1)
 

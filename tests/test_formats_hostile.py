@@ -12,9 +12,10 @@ import pyarrow.parquet
 import pytest
 from bags import Message, nanoseconds, write_ros2
 
-from undertow.measurements.formats import mcap, ros_messages, ros_types, unpacking
+from undertow.measurements.formats import unpacking
 from undertow.measurements.formats.base import Name, Request
 from undertow.measurements.formats.registry import read_recording
+from undertow.measurements.formats.ros import mcap, ros_messages, ros_types
 from undertow.measurements.formats.unpacking import zstd
 from undertow.measurements.log import read_log
 from undertow.physics.errors import LogError

@@ -12,11 +12,11 @@ from verbs import done, strict
 from verbs import inspected as inspect
 
 import undertow
-from undertow.measurements.dataset import WEAK
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.prepare import prepare
-from undertow.physics.worlds import simulate_world
-from undertow.reports.assess import stretches
+from undertow.measurements.preparation.dataset import WEAK
+from undertow.measurements.preparation.prepare import prepare
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.series import stretches
 
 BOAT = undertow.load_vehicle("blueboat")
 TIME = np.arange(0.0, 30.0, 0.1)

@@ -12,7 +12,7 @@ from undertow.measurements.formats.base import Request
 from undertow.measurements.formats.registry import FORMATS, read_recording
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 BOAT = load_vehicle("blueboat")
 
@@ -89,7 +89,7 @@ def test_missing_rosbags_is_said(tmp_path, world, monkeypatch):
     path = write_ros1(tmp_path / "log.bag", recorded(world)[:100])
     for name in ("rosbags.typesys", "rosbags"):
         monkeypatch.setitem(__import__("sys").modules, name, None)
-    from undertow.measurements.formats import ros_types
+    from undertow.measurements.formats.ros import ros_types
 
     ros_types._store.cache_clear()
     with pytest.raises(ValueError, match=r"ROS 1 bag needs rosbags; run pip install 'undertow\[logs\]'"):

@@ -9,7 +9,7 @@ from logged import assert_same_motion, note, without_a_file
 
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 BOAT = load_vehicle("blueboat")
 

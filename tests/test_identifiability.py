@@ -7,23 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery import advice
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import candidates, measurable
+from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
+from undertow.discovery.experiment import advice
+from undertow.discovery.experiment.separation import Parting, part
 from undertow.discovery.findings import Advice, Findings
-from undertow.discovery.identifiability import ALIAS, alias_groups, identify
-from undertow.discovery.library import term_candidate
-from undertow.discovery.options import candidates, measurable
-from undertow.discovery.parting import Parting, part
-from undertow.discovery.rehearsal import PLAUSIBLE, plausible_amounts, rehearse
-from undertow.discovery.search import Search, SearchSettings
-from undertow.discovery.visible import Identifiability
-from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.discovery.identifiability.identifiable_effects import ALIAS, alias_groups, identify
+from undertow.discovery.identifiability.rehearsal import PLAUSIBLE, plausible_amounts, rehearse
+from undertow.discovery.identifiability.visible import Identifiability
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.files import strict_json
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
-from undertow.physics.trials import TRIALS, drive
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.trials import TRIALS, drive
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 

@@ -6,26 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery import lawful, programme
-from undertow.discovery.certify import certify
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import Option, candidates
+from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.gram import GramScores
-from undertow.discovery.lawful import passive_refit
-from undertow.discovery.library import term_candidate
-from undertow.discovery.options import Option, candidates
-from undertow.discovery.search import Search, SearchSettings
+from undertow.discovery.lawful import programme
+from undertow.discovery.lawful import refit as lawful
+from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.refit import passive_refit
+from undertow.discovery.search.floating import Search, SearchSettings
+from undertow.discovery.search.gram import GramScores
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.weak import WeakForm, WeakSettings
 from undertow.physics.errors import RequestError
-from undertow.physics.laws import (
-    Envelope,
-    envelope_of,
-    mass_margin,
-    worst_dissipation,
-)
+from undertow.physics.laws.damping_power import Envelope, envelope_of, mass_margin, worst_dissipation
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 SHIP = load_vehicle("cybership2")

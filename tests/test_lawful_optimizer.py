@@ -4,14 +4,11 @@ import numpy as np
 import pysindy
 import pytest
 
-from undertow.discovery.certify import certify
-from undertow.discovery.library import TermLibrary
-from undertow.discovery.optimizer import LawfulOptimizer
+from undertow.discovery.candidates.unnamed_terms import TermLibrary
+from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.sindy_optimizer import LawfulOptimizer
 from undertow.physics.errors import RequestError
-from undertow.physics.laws import (
-    Envelope,
-    worst_dissipation,
-)
+from undertow.physics.laws.damping_power import Envelope, worst_dissipation
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 HULL = load_vehicle("blueboat")

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.certify import certify
-from undertow.physics.certificate import basis, control_matrices, vehicle_degree, vehicle_power
+from undertow.discovery.lawful.certify import certify
 from undertow.physics.errors import RequestError
-from undertow.physics.laws import (
+from undertow.physics.laws.certificate import basis, control_matrices, vehicle_degree, vehicle_power
+from undertow.physics.laws.damping_power import (
     Envelope,
     damping_power,
     dissipation_vertices,
@@ -19,7 +19,7 @@ from undertow.physics.laws import (
 from undertow.physics.motion import Motion
 from undertow.physics.terms import monomials
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 SHIP = load_vehicle("cybership2")

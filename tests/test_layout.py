@@ -216,5 +216,5 @@ def test_nothing_reads_yaml_or_json_past_the_door():
         if stray.search(line) and str(path) not in ("physics/reading.py", "measurements/formats/unpacking.py")
     }
     assert {line for line in found if "measurements/formats/base.py: with gzip.open" not in line} == {
-        "measurements/formats/ros2_bag.py: unpacker = zstd().ZstdDecompressor()"
+        "measurements/formats/ros/ros2_bag.py: unpacker = zstd().ZstdDecompressor()"
     }

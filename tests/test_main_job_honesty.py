@@ -6,11 +6,11 @@ import pytest
 
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.compare import compare
-from undertow.reports.folder import write_run
-from undertow.reports.inputs import Inputs, read_inputs
-from undertow.reports.run import add, discover
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.compare import compare
+from undertow.workflows.discover_and_add import add, discover
+from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.run_folder.write import write_run
 
 HULL = load_vehicle("blueboat")
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from undertow.measurements.alignment import align, noise_level
-from undertow.measurements.channels import Channel
+from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.physics.vehicle import load_vehicle

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.measurements.channels import Channel
-from undertow.measurements.dataset import PAPER, WEAK, Recipe
+from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.prepare import prepare
-from undertow.measurements.resampling import even_grid, is_logged_on_change, segments
+from undertow.measurements.preparation.dataset import PAPER, WEAK, Recipe
+from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.resampling import even_grid, is_logged_on_change, segments
 from undertow.physics.vehicle import load_vehicle
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"

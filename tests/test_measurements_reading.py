@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.measurements.channels import command_kind, is_canonical
+from undertow.measurements.canonical import command_kind, is_canonical
 from undertow.measurements.formats.registry import FORMATS
 from undertow.measurements.log import read_log
-from undertow.measurements.needs import problems
+from undertow.measurements.preparation.needs import problems
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.measurements.channels import Channel
-from undertow.measurements.dataset import PAPER, WEAK, DataSet, Recipe
-from undertow.measurements.derive import accelerations, feature_names, features, smooth
+from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log
-from undertow.measurements.prepare import prepare
-from undertow.measurements.split import paper_preparation, split
-from undertow.measurements.standardisation import Standardisation
+from undertow.measurements.preparation.dataset import PAPER, WEAK, DataSet, Recipe
+from undertow.measurements.preparation.derive import accelerations, feature_names, features, smooth
+from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.split import paper_preparation, split
+from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle

@@ -5,12 +5,12 @@ import pandas as pd
 import pytest
 from bags import recorded, write_mcap
 
-from undertow.measurements.channel_map import map_text, read_channel_map
+from undertow.measurements.channels.channel_map import map_text, read_channel_map
+from undertow.measurements.channels.namespaces import check_namespace, vehicles
 from undertow.measurements.formats.base import Name
 from undertow.measurements.log import read_log
-from undertow.measurements.namespaces import check_namespace, vehicles
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 
 @pytest.fixture(scope="module")

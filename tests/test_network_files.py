@@ -15,19 +15,19 @@ import torch
 import yaml
 from safetensors.torch import load, save
 
-from undertow.measurements.standardisation import Standardisation
+from undertow.comparison.models_by_name import load_model
+from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.compare import compare
-from undertow.reports.inputs import Inputs, read_inputs
-from undertow.reports.models import load_model
-from undertow.residuals.inputs import input_names, network_inputs
-from undertow.residuals.model_files import load_network, own_network, save_network
-from undertow.residuals.network_model import NetworkModel, scaling_of
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.model_files import load_network, own_network, save_network
+from undertow.residuals.models.network_inputs import input_names, network_inputs
+from undertow.residuals.models.network_model import NetworkModel, scaling_of
+from undertow.residuals.models.neural import is_network_folder
 from undertow.residuals.networks.registry import NETWORKS, build
-from undertow.residuals.neural import is_network_folder
+from undertow.workflows.compare import compare
+from undertow.workflows.inputs import Inputs, read_inputs
 
 HULL = load_vehicle("blueboat")
 TRAINING = {"seed": 3, "epochs": [{"loss": np.float64(0.5), "rmse": (0.1, 0.2, 0.3)}, {"loss": float("inf")}]}

@@ -8,17 +8,17 @@ import pytest
 import torch
 from torch import Tensor
 
-from undertow.measurements.dataset import PAPER, WEAK, DataSet
-from undertow.measurements.standardisation import Standardisation
+from undertow.measurements.preparation.dataset import PAPER, WEAK, DataSet
+from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import integrate
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.residuals.inputs import input_names, network_inputs
-from undertow.residuals.models import VehicleModel
-from undertow.residuals.network_model import NetworkModel, scaling_of
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.models.network_inputs import input_names, network_inputs
+from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.base import Memory, Network
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores

@@ -8,12 +8,12 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from undertow.measurements.standardisation import Standardisation
+from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.matrices import mass_matrix, thruster_matrix
 from undertow.physics.vehicle import load_vehicle
-from undertow.residuals.inputs import input_names
-from undertow.residuals.network_model import scaling_of
+from undertow.residuals.models.network_inputs import input_names
+from undertow.residuals.models.network_model import scaling_of
 from undertow.residuals.networks.base import Memory, Network, Scaling, quiet_head
 from undertow.residuals.networks.registry import NETWORKS, build, default_options
 

@@ -7,12 +7,12 @@ import pytest
 from sample_run import write_sample
 from verbs import done
 
+from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, Step
-from undertow.reports.facts import Best, Comparison
-from undertow.reports.outcome import gets_worse, opening, outcome
-from undertow.reports.page import page
-from undertow.reports.run_folder import read_run
+from undertow.reports.page.outcome import gets_worse, opening, outcome
+from undertow.reports.page.page import page
 from undertow.reports.wording import NARROW
+from undertow.workflows.run_folder.read import read_run
 
 NOTHING = Comparison(models=())
 BEST = NOTHING.but(best=Best(model="nominal", sentence="Trust nominal: it keeps the laws of a hull."))

@@ -5,15 +5,16 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from undertow.physics import effects, matrices, typical_effects
+from undertow.physics import effects, matrices
 from undertow.physics.effects import EFFECTS, Effect, Parameter
 from undertow.physics.errors import RequestError
-from undertow.physics.hidden_effects import apply_effects, parse_effect
-from undertow.physics.manoeuvres import programme
 from undertow.physics.motion import Motion
 from undertow.physics.terms import parse_form
-from undertow.physics.typical_effects import commanded_motion, materiality, random_hull, typical_effect
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
+from undertow.physics.worlds import typical_effects
+from undertow.physics.worlds.hidden_effects import apply_effects, parse_effect
+from undertow.physics.worlds.manoeuvres import programme
+from undertow.physics.worlds.typical_effects import commanded_motion, materiality, random_hull, typical_effect
 
 
 @pytest.fixture(scope="module")

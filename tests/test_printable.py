@@ -12,15 +12,15 @@ from rich.text import Text
 from sample_run import edit, write_sample
 from verbs import call
 
-from undertow.measurements.channel_map import Entry, map_text, read_channel_map
+from undertow.cli.console import fail, progress, prose, say, show
+from undertow.measurements.channels.channel_map import Entry, map_text, read_channel_map
 from undertow.physics.files import yaml_text
 from undertow.physics.printable import one_line, printable, shortened, shown
 from undertow.physics.reading import parse_yaml
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.console import fail, progress, prose, say, show
-from undertow.reports.layout import bullets, plain_table, section
-from undertow.reports.markup import element
+from undertow.reports.page.markup import element
+from undertow.reports.terminal.layout import bullets, plain_table, section
 
 HOSTILE = "\x1b[31m\x9b2J\x7f\u202egnp\u2066\udcff\x00\r"
 RAW = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")

@@ -11,9 +11,9 @@ from verbs import call, done, inspected, refused, strict
 
 from undertow.measurements.clock import APART
 from undertow.measurements.log import read_log
-from undertow.measurements.prepare import prepare
+from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.errors import LogError
-from undertow.reports.inputs import read_inputs
+from undertow.workflows.inputs import read_inputs
 
 TIME = np.arange(0.0, 60.0, 0.1)
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from verbs import call
 
-from undertow.measurements.channel_map import read_channel_map
+from undertow.measurements.channels.channel_map import read_channel_map
 from undertow.physics.errors import LogError, RequestError, VehicleError
 from undertow.physics.printable import MOST_SHOWN
 from undertow.physics.reading import parse_json, parse_yaml, read_text
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
-from undertow.residuals.neural import is_network_folder
+from undertow.residuals.models.neural import is_network_folder
 
 LAUGHS = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"{b}: &{b} [{','.join([f'*{a}'] * 9)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)

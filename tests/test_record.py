@@ -8,15 +8,15 @@ from typing import Any
 import pytest
 from sample_run import compare_many, write_sample
 
+from undertow.comparison.facts import Comparison, MadeFrom, RulingRecord
 from undertow.discovery.findings import Advice, Calibrated, Findings, FoundTerm, LogFacts
-from undertow.discovery.price import Binding, MostPower, Passivity
-from undertow.discovery.uncertainty import Interval
-from undertow.discovery.visible import Excitation, Identifiability
+from undertow.discovery.identifiability.visible import Excitation, Identifiability
+from undertow.discovery.lawful.price import Binding, MostPower, Passivity
+from undertow.discovery.search.bootstrap import Interval
 from undertow.physics.errors import RequestError
+from undertow.physics.file_records import Record
 from undertow.physics.files import strict_json
-from undertow.physics.laws import Envelope
-from undertow.physics.record import Record
-from undertow.reports.facts import Comparison, MadeFrom, RulingRecord
+from undertow.physics.laws.damping_power import Envelope
 
 FOUND = Findings(verdict="missing", missing=("yaw_trim",), candidates=())
 WHOLE = FOUND.but(

@@ -12,19 +12,19 @@ import pytest
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.quality.checks.neutral import Neutral
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
-from undertow.measurements.quality.neutral import Neutral
 from undertow.measurements.quality.record import Record
-from undertow.measurements.quality.regression import surely_more
+from undertow.measurements.statistics import surely_more
 from undertow.physics.errors import LogError, VehicleError
-from undertow.physics.hidden_effects import apply_effects
-from undertow.physics.simulated_log import SimulatedLog
 from undertow.physics.thrusters import resting_commands
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
-from undertow.physics.worlds import simulate_world
-from undertow.reports.inputs import read_inputs
-from undertow.reports.soundness import sound
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.inputs import read_inputs
+from undertow.workflows.soundness import sound
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 DATA = Path(__file__).resolve().parent / "data"

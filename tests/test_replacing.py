@@ -23,9 +23,9 @@ from undertow.physics.errors import RequestError
 from undertow.physics.files import try_out, write_bytes, write_text
 from undertow.physics.marks import at_end, in_stamps, on_top, written_by
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.folder import check_target
-from undertow.reports.run_files import DATA, own_run, seal
-from undertow.reports.targets import Kind, check_targets
+from undertow.workflows.run_folder.run_files import DATA, own_run, seal
+from undertow.workflows.run_folder.targets import Kind, check_targets
+from undertow.workflows.run_folder.write import check_target
 
 SIMULATE = "simulate -v blueboat --duration 20 --out"
 
@@ -311,7 +311,7 @@ def test_a_page_with_remarks_of_the_user_is_not_made_again(here: Path):
 
 def test_a_run_compared_anew_is_replaced_whole_and_still_a_run(here: Path, monkeypatch: pytest.MonkeyPatch):
     compared = json.loads(Path("mon/comparison.json").read_text()) | {"notes": ["compared anew"]}
-    monkeypatch.setattr("undertow.reports.compare.compare_run", lambda folder, models: compared)
+    monkeypatch.setattr("undertow.workflows.compare.compare_run", lambda folder, models: compared)
     Path("mon/notes.txt").write_text("mine")
     nominal, node = Path("mon/nominal.yaml").read_bytes(), Path("mon").stat().st_ino
     done("report", "mon", "--model", "blueboat")
@@ -337,10 +337,10 @@ def unread(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: Any, **__: Any) -> NoReturn:
         raise AssertionError("a log was read before the target was tried")
 
-    monkeypatch.setattr("undertow.reports.inputs.read_log", fail)
-    monkeypatch.setattr("undertow.reports.looked_over.read_log", fail)
-    monkeypatch.setattr("undertow.physics.worlds.simulate_world", fail)
-    monkeypatch.setattr("undertow.reports.checked.check", fail)
+    monkeypatch.setattr("undertow.workflows.inputs.read_log", fail)
+    monkeypatch.setattr("undertow.workflows.inspect.read_log", fail)
+    monkeypatch.setattr("undertow.physics.worlds.world.simulate_world", fail)
+    monkeypatch.setattr("undertow.workflows.check.check", fail)
 
 
 EVERY_TARGET = [

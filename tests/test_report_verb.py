@@ -15,11 +15,11 @@ from verbs import call, done, refused
 
 from undertow.physics.errors import RequestError
 from undertow.physics.marks import remark
-from undertow.reports.browser import find_browser, print_pdf
-from undertow.reports.fleet import shared_effects, told
-from undertow.reports.fleet_page import fleet_page
-from undertow.reports.made_from import command, log_digests, versions
-from undertow.reports.run_folder import read_run
+from undertow.reports.page.fleet import shared_effects, told
+from undertow.reports.page.fleet_page import fleet_page
+from undertow.reports.page.pdf import find_browser, print_pdf
+from undertow.workflows.run_folder.provenance import command, log_digests, versions
+from undertow.workflows.run_folder.read import read_run
 
 
 @pytest.fixture(scope="module")
@@ -189,8 +189,8 @@ def test_without_a_browser_the_hint_says_how_to_get_one(fleet, monkeypatch):
     refused("report", "one", "--pdf", match="CHROME=no-such-browser: expected a browser.*install Chromium")
     monkeypatch.delenv("CHROME")
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("undertow.reports.browser.PLACES", ())
-    monkeypatch.setattr("undertow.reports.browser._of_playwright", lambda: None)
+    monkeypatch.setattr("undertow.reports.page.pdf.PLACES", ())
+    monkeypatch.setattr("undertow.reports.page.pdf._of_playwright", lambda: None)
     refused("report", "one", "--pdf", match="needs a browser and found none; install Chromium.*CHROME")
 
 
@@ -212,7 +212,7 @@ def test_a_browser_is_asked_for_every_page(fleet, monkeypatch):
     [("echo no display >&2; exit 3", r"wrote no PDF of .* \(exit code 3: no display\)"), ("sleep 5", "within 1 s")],
 )
 def test_a_browser_that_fails_is_told(tmp_path, monkeypatch, script, match):
-    monkeypatch.setattr("undertow.reports.browser.SECONDS", 0.5 if "sleep" in script else 9.0)
+    monkeypatch.setattr("undertow.reports.page.pdf.SECONDS", 0.5 if "sleep" in script else 9.0)
     (tmp_path / "old.pdf").write_bytes(b"%PDF old")
     with pytest.raises(RequestError, match=match.replace("within 1 s", "within 0 s")):
         print_pdf(tmp_path / "page.html", tmp_path / "old.pdf", fake_browser(tmp_path, script))

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from sample_run import LAWS, RIVALS, compare_many, edit, write_sample
 
-from undertow.reports.page import write_page
-from undertow.reports.rivals import rivals
-from undertow.reports.run_folder import read_run
+from undertow.reports.page.page import write_page
+from undertow.reports.page.rivals import rivals
+from undertow.workflows.run_folder.read import read_run
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,10 @@ import pytest
 from sample_run import edit, write_sample
 
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.page import write_page
-from undertow.reports.plotted import coefficient_rows, rollouts
-from undertow.reports.run_folder import read_run
+from undertow.reports.page.figures.figure_data import coefficient_rows, rollouts
+from undertow.reports.page.page import write_page
 from undertow.reports.wording import typeset
+from undertow.workflows.run_folder.read import read_run
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.reports.failing.places import failures
-from undertow.reports.failing.regimes import regime_table
-from undertow.reports.failing.splits import splits
+from undertow.comparison.failing.bins import splits
+from undertow.comparison.failing.places import failures
+from undertow.reports.page.figures.regimes import regime_table
 
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
 

@@ -6,14 +6,12 @@ import re
 import pytest
 from rich.console import Console
 
+from undertow.comparison.facts import Comparison
 from undertow.discovery.findings import Findings, Step
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.compared import comparison_table
-from undertow.reports.facts import Comparison
-from undertow.reports.failing.screen import failures_table
-from undertow.reports.inspected import inspection_screen
-from undertow.reports.layout import Prose, bullets
-from undertow.reports.terminal import (
+from undertow.reports.terminal.comparison_screen import comparison_table
+from undertow.reports.terminal.failures_screen import failures_table
+from undertow.reports.terminal.findings_screen import (
     added_table,
     advice_list,
     candidates_table,
@@ -23,6 +21,8 @@ from undertow.reports.terminal import (
     steps_table,
     unnamed_table,
 )
+from undertow.reports.terminal.inspection_screen import inspection_screen
+from undertow.reports.terminal.layout import Prose, bullets
 
 ERRORS = {"surge": 0.35, "sway": 0.23, "yaw": 0.486}
 ROLLOUT = {"2": {**ERRORS, "position": 0.4}, "10": {**ERRORS, "position": 2.26, "diverged": 1, "starts": 60}}

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from undertow.measurements.dataset import WEAK, DataSet, Recipe
-from undertow.measurements.derive import smooth
+from undertow.measurements.preparation.dataset import WEAK, DataSet, Recipe
+from undertow.measurements.preparation.derive import smooth
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.residuals.models import VehicleModel
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.residual import residual
 from undertow.residuals.scores import acceleration_score, rollout_scores
 

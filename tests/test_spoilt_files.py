@@ -3,7 +3,7 @@
 import pytest
 from spoilt_files import HOSTILE, KINDS, judged, spoilt_json, spoilt_yaml
 
-from undertow.reports import fleet_page, page
+from undertow.reports.page import fleet_page, page
 
 FILES = 50
 DRAWN = 25

@@ -17,7 +17,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.quality.axes import mixed_up, track_of
 from undertow.measurements.quality.finding import Finding, Reach
 from undertow.physics.errors import LogError
-from undertow.reports.inputs import read_inputs
+from undertow.workflows.inputs import read_inputs
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 NAMED = (

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
+from undertow.discovery.candidates.linearisation import candidates
 from undertow.discovery.discover import Discovery, find_missing
-from undertow.discovery.lawful import lawful_refit
-from undertow.discovery.options import candidates
-from undertow.discovery.search import Search, SearchSettings
-from undertow.discovery.weak import WeakForm, WeakSettings
+from undertow.discovery.lawful.refit import lawful_refit
+from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.effects import BY_NAME
 from undertow.physics.errors import RequestError, VehicleError
-from undertow.physics.hidden_effects import apply_effects, parse_effect
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.thrusters import GAINS, PropellerCurve, TableCurve, Thruster
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.hidden_effects import apply_effects, parse_effect
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 LINEAR = TableCurve(kind="table", command=(-30.0, 30.0), force=(-30.0, 30.0))

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from undertow.discovery.balance.sensor_errors import part_by_sight
+from undertow.discovery.candidates.linearisation import candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.nuisance import part_by_sight
-from undertow.discovery.options import candidates
 from undertow.physics.thrusters import PropellerCurve, TableCurve, Thruster
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
 LINEAR = TableCurve(kind="table", command=(-30.0, 0.0, 30.0), force=(-18.0, 0.0, 30.0))

@@ -11,11 +11,11 @@ from verbs import call, done, strict
 
 import undertow
 from undertow.physics.errors import RequestError
-from undertow.reports.inputs import read_inputs
-from undertow.reports.trained import parsed_options, settings_with, train
-from undertow.reports.training_progress import epoch_words, training_progress
-from undertow.residuals.model_files import load_network
-from undertow.residuals.training import Epoch
+from undertow.reports.terminal.training_progress import epoch_words, training_progress
+from undertow.residuals.models.model_files import load_network
+from undertow.residuals.training.epochs import Epoch
+from undertow.workflows.inputs import read_inputs
+from undertow.workflows.train import parsed_options, settings_with, train
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +204,7 @@ def test_an_interrupt_says_whether_it_can_go_on(
         raise KeyboardInterrupt
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("undertow.reports.trained.train", interrupt)
+    monkeypatch.setattr("undertow.workflows.train.train", interrupt)
     result = call("train", place / "log.csv", "-v", "blueboat", "--out", "M")
     assert result.exit_code == 130
     assert f"undertow: interrupted; {text}" in result.stderr
@@ -222,7 +222,7 @@ def test_without_torch_the_verb_says_what_to_install(
     def lacking(name: str) -> NoReturn:
         raise ImportError(f"No module named {name!r}")
 
-    monkeypatch.setattr("undertow.residuals.neural.import_module", lacking)
+    monkeypatch.setattr("undertow.residuals.models.neural.import_module", lacking)
     result = call("train", place / "log.csv", "-v", "blueboat", "--out", tmp_path / "M")
     assert (result.exit_code, list(tmp_path.iterdir())) == (2, [])
     assert "pip install 'undertow[neural]'" in result.stderr

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 import torch
 
-from undertow.measurements.dataset import PAPER, DataSet
-from undertow.measurements.derive import low_pass, smooth
-from undertow.measurements.split import Split, split
-from undertow.measurements.standardisation import Standardisation
-from undertow.physics.audit.thrust import driven_power
-from undertow.physics.energy import (
+from undertow.comparison.audit import audit, witness_of
+from undertow.measurements.preparation.dataset import PAPER, DataSet
+from undertow.measurements.preparation.derive import low_pass, smooth
+from undertow.measurements.preparation.split import Split, split
+from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.physics.errors import RequestError
+from undertow.physics.forces import ForceEquation, modelled_acceleration, relative_velocity
+from undertow.physics.laws.audit.thrust import driven_power
+from undertow.physics.laws.damping_power import Envelope, damping_power, envelope_of
+from undertow.physics.laws.energy import (
     MARGIN,
     TOLERANCE,
     coasting_power,
@@ -24,26 +28,22 @@ from undertow.physics.energy import (
     thrust_power,
     violated,
 )
-from undertow.physics.errors import RequestError
-from undertow.physics.forces import ForceEquation, modelled_acceleration, relative_velocity
-from undertow.physics.laws import Envelope, damping_power, envelope_of
 from undertow.physics.matrices import coriolis_matrix, mass_matrix
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
-from undertow.reports.audit import audit, witness_of
-from undertow.residuals import preparation
-from undertow.residuals.coasting import Coasting
-from undertow.residuals.inputs import input_names
-from undertow.residuals.models import VehicleModel
-from undertow.residuals.network_model import NetworkModel, scaling_of
+from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.models.coasting import Coasting
+from undertow.residuals.models.network_inputs import input_names
+from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores
-from undertow.residuals.settings import CHECKPOINT, Augmentation, TrainingSettings
-from undertow.residuals.shooting import Forcing, Shooter
-from undertow.residuals.training import Epoch, Trained, best_epochs, stale, train
-from undertow.residuals.windows import filter_taps, windows_of
+from undertow.residuals.training import preparation
+from undertow.residuals.training.epochs import Epoch, Trained, best_epochs, stale, train
+from undertow.residuals.training.rollouts import Forcing, Shooter
+from undertow.residuals.training.training_settings import CHECKPOINT, Augmentation, TrainingSettings
+from undertow.residuals.training.windows import filter_taps, windows_of
 
 HULL = load_vehicle("blueboat")
 BOX = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
@@ -383,7 +383,7 @@ def test_a_loss_that_is_not_finite_stops_and_keeps_the_last_good_state(dragged: 
         return held
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("undertow.residuals.training.prepare_training", spied)
+        patch.setattr("undertow.residuals.training.epochs.prepare_training", spied)
         with pytest.raises(RequestError, match="loss is (nan|inf) in epoch 3.*state after epoch 2 is kept in"):
             train(dragged, HULL, "mlp", settings=QUICK, folder=tmp_path, progress=poison)
     resumed = train(dragged, HULL, "mlp", settings=QUICK, folder=tmp_path, resume=True)

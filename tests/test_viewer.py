@@ -14,13 +14,13 @@ from mcap.reader import make_reader
 from verbs import call, done, refused, strict
 
 import undertow
-from undertow.measurements.split import PARTS
+from undertow.discovery.candidates.effect_forces import effect_forces, effects_between
+from undertow.exports.mcap_series import Prediction, write_series
+from undertow.measurements.preparation.split import PARTS
 from undertow.physics.forces import modelled_force
-from undertow.physics.worlds import simulate_world
-from undertow.reports.assess import stretches
-from undertow.reports.effect_forces import effect_forces, effects_between
-from undertow.reports.viewer import Prediction, write_series
+from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.residual import same_filter
+from undertow.residuals.series import stretches
 
 BOAT = undertow.load_vehicle("blueboat")
 EFFECTS = ("surge_quadratic_damping", "thruster_asymmetry[port]", "sway_added_mass", "yaw:u|r|")

@@ -9,12 +9,12 @@ import pytest
 
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import body_to_earth
-from undertow.physics.manoeuvres import MANOEUVRES, PROGRAMMES, draw_programme, programme, side
-from undertow.physics.simulated_log import SimulatedLog
 from undertow.physics.simulation import simulate_motion
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
-from undertow.physics.worlds import NOISE, Sensors, World, simulate_world
+from undertow.physics.worlds.manoeuvres import MANOEUVRES, PROGRAMMES, draw_programme, programme, side
+from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import NOISE, Sensors, World, simulate_world
 
 
 @pytest.fixture(scope="module")

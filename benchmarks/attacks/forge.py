@@ -94,7 +94,7 @@ class Forge:
 
 def _serve() -> None:
     import undertow.__main__ as command_line
-    from undertow.reports import run as running
+    from undertow.workflows import discover_and_add as running
 
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)

@@ -7,19 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from undertow.discovery.balance.rollout_test import rollout_squares
+from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.candidates.linearisation import candidates
+from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.findings import FoundEffect
-from undertow.discovery.library import term_candidate
-from undertow.discovery.options import candidates
-from undertow.discovery.rollouts import rollout_squares
-from undertow.discovery.search import Search
+from undertow.discovery.search.floating import Search
 from undertow.discovery.settings import DiscoverySettings
-from undertow.discovery.weak import WeakForm
 from undertow.physics.errors import RequestError
-from undertow.physics.hidden_effects import apply_effects
-from undertow.physics.laws import envelope_of, worst_dissipation
+from undertow.physics.laws.damping_power import envelope_of, worst_dissipation
 from undertow.physics.motion import Motion
-from undertow.physics.typical_effects import materiality
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.typical_effects import materiality
 
 from .worlds import BY_FILE, PARTS, Case, Values, divided, draw, label, merged
 

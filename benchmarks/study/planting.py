@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.measurements.channels import Channel
+from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log, read_log
 from undertow.physics.frames import Array, body_to_earth
 

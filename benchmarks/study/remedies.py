@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from undertow.measurements.channels import Channel, command_kind
+from undertow.measurements.canonical import Channel, command_kind
 from undertow.measurements.log import Log
 from undertow.measurements.quality.finding import Finding
 

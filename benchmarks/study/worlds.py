@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from undertow.measurements.dataset import WEAK, DataSet
-from undertow.measurements.split import Split, split
+from undertow.measurements.preparation.dataset import WEAK, DataSet
+from undertow.measurements.preparation.split import Split, split
 from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
-from undertow.physics.hidden_effects import apply_effects
-from undertow.physics.simulated_log import SimulatedLog
-from undertow.physics.typical_effects import random_hull, typical_effect
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import NOISE, World
-from undertow.reports.inputs import read_inputs
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.typical_effects import random_hull, typical_effect
+from undertow.physics.worlds.world import NOISE, World
+from undertow.workflows.inputs import read_inputs
 
 SEEDS = {"tuning": (0, 110), "reporting": (10_000, 1_000)}
 """First seed, and how many each part has: settings are chosen on seeds 0 to 989, results are reported on others."""

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from undertow.physics.hidden_effects import apply_effects
-from undertow.physics.simulated_log import SimulatedLog
-from undertow.physics.typical_effects import random_hull
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
-from undertow.physics.worlds import NOISE, World
-from undertow.reports.inputs import Inputs, read_inputs
+from undertow.physics.worlds.hidden_effects import apply_effects
+from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.world import NOISE, World
+from undertow.workflows.inputs import Inputs, read_inputs
 
 LOGS, SECONDS = 4, 240.0
 """Training logs of a simulated boat, and the length of each [s]."""

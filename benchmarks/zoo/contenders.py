@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from undertow.physics.vehicle import Vehicle
-from undertow.reports.assess import audit_along
-from undertow.reports.fitted import fit
-from undertow.reports.inputs import Inputs
-from undertow.reports.run import discover
-from undertow.residuals.models import Model, VehicleModel
-from undertow.residuals.network_model import NetworkModel
-from undertow.residuals.settings import Augmentation
-from undertow.residuals.training import TrainingSettings, train
+from undertow.residuals.models.base import Model, VehicleModel
+from undertow.residuals.models.network_model import NetworkModel
+from undertow.residuals.series import audit_along
+from undertow.residuals.training.epochs import TrainingSettings, train
+from undertow.residuals.training.training_settings import Augmentation
+from undertow.workflows.discover_and_add import discover
+from undertow.workflows.fit import fit
+from undertow.workflows.inputs import Inputs
 
 from .cases import Case
 

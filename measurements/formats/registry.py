@@ -3,18 +3,18 @@
 from pathlib import Path
 
 from ...physics.errors import LogError
+from .autopilots.dataflash import DATAFLASH
+from .autopilots.dataflash_text import DATAFLASH_TEXT
+from .autopilots.telemetry import TELEMETRY
+from .autopilots.ulog import ULOG
 from .base import EXPECTED, Format, Head, Recording, Request, read_head
-from .dataflash import DATAFLASH
-from .dataflash_text import DATAFLASH_TEXT
-from .long_csv import LONG_CSV
-from .matlab import MATLAB
-from .mcap import MCAP
-from .parquet import PARQUET
-from .ros1_bag import ROS1_BAG
-from .ros2_bag import ROS2_BAG
-from .telemetry import TELEMETRY
-from .ulog import ULOG
-from .wide_csv import WIDE_CSV
+from .ros.mcap import MCAP
+from .ros.ros1_bag import ROS1_BAG
+from .ros.ros2_bag import ROS2_BAG
+from .tables.long_csv import LONG_CSV
+from .tables.matlab import MATLAB
+from .tables.parquet import PARQUET
+from .tables.wide_csv import WIDE_CSV
 
 FORMATS: tuple[Format, ...] = (
     PARQUET,

@@ -1,1 +1,1 @@
-"""One file for every check of a log's quality: what is wrong, by how much, what follows, and what to do."""
+"""Whether a log is sound: what is wrong with it, by how much, what follows, and what to do."""

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..channels import Channel
+from ..canonical import Channel
 from ..log import Log
+from ..statistics import CI
 from .finding import Channels, Fix
 from .pieces import fit_pieces, ways
-from .regression import CI
 
 _TIMES = 12.0
 """Standard errors that a ratio must reach to be spoken of: a sixth of itself either way is the widest interval."""

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from ...physics.forces import modelled_acceleration
 from ...physics.frames import Array
 from ..alignment import band_passed
+from .checks.neutral import centre_of
+from .checks.sides import side_of
 from .finding import Check, Finding, Reach
-from .neutral import centre_of
 from .record import RATE, Record, Stretch
-from .sides import side_of
 
 _STEP = 1.0 / RATE
 _QUICK = (0.15, 2.0)

@@ -9,10 +9,10 @@ import numpy as np
 from ...physics.frames import Array, body_to_earth
 from ...physics.thrusters import push_and_turn, side_named
 from ..alignment import band_passed
-from ..channels import Channel, command_kind
+from ..canonical import Channel, command_kind
+from ..statistics import surely_more
 from .finding import Channels, Check, Finding, Fix, Reach
 from .record import RATE, Record, Stretch
-from .regression import surely_more
 from .response import answers, trials
 
 _STEP = 1.0 / RATE

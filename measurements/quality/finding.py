@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, ClassVar, Literal
 
-from ..channels import Channel
+from ..canonical import Channel
 from .record import Record
 
 Verdict = Literal["ok", "note", "warning", "defect", "cannot tell"]

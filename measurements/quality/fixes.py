@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.frames import Array
-from ..channels import Channel
+from ..canonical import Channel
 from .finding import Channels
 
 LEAST = 20

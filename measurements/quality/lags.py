@@ -9,7 +9,7 @@ from scipy.stats import t as student
 
 from ...physics.frames import Array
 from ..alignment import band_passed, drift_free
-from .regression import CI
+from ..statistics import CI
 
 _BLOCK = 10.0
 """Length of the stretches that are left out one at a time [s]."""

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.frames import Array, body_to_earth
-from ..channels import Channel
+from ..canonical import Channel
 from ..log import Log
-from .regression import Fit, robust_fit
+from ..statistics import Fit, robust_fit
 
 _WINDOW = 4.0
 """Length of the pieces over which changes are compared [s]: long beside the noise of a position, short beside drift."""

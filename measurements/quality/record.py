@@ -10,10 +10,10 @@ from ...physics.errors import LogError
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..channels import Channel, command_kind
-from ..dataset import Recipe
+from ..canonical import Channel, command_kind
 from ..log import Log
-from ..prepare import prepare
+from ..preparation.dataset import Recipe
+from ..preparation.prepare import prepare
 
 RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""

@@ -1,23 +1,23 @@
 """The table of all checks, in the order in which they are made; a new check is one file and one entry here."""
 
-from .clocks import Clocks
-from .commands import Commands
-from .deviation import Deviation
+from .checks.clocks import Clocks
+from .checks.commands import Commands
+from .checks.deviation import Deviation
+from .checks.excitation import Excitation
+from .checks.held import HeldFixes
+from .checks.late import LateFixes
+from .checks.neutral import Neutral
+from .checks.rates import Gaps, Rates
+from .checks.sides import Sides
+from .checks.stamps import Stamps
+from .checks.stuck import Stuck
+from .checks.tilt import Tilt
+from .checks.units import Units
 from .drive import Drive
 from .exchanged import Exchanged
-from .excitation import Excitation
 from .finding import Check
-from .held import HeldFixes
-from .late import LateFixes
-from .neutral import Neutral
-from .rates import Gaps, Rates
 from .resampled import Resampled
-from .sides import Sides
 from .spikes import Spikes
-from .stamps import Stamps
-from .stuck import Stuck
-from .tilt import Tilt
-from .units import Units
 
 CHECKS: tuple[Check, ...] = (
     Stamps(),

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...physics.frames import Array
-from ..channels import Channel, command_kind
+from ..canonical import Channel, command_kind
 from .finding import Channels, Check, Finding, Fix
 from .record import Record
 

@@ -9,9 +9,9 @@ from ...physics.forces import modelled_acceleration
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
+from ..statistics import Fit, robust_fit
 from .finding import Finding, Reach
 from .record import RATE, Record
-from .regression import Fit, robust_fit
 
 _PIECE = 2.0
 """Length of the pieces over which changes of speed are compared [s]: a boat's answer to its thrusters."""

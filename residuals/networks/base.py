@@ -13,7 +13,7 @@ from typing import ClassVar
 import torch
 from torch import Tensor, nn
 
-from ...measurements.standardisation import Standardisation
+from ...measurements.preparation.standardisation import Standardisation
 from ...physics.frames import Array
 
 Memory = tuple[Tensor, ...]

@@ -14,9 +14,9 @@ from round_trip import world
 from telemetry_files import telemetry_of
 from ulog_files import ulog_of
 
-from undertow.physics.simulated_log import SimulatedLog
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import simulate_world
 
 
 @dataclass(frozen=True)

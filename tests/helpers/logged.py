@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from undertow.measurements.channels import Channel
-from undertow.measurements.dataset import WEAK
+from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log
-from undertow.measurements.prepare import prepare
-from undertow.physics.simulated_log import SimulatedLog
+from undertow.measurements.preparation.dataset import WEAK
+from undertow.measurements.preparation.prepare import prepare
+from undertow.physics.worlds.simulated_log import SimulatedLog
 
 
 def without_a_file(world: SimulatedLog) -> Log:

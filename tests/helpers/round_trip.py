@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from undertow.measurements.log import read_log
-from undertow.measurements.prepare import WEAK, prepare
+from undertow.measurements.preparation.prepare import WEAK, prepare
 from undertow.physics.motion import Motion
-from undertow.physics.simulated_log import SimulatedLog
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds import simulate_world
+from undertow.physics.worlds.simulated_log import SimulatedLog
+from undertow.physics.worlds.world import simulate_world
 
 
 @cache

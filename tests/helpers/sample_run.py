@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from undertow.comparison.failing.failures import Structure, structure_of
+from undertow.comparison.failing.places import failures
+from undertow.comparison.failing.rows import scene
+from undertow.comparison.failing.segments import segments
 from undertow.discovery.findings import Removal
-from undertow.reports.failing.places import failures
-from undertow.reports.failing.scene import scene
-from undertow.reports.failing.segments import segments
-from undertow.reports.failing.tell import Structure, structure_of
 
 RATE = 10
 NOMINAL = {"X_u": -15.0, "X_uu": 0.0, "N_r": -6.0, "N_rr": 0.0, "Y_v": -40.0, "Y_vv": 0.0, "stbd": 1.0}

@@ -128,7 +128,7 @@ def _vehicle(folder: Path) -> Path:
 
 
 def _use_vehicle(path: Path) -> None:
-    from undertow.physics.worlds import simulate_world
+    from undertow.physics.worlds.world import simulate_world
 
     vehicle = load_vehicle(path)
     vehicle.save(path.with_name("again.yaml"))
@@ -169,13 +169,14 @@ def _run(name: str, folder: Path) -> Path:
 
 def _use_run(path: Path) -> None:
     """As report, add --run, check RUN, compare --model RUN and explain RUN read it."""
+    from undertow.comparison import overlap as fitted_on
+    from undertow.comparison.models_by_name import load_model
     from undertow.physics.errors import RequestError, VehicleError
-    from undertow.reports import checked, fitted_on
-    from undertow.reports.fleet_page import fleet_page
-    from undertow.reports.folder import read_run_inputs
-    from undertow.reports.models import load_model
-    from undertow.reports.page import page
-    from undertow.reports.run_folder import read_run
+    from undertow.reports.page.fleet_page import fleet_page
+    from undertow.reports.page.page import page
+    from undertow.workflows import check as checked
+    from undertow.workflows.run_folder.read import read_run
+    from undertow.workflows.run_folder.write import read_run_inputs
 
     refused: Exception | None = None
     for use in (read_run_inputs, load_model, checked._stored_envelope):
@@ -195,10 +196,10 @@ def _network(folder: Path) -> Path:
     """A network's folder, as `train` leaves it."""
     import numpy as np
 
-    from undertow.measurements.standardisation import Standardisation
-    from undertow.residuals.inputs import input_names
-    from undertow.residuals.model_files import save_network
-    from undertow.residuals.network_model import NetworkModel, scaling_of
+    from undertow.measurements.preparation.standardisation import Standardisation
+    from undertow.residuals.models.model_files import save_network
+    from undertow.residuals.models.network_inputs import input_names
+    from undertow.residuals.models.network_model import NetworkModel, scaling_of
     from undertow.residuals.networks.registry import build
 
     hull = load_vehicle("blueboat")
@@ -210,8 +211,8 @@ def _network(folder: Path) -> Path:
 
 
 def _use_network(path: Path) -> None:
-    from undertow.reports import fitted_on
-    from undertow.reports.models import load_model
+    from undertow.comparison import overlap as fitted_on
+    from undertow.comparison.models_by_name import load_model
 
     fitted_on.logs_of(path.parent, load_model("blueboat"))
     load_model(path.parent)
@@ -229,7 +230,7 @@ def _use_weights(path: Path) -> None:
 def _checkpoint(folder: Path) -> Path:
     import torch
 
-    from undertow.residuals.checkpoint import Checkpoint, write_checkpoint
+    from undertow.residuals.training.checkpoint import Checkpoint, write_checkpoint
 
     weights = {"a": torch.zeros(3), "b": torch.ones(2, 2)}
     kept, moments = ({name: value.clone() for name, value in weights.items()} for _ in range(2))
@@ -239,7 +240,7 @@ def _checkpoint(folder: Path) -> Path:
 
 
 def _use_checkpoint(path: Path) -> None:
-    from undertow.residuals.checkpoint import read_checkpoint
+    from undertow.residuals.training.checkpoint import read_checkpoint
 
     read_checkpoint(path.parent, {"data": "x"})
 
@@ -252,7 +253,7 @@ def _standardisation(folder: Path) -> Path:
 
 
 def _use_standardisation(path: Path) -> None:
-    from undertow.measurements.standardisation import Standardisation
+    from undertow.measurements.preparation.standardisation import Standardisation
 
     Standardisation.read(path)
 

@@ -1,0 +1,175 @@
+"""The auditor: any model before all laws, and what they say of it as `audit.json` has it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal
+
+import numpy as np
+
+from ..discovery.lawful.certify import certify
+from ..physics.errors import expect
+from ..physics.frames import Array
+from ..physics.laws.audit.base import Law, Ruling
+from ..physics.laws.audit.mass import PositiveMass
+from ..physics.laws.audit.registry import LAWS
+from ..physics.laws.audit.trial import possible_commands
+from ..physics.laws.audit.witness import Proof, Witness
+from ..physics.laws.damping_power import Envelope
+from ..physics.matrices import coriolis_matrix
+from ..physics.motion import Motion
+from ..residuals.models.base import Model, VehicleModel
+from ..residuals.models.foreign import FunctionModel
+
+AUDIT_SCHEMA = "undertow.audit/1"
+_MOST_COMMANDS = 2000
+_DENSE = (2**16, 2**14, 2**13)
+"""States that are asked beside the first, evenly and again at the ends: of foreign models, whose violations may fill
+any corner, of networks without a memory, and of formulas, which are smooth."""
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """What all laws say of a model.
+
+    Attributes
+    ----------
+    model, kind : its name and kind
+    envelope : velocities relative to the water in which it was judged
+    envelope_from : where the envelope came from, in words
+    rulings : of each law
+    notes : what the vehicle file states and the laws took out
+    """
+
+    model: str
+    kind: str
+    envelope: Envelope
+    envelope_from: str
+    rulings: tuple[Ruling, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> Literal["pass", "fail"]:
+        """Fail when a law that counts is broken."""
+        return "fail" if self.violations else "pass"
+
+    @property
+    def violations(self) -> tuple[Ruling, ...]:
+        """The laws that count and are broken."""
+        return tuple(r for r in self.rulings if r.counts and r.verdict == "fail")
+
+    def ruling(self, law: str) -> Ruling:
+        """What one law says, by its name."""
+        return next(r for r in self.rulings if r.law == law)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `audit.json` writes it."""
+        return {
+            "schema": AUDIT_SCHEMA,
+            "model": self.model,
+            "kind": self.kind,
+            "verdict": self.verdict,
+            "envelope": self.envelope.to_dict(),
+            "envelope_from": self.envelope_from,
+            "units": {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"},
+            "laws": [r.to_dict() for r in self.rulings],
+            "notes": list(self.notes),
+        }
+
+
+def audit(
+    model: Model,
+    envelope: Envelope,
+    *,
+    motions: Sequence[Motion] = (),
+    commands: Array | None = None,
+    envelope_from: str = "given",
+    seed: int = 0,
+    laws: Sequence[Law] = LAWS,
+) -> Audit:
+    """Judge a model by all laws.
+
+    Parameters
+    ----------
+    envelope : velocities relative to the water in which it is judged
+    motions : measured, for the energy balance along the log
+    commands : (m, thrusters) that it may meet; without: those of the motions, else all that the thrusters can take
+    envelope_from : where the envelope came from, in words
+    seed : of everything random
+
+    Raises
+    ------
+    RequestError
+        when the model does not answer with finite accelerations, or refuses the rate of the motions.
+    """
+    expect("audit: model", model, Model, "undertow.load_model(PATH) reads one")
+    expect("audit: envelope", envelope, Envelope, "undertow.check(MODEL) finds one by itself")
+    witness = witness_of(model, envelope, motions=motions, commands=commands, seed=seed)
+    rulings: list[Ruling] = []
+    for law in laws:
+        massless = any(r.law == PositiveMass.name and r.verdict == "fail" for r in rulings)
+        rulings.append(law.pass_over("Means nothing without a positive mass.") if massless else law.judge(witness))
+    stated = sorted(s.replace("_", " ") for s, value in model.vehicle.environment.items() if value)
+    notes = (f"The vehicle file states {', '.join(stated)}; they are forces from outside, and taken out.",)
+    return Audit(model.name, model.kind, envelope, envelope_from, tuple(rulings), notes if stated else ())
+
+
+def witness_of(
+    model: Model,
+    envelope: Envelope,
+    *,
+    motions: Sequence[Motion] = (),
+    commands: Array | None = None,
+    seed: int = 0,
+) -> Witness:
+    """A model as the laws see it; see `audit`."""
+    formula = isinstance(model, VehicleModel)
+    if commands is None and motions:
+        commands = np.concatenate([m.commands for m in motions])
+        commands = commands[:: -(-commands.shape[0] // _MOST_COMMANDS)]
+    return Witness(
+        model.vehicle,
+        model.settled,
+        along=model.acceleration,
+        rollout=None if formula or isinstance(model, FunctionModel) else model.rollout,
+        envelope=envelope,
+        commands=possible_commands(model.vehicle, seed) if commands is None else commands,
+        time_step=motions[0].time_step if motions else model.time_step,
+        exact=formula,
+        own_mass=not (isinstance(model, FunctionModel) or model.kind == "network"),
+        dense=_dense(model),
+        prove=partial(_proof, model),
+        coriolis=partial(coriolis_matrix, model.vehicle) if formula else None,
+        motions=tuple(motions),
+        seed=seed,
+    )
+
+
+def _dense(model: Model) -> int:
+    """How many states more a model is asked; none where each is held for seconds, so that a memory settles."""
+    if isinstance(model, FunctionModel):
+        return _DENSE[0]
+    if isinstance(model, VehicleModel):
+        return _DENSE[2]
+    return 0 if model.remembers else _DENSE[1]
+
+
+def _proof(model: Model, envelope: Envelope, limit: float, force: Array) -> Proof:
+    """Try to prove that a model without thrust gains at most `limit` [W] and the power of a force over an envelope."""
+    if model.rests_on == "nothing":
+        return Proof()
+    if model.rests_on == "itself":
+        return Proof("by construction")
+    if model.rests_on == "bounds":
+        from ..residuals.models.bounds import bound_power  # with torch
+        from ..residuals.models.network_model import NetworkModel
+
+        if not isinstance(model, NetworkModel):
+            return Proof()
+        found = bound_power(model, envelope, limit, force)
+        return Proof("interval bounds" if found.proved else None, found.against)
+    if min(model.vehicle.value("memory_sway"), model.vehicle.value("memory_yaw")) < 0.0:
+        return Proof()
+    if not certify(model.vehicle, envelope).holds:
+        return Proof()
+    return Proof("vertex LMI" if isinstance(model, VehicleModel) else "by construction")

@@ -1,0 +1,184 @@
+"""All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+
+from ..discovery.calibration.calibrate import calibrate_once
+from ..measurements.preparation.split import PARTS
+from ..physics.errors import RequestError
+from ..reports.wording import ACCELERATION_UNITS, ROLLOUT_UNITS, percent
+from ..residuals.models.base import Model, VehicleModel
+from ..residuals.models.baselines import baselines
+from ..residuals.models.domain import known_to, spanned
+from ..residuals.scores import Errors, by_axis, evaluate
+from ..residuals.series import Parts, audit_along, series
+from ..workflows.inputs import Inputs
+from .audit import Audit
+from .differences import differences
+from .facts import ComparedModel, Comparison, Domain, RulingRecord, Side
+from .failing.failures import where_they_fail
+from .models_by_name import CORRECTED
+from .recommendation import best
+
+NOMINAL, CALIBRATED = "nominal", "calibrated"
+BASELINE = "baseline"
+_FAR_OUT = 0.05
+"""Share of the judged rows far from what a network was trained on that is worth a sentence."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A model, its errors on the judged rows, and what the laws say of it; baselines are not asked."""
+
+    model: Model
+    errors: Errors
+    audit: Audit | None
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.model.name
+
+    @property
+    def verdict(self) -> str:
+        """What the laws say, in a word."""
+        return "not run" if self.audit is None else self.audit.verdict
+
+
+def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:
+    """Evaluate a model on the judged rows, if it was not yet, and judge it by the laws along all parts of the logs."""
+    found = evaluate(model, parts.judged) if errors is None else errors
+    return Judged(model, found, None if model.kind == BASELINE else audit_along(model, parts))
+
+
+def calibrated_model(inputs: Inputs) -> tuple[list[Model], list[str]]:
+    """The nominal model with its own parameters fitted, on nothing that is judged; or none, and a sentence why.
+
+    Where all rows are judged there are no others to fit to, and a sentence says so.
+    """
+    judged, split = inputs.parts.judge, inputs.weak
+    motions = inputs.fitting if judged != "validation" else split.train.motions
+    notes = []
+    if judged in ("train", "all"):
+        notes = [f"{CALIBRATED} was fitted to rows that are judged here, so its errors are too small"]
+    begun = perf_counter()
+    try:
+        vehicle, symbols = calibrate_once(motions, inputs.vehicle)
+    except RequestError as error:
+        return [], [f"there is no {CALIBRATED} model: {str(error).removeprefix('fit: ')}"]
+    return [VehicleModel(vehicle, CALIBRATED, "physics", len(symbols), perf_counter() - begun)], notes
+
+
+def reference_models(inputs: Inputs, middle: Sequence[Model] = ()) -> tuple[list[Model], list[str]]:
+    """The models that are always compared: nominal, calibrated, those of a run (`middle`), and the baselines."""
+    known, notes = calibrated_model(inputs)
+    nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
+    return [nominal, *known, *middle, *baselines(inputs.vehicle)], notes
+
+
+def ends(models: Sequence[Model], recommended: str = "") -> tuple[Model, Model]:
+    """The two models whose series are drawn and whose failures are told: the nominal one, and what became of it.
+
+    That is the corrected model where there is one, else the `recommended` one where that is neither the nominal one nor
+    a baseline, else the last that is no baseline.
+    """
+    named = [model for model in models if model.kind != BASELINE]
+    by_name = {model.name: model for model in named[1:]}
+    return named[0], by_name.get(CORRECTED) or by_name.get(recommended) or named[-1]
+
+
+def comparison(
+    judged: Sequence[Judged],
+    inputs: Inputs,
+    table: pd.DataFrame | None = None,
+    *,
+    timed: bool = False,
+    notes: Sequence[str] = (),
+) -> Comparison:
+    """Every model on the same rows, as `comparison.json` says it.
+
+    Parameters
+    ----------
+    judged : the nominal model first
+    table : the series of the two models of `ends`; made here where it is None
+    timed : True to tell wall times; equal inputs do not give equal files then
+    notes : sentences on how the models came to be
+    """
+    parts = inputs.parts
+    inside = spanned(inputs.vehicle, parts.split.train.motions).inside(parts.judged.motions)
+    recommended = best([(found.model, found.errors, found.audit) for found in judged])
+    first, after = ends([found.model for found in judged], recommended.model)
+    if table is None:
+        table = series(first, after, parts, inputs.channels)
+    data = [parts.data(part) for part in PARTS]
+    # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
+    last = after if after is not first else None
+    failures, structure = where_they_fail(table, first, last, data, parts.judge, link=after.name != CALIBRATED)
+    apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
+    return Comparison(
+        split=parts.judge,
+        logs=tuple(inputs.paths),
+        warnings=tuple(inputs.warnings),
+        best=recommended,
+        models=tuple(row(found, inside, timed=timed) for found in judged),
+        differences=tuple(apart),
+        failures=failures,
+        structure=structure,
+        notes=(*notes, *_far_out(judged, parts)),
+    )
+
+
+def row(found: Judged, inside: np.ndarray | None = None, *, timed: bool = False) -> ComparedModel:
+    """A row of `comparison.json`: a model's errors, and what the laws say of it.
+
+    Parameters
+    ----------
+    inside : which of the judged rows lie in the domain of the training part
+    timed : True to tell wall times; null stands for those that nobody took
+    """
+    model, errors = found.model, found.errors
+    known = model.seconds_to_fit > 0.0 or model.parameters == 0
+    laws = () if found.audit is None else tuple(found.audit.to_dict()["laws"])
+    return ComparedModel(
+        name=model.name,
+        kind=model.kind,
+        acceleration=errors.acceleration_score.record,
+        rollout={name: score.record for name, score in errors.rollout_scores.items()},
+        units={"acceleration": ACCELERATION_UNITS, "rollout": ROLLOUT_UNITS},
+        domain=None if inside is None else _by_domain(np.concatenate(errors.acceleration), inside),
+        audit=found.verdict,
+        laws=tuple(RulingRecord.model_validate(law) for law in laws),
+        parameters=model.parameters,
+        seconds_to_fit=model.seconds_to_fit if timed and known else None,
+        seconds_to_evaluate=errors.seconds if timed else None,
+    )
+
+
+def _by_domain(error: np.ndarray, inside: np.ndarray) -> Domain:
+    """One-step error on the rows within what the training part spans, and on the others."""
+    return Domain(inside=_side(error[inside]), outside=_side(error[~inside]))
+
+
+def _side(error: np.ndarray) -> Side:
+    return Side(rows=len(error), rmse=by_axis(np.sqrt((error**2).mean(axis=0))) if len(error) else None)
+
+
+def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
+    """Sentences on models that are judged far from what they were trained on."""
+    told = []
+    for found in judged:
+        domain = known_to(found.model)
+        if domain is None:
+            continue
+        share = 1.0 - float(domain.inside(parts.judged.motions).mean())
+        if share > _FAR_OUT:
+            told.append(
+                f"{found.name} is judged far from what it was trained on at {percent(share)} of the rows (a speed or a "
+                "thrust more than three standard deviations from its mean in training): its errors there say little "
+                "about it elsewhere"
+            )
+    return told

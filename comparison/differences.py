@@ -1,0 +1,104 @@
+"""Which differences between models are more than chance, quantity by quantity."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..physics.file_records import Number, Record, Whole
+from ..physics.frames import AXES, Array
+from ..reports.wording import ACCELERATION_UNITS, ROLLOUT_UNITS
+from ..residuals.models.base import Model
+from ..residuals.paired import Difference, paired_difference
+from ..residuals.scores import Errors
+
+
+class PairedRecord(Record):
+    """How an error of a model differs from that of another on the same rows, as `comparison.json` has it.
+
+    Attributes
+    ----------
+    model, against : the two
+    quantity : "acceleration" or "rollout"
+    horizon : of the rollout [s]; None for the acceleration
+    axis : of the error
+    difference, relative, ci95 : model minus reference [`unit`], the same over the reference's error, and its 95 %
+        interval; None where the rows are too few
+    verdict : "better", "worse", "no difference" or "too short to tell"
+    blocks : how many stretches the interval rests on
+    """
+
+    model: str
+    against: str
+    quantity: str
+    horizon: str | None = None
+    axis: str
+    difference: Number | None = None
+    relative: Number | None = None
+    ci95: tuple[Number, Number] | None = None
+    unit: str = ""
+    verdict: str = ""
+    blocks: Whole | None = None
+
+
+ROLLED = (*AXES, "position")
+"""What the columns of the squared errors of rollouts are."""
+
+
+def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str]) -> list[PairedRecord]:
+    """Every model against each reference that stands before it, baselines against the first model only.
+
+    Entries are as `comparison.json` has them.
+    """
+    found = []
+    for k, (model, errors) in enumerate(models):
+        for other, base in models[: 1 if model.kind == "baseline" else k]:
+            if k > 0 and other.name in references:
+                found += _against(model.name, errors, other.name, base)
+    return found
+
+
+def _against(name: str, errors: Errors, other: str, base: Errors) -> list[PairedRecord]:
+    told = []
+    for axis, ours, theirs in zip(AXES, squares(errors).T, squares(base).T, strict=True):
+        done = paired_difference(ours, theirs)
+        told.append(_entry(name, other, "acceleration", None, axis, done, ACCELERATION_UNITS[axis]))
+    for horizon in errors.rollouts:
+        shortest = rows_of(errors, horizon)
+        pair = zip(ROLLED, rolled(errors, horizon).T, rolled(base, horizon).T, strict=True)
+        for axis, ours, theirs in pair:
+            done = paired_difference(ours, theirs, shortest)
+            told.append(_entry(name, other, "rollout", horizon, axis, done, ROLLOUT_UNITS[axis]))
+    return told
+
+
+def squares(errors: Errors) -> Array:
+    """Squared errors of the acceleration on all rows (n, 3)."""
+    return np.square(np.concatenate(errors.acceleration))
+
+
+def rolled(errors: Errors, horizon: str) -> Array:
+    """Mean squared errors of all rollouts over a horizon (starts, 4)."""
+    return np.concatenate(errors.rollouts[horizon].squares)
+
+
+def rows_of(errors: Errors, horizon: str) -> int:
+    """How many starts lie within one horizon: rollouts from them share rows."""
+    return max(1, round(float(horizon) / min(errors.rollouts[horizon].spacing)))
+
+
+def _entry(
+    name: str, other: str, quantity: str, horizon: str | None, axis: str, done: Difference, unit: str
+) -> PairedRecord:
+    return PairedRecord(
+        model=name,
+        against=other,
+        quantity=quantity,
+        horizon=horizon,
+        axis=axis,
+        difference=done.difference,
+        relative=done.relative,
+        ci95=done.ci95,
+        unit=unit,
+        verdict=done.verdict,
+        blocks=done.blocks,
+    )

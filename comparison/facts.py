@@ -1,0 +1,153 @@
+"""What a run folder holds beside the findings: comparison, audit and how it was made, as their files have them."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pydantic import ConfigDict, Field
+
+from ..discovery.findings import FailingPlace
+from ..physics.file_records import Flag, Number, Record, Whole
+from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
+from .differences import PairedRecord
+from .failing.failures import Structure
+
+
+class Amount(Record):
+    """A number with its unit."""
+
+    value: Number | None = None
+    unit: str = ""
+
+
+class WorstCase(Amount):
+    """The value nearest to breaking a law, or beyond, and the state in which it was found."""
+
+    at: Mapping[str, Number] = {}
+
+
+class RulingRecord(Record):
+    """What one law says of a model, as `physics.laws.audit` rules; whatever else it says is kept."""
+
+    model_config = ConfigDict(extra="allow")
+
+    law: str
+    verdict: str
+    counts: Flag = True
+    violating_share: Number | None = None
+    proof: str | None = None
+    worst: WorstCase | None = None
+    margin: Amount | None = None
+    sentence: str = ""
+
+    @property
+    def outcome(self) -> str:
+        """The verdict in one word; a broken law that does not count is noted."""
+        return "noted" if self.verdict == "fail" and not self.counts else self.verdict
+
+
+class AuditRecord(Record):
+    """What all laws say of a model, the envelope [m/s, m/s, rad/s] in which they were asked, and where it came from."""
+
+    SCHEMA: ClassVar[str] = "undertow.audit/1"
+
+    model: str = ""
+    verdict: str = ""
+    envelope: Mapping[str, tuple[Number, Number]] = {}
+    envelope_from: str = "the envelope"
+    units: Mapping[str, str] = {}
+    laws: tuple[RulingRecord, ...]
+    notes: tuple[str, ...] = ()
+
+
+class LogDigest(Record):
+    """A log and its SHA-256; None for one that was not there any more."""
+
+    path: str
+    sha256: str | None = None
+
+
+class MadeFrom(Record):
+    """How a run was made: the command that makes it again, seed, versions of packages, and logs."""
+
+    SCHEMA: ClassVar[str] = "undertow.run/1"
+
+    command: str = ""
+    seed: Whole | None = None
+    versions: Mapping[str, str] = {}
+    log_sha256: tuple[LogDigest, ...] = ()
+
+
+class Best(Record):
+    """The model to trust, and why."""
+
+    model: str = ""
+    sentence: str = ""
+
+
+class Side(Record):
+    """One-step error on some of the judged rows, and how many these are."""
+
+    rows: Whole = 0
+    rmse: ByAxis | None = None
+
+
+class Domain(Record):
+    """The error on the rows with speeds and thrusts that the training part spans, and on the others."""
+
+    inside: Side = Side()
+    outside: Side = Side()
+
+
+class ComparedModel(Record):
+    """A model on the judged rows.
+
+    Attributes
+    ----------
+    name, kind : as the model has them
+    acceleration : one-step errors
+    rollout : errors of open-loop predictions, by horizon [s]
+    domain : the error by what the training part spans; None where that was not asked
+    audit, laws : what the laws say, in a word and one by one; none for a baseline
+    parameters : how many numbers were fitted
+    seconds_to_fit, seconds_to_evaluate : wall times [s]; None where nobody took them
+    """
+
+    name: str
+    kind: str = ""
+    acceleration: AccelerationRecord = AccelerationRecord()
+    rollout: Rollouts = Field(default_factory=dict)
+    units: Mapping[str, Mapping[str, str]] = {}
+    domain: Domain | None = None
+    audit: str = "not run"
+    laws: tuple[RulingRecord, ...] = ()
+    parameters: Whole | None = None
+    seconds_to_fit: Number | None = None
+    seconds_to_evaluate: Number | None = None
+
+
+class Comparison(Record):
+    """All models on the same rows.
+
+    Attributes
+    ----------
+    split : the part that judges, or "all"
+    logs : their paths
+    warnings : what is wrong with the logs
+    best : the model to trust
+    models : the nominal one first
+    differences : which differences are more than chance
+    failures, structure : where and how the first and the last model fail
+    notes : what a reader must know of the comparison
+    """
+
+    SCHEMA: ClassVar[str] = "undertow.comparison/1"
+
+    split: str = "held-out"
+    logs: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    best: Best = Best()
+    models: tuple[ComparedModel, ...]
+    differences: tuple[PairedRecord, ...] = ()
+    failures: tuple[FailingPlace, ...] = ()
+    structure: tuple[Structure, ...] = ()
+    notes: tuple[str, ...] = ()

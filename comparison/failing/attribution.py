@@ -1,0 +1,174 @@
+"""Which effect removes an error, and how much of it: computed by putting the effects in and taking them out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from math import factorial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...discovery.findings import Removal
+from ...physics.effects import EFFECTS
+from ...physics.errors import VehicleError
+from ...physics.vehicle import Vehicle
+from ...reports.wording import number, share_removed, unit_text, words
+from ...residuals.models.base import Model, VehicleModel
+from .along import Along
+from .block_fit import draws
+from .rows import Array, Scene
+
+_EXACT = 6
+"""Up to so many effects every order of adding them counts; beyond, one order and its reverse."""
+_LEAST = 0.1
+"""Share of the error of a place that an effect must remove to be named there."""
+_HELD_OUT_LEAST = 0.05
+_UNSEEN = "not seen on held-out rows ({seconds:.1f} s of this are, {least:g} s are needed)"
+_NONE_ALONE = "no effect removes a tenth of it for sure, there and on held-out rows"
+_HELD_OUT_SECONDS = 2.0
+"""Held-out time [s] in a place, without which no effect is named for it."""
+_SAME = 1e-6
+"""Acceleration [m/s^2, rad/s^2] by which two models may differ and be the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contributions:
+    """What each effect, by which two vehicles differ, does to the squared error of every row.
+
+    Attributes
+    ----------
+    effects : their names in the catalogue (the symbol, for a parameter that belongs to none)
+    changes : what changes, in words: "N_uv from 0 to -25 N s^2/m"
+    removed : (effects, n, 3) squared error that each removes, as the mean over the orders in which they can be added,
+        so that they sum to what all remove (the Shapley value)
+    missed : (effects, n, 3) squared error that comes back when one alone is taken out of the corrected model
+    """
+
+    effects: tuple[str, ...]
+    changes: tuple[str, ...]
+    removed: Array
+    missed: Array
+
+    def to(self, stage: Scene, rows: NDArray[np.bool_], axis: int) -> tuple[tuple[Removal, ...], str]:
+        """The effects that remove the error of a place on one axis; or why none.
+
+        An effect is named when it removes a tenth of the squared error there and the 95 % interval of that share, over
+        blocks, lies above zero; and when, on the held-out rows of the place alone, at least 2 s of them, it removes
+        error and its loss brings error back.
+        """
+        usable = np.isfinite(stage.error[:, axis]) & np.isfinite(self.removed[..., axis]).all(axis=0)
+        inside, unseen = rows & usable, rows & usable & stage.held_out
+        square = np.where(usable, np.square(stage.error[:, axis]), 0.0)
+        total, unseen_total = square[inside].sum(), square[unseen].sum()
+        seconds = float(unseen.sum() * stage.step)
+        if seconds < _HELD_OUT_SECONDS:
+            return (), _UNSEEN.format(seconds=seconds, least=_HELD_OUT_SECONDS)
+        if total <= 0.0 or unseen_total <= 0.0:
+            return (), ""
+        found: list[Removal] = []
+        blocks = np.unique(stage.block[inside])
+        for k, effect in enumerate(self.effects):
+            removed, missed = self.removed[k, :, axis], self.missed[k, :, axis]
+            share = removed[inside].sum() / total
+            sums = np.array([np.bincount(stage.block, np.where(inside, c, 0.0)) for c in (removed, square)]).T[blocks]
+            drawn = draws(blocks.size) @ sums
+            sure = blocks.size == 1 or np.quantile(drawn[:, 0] / np.maximum(drawn[:, 1], 1e-300), 0.025) > 0.0
+            held = removed[unseen].sum() / unseen_total >= _HELD_OUT_LEAST and missed[unseen].sum() > 0.0
+            if share >= _LEAST and sure and held:
+                sentence = (
+                    f"{words(effect)} ({self.changes[k]}) removes {share_removed(share)} of the squared error here"
+                )
+                found.append(Removal(effect=effect, share_removed=round(float(share), 4), sentence=sentence))
+        return tuple(sorted(found, key=lambda one: -one.share_removed)), "" if found else _NONE_ALONE
+
+
+def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Contributions | None:
+    """What each effect by which `after` differs from `before` does to the error along all parts of the logs.
+
+    Parameters
+    ----------
+    before, after : the models of the series' first and last columns
+    along : those logs
+    stage : the rows of the whole series, of the first model
+
+    Returns
+    -------
+    None where the models are not two vehicles, or differ in more than parameters.
+    """
+    if not (isinstance(before, VehicleModel) and isinstance(after, VehicleModel)):
+        return None
+    groups = _differences(before.vehicle, after.vehicle)
+    names = tuple(groups)
+    if not names:
+        return None
+    mixed = _Mixtures(before.vehicle, groups, along, stage.measured)
+    try:
+        if np.abs(mixed.acceleration(frozenset(names)) - along.acceleration(after.vehicle)).max() > _SAME:
+            return None  # other thrusters or curves: more than the catalogue can say
+        removed = {name: np.zeros(stage.error.shape) for name in names}
+        for subset, name, weight in _additions(names):
+            removed[name] += weight * (mixed.squares(subset) - mixed.squares(subset | {name}))
+        whole = frozenset(names)
+        missed = [mixed.squares(whole - {name}) - mixed.squares(whole) for name in names]
+    except (VehicleError, np.linalg.LinAlgError):
+        return None  # a mixture of the two that is no sound vehicle
+    changes = tuple(_in_words(before.vehicle, after.vehicle, groups[name]) for name in names)
+    return Contributions(names, changes, np.array([removed[name] for name in names]), np.array(missed))
+
+
+class _Mixtures:
+    """Squared errors along the logs of vehicles between two."""
+
+    def __init__(
+        self, vehicle: Vehicle, groups: Mapping[str, Mapping[str, float]], along: Along, measured: Array
+    ) -> None:
+        self._vehicle, self._groups, self._along, self._measured = vehicle, groups, along, measured
+        self._known: dict[frozenset[str], Array] = {}
+
+    def acceleration(self, subset: frozenset[str]) -> Array:
+        """Modelled acceleration of the first vehicle with some of the effects."""
+        changes = {symbol: value for name in subset for symbol, value in self._groups[name].items()}
+        return self._along.acceleration(self._vehicle.with_values(changes))
+
+    def squares(self, subset: frozenset[str]) -> Array:
+        """Its squared error, (n, 3)."""
+        if subset not in self._known:
+            self._known[subset] = np.square(self.acceleration(subset) - self._measured)
+        return self._known[subset]
+
+
+def _differences(before: Vehicle, after: Vehicle) -> dict[str, dict[str, float]]:
+    """The symbols in which two vehicles differ, with the second's values, under the names of the effects they are."""
+    belongs = {symbol: effect.name for effect in EFFECTS for symbol in effect.symbols}
+    scales = {f"{thruster.name}_scale": "thruster_asymmetry" for thruster in before.thrusters}
+    groups: dict[str, dict[str, float]] = {}
+    for symbol in dict.fromkeys((*before.values, *after.values)):
+        old, new = (vehicle.values.get(symbol, 0.0) for vehicle in (before, after))  # a term may be in one alone
+        if old == new:
+            continue
+        name = belongs.get(symbol) or scales.get(symbol) or symbol
+        groups.setdefault(name, {})[symbol] = new
+    return groups
+
+
+def _additions(names: tuple[str, ...]) -> list[tuple[frozenset[str], str, float]]:
+    """What is there, what is added to it, and the weight of that addition among all orders; or among two of them."""
+    count = len(names)
+    if count > _EXACT:
+        orders = (names, names[::-1])
+        return [(frozenset(order[:k]), name, 0.5) for order in orders for k, name in enumerate(order)]
+    found = []
+    for name in names:
+        others = [other for other in names if other != name]
+        for size in range(count):
+            weight = factorial(size) * factorial(count - size - 1) / factorial(count)
+            found += [(frozenset(subset), name, weight) for subset in combinations(others, size)]
+    return found
+
+
+def _in_words(before: Vehicle, after: Vehicle, symbols: Mapping[str, float]) -> str:
+    told = []
+    for symbol, value in symbols.items():
+        unit = unit_text(after.parameter(symbol).unit) if symbol not in ("mass", "inertia_z") else ""
+        told.append(f"{symbol} from {number(before.values.get(symbol, 0.0))} to {number(value)} {unit}".rstrip())
+    return ", ".join(told)

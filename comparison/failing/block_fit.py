@@ -1,0 +1,140 @@
+"""What tells structure from noise: draws of blocks, and linear fits whose errors know that rows are not independent."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student_t
+
+from .rows import EDGE, Array, Scene
+
+_DRAWS = 999
+_RIDGE = 1e-9
+
+
+@lru_cache(maxsize=64)
+def draws(blocks: int, seed: int = 0) -> Array:
+    """How often each block is drawn in each resample of a bootstrap, (resamples, blocks)."""
+    rng = np.random.default_rng([seed, blocks])
+    return rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), _DRAWS).astype(float)
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A linear fit to rows that come in blocks.
+
+    Attributes
+    ----------
+    values : (k,) coefficients of the columns that are asked for
+    covariance : (k, k) of them, robust to whatever goes on within blocks and between neighbours
+    sample : (resamples, k) of a block bootstrap, one step from the fit
+    blocks : how many
+    free : share of each column that the others do not explain, (k,)
+    residual : (n,) what the whole fit leaves; zero on rows that took no part
+    """
+
+    values: Array
+    covariance: Array
+    sample: Array
+    blocks: int
+    free: Array
+    residual: Array
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors, (k,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    def interval(self, k: int) -> list[float]:
+        """The 95 % interval of a coefficient."""
+        reach = float(student_t.ppf(0.975, max(self.blocks - 2, 2))) * self.errors[k]
+        return [float(self.values[k] - reach), float(self.values[k] + reach)]
+
+
+def fit_beside(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitted | None:
+    """Fit a target to columns of interest beside others, with errors that are robust to autocorrelation.
+
+    The covariance is the sandwich of Liang and Zeger (1986, Biometrika 73, eq. 8) with the blocks as clusters, to which
+    the products of neighbouring blocks are added with weight one half, as Newey and West (1987) do in time. The
+    bootstrap draws the blocks' scores (Kline and Santos 2012), which costs one product of matrices.
+
+    Parameters
+    ----------
+    target : (n,), NaN where missing
+    asked : (n, k) columns whose coefficients are wanted
+    beside : (n, m) columns that explain what is not asked for
+
+    Returns
+    -------
+    None when there are too few blocks for the number of columns.
+    """
+    rows = np.isfinite(target)
+    columns = np.column_stack([asked, beside])
+    columns = np.where(rows[:, None], np.nan_to_num(columns), 0.0)
+    scale = np.sqrt((columns**2).sum(axis=0))
+    used = scale > 1e-12
+    k = asked.shape[1]
+    if not used[:k].all():
+        return None
+    kept = columns[:, used] / scale[used]
+    beside_alone = _span(kept[:, k:])
+    inside = kept[:, :k] - beside_alone @ (beside_alone.T @ kept[:, :k])
+    free = (inside**2).sum(axis=0)
+    wanted = np.where(rows, target, 0.0)
+    wanted = wanted - beside_alone @ (beside_alone.T @ wanted)
+    gram = inside.T @ inside + _RIDGE * np.eye(k)
+    blocks = np.unique(stage.block[rows])
+    spare = blocks.size - k - beside_alone.shape[1] // 2
+    if spare < 4:
+        return None
+    values = np.linalg.solve(gram, inside.T @ wanted)
+    residual = np.where(rows, wanted - inside @ values, 0.0)
+    scores = np.array([np.bincount(stage.block, residual * column) for column in inside.T]).T[blocks]
+    meat = scores.T @ scores
+    near = (np.diff(blocks) == 1)[:, None]
+    beside_it = scores[:-1].T @ (scores[1:] * near)
+    meat = meat + 0.5 * (beside_it + beside_it.T)
+    factor = blocks.size / spare
+    inverse = np.linalg.inv(gram)
+    covariance = factor * inverse @ meat @ inverse
+    wild = (draws(blocks.size) - 1.0) @ scores @ inverse * np.sqrt(factor)
+    unit = scale[used][:k]
+    return Fitted(values / unit, covariance / np.outer(unit, unit), (values + wild) / unit, blocks.size, free, residual)
+
+
+def _span(columns: Array) -> Array:
+    """An orthonormal basis of some columns, (n, rank)."""
+    if not columns.shape[1]:
+        return columns
+    left, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return left[:, size > 1e-8 * size[0]]
+
+
+def static_columns(stage: Scene, *, sway: bool = True) -> Array:
+    """What a force that depends on the present motion and commands alone is made of, (n, m).
+
+    A constant, speeds, their products and moduli, commands and their squares with sign: everything that this explains
+    is no lag, no heading dependence and no drift. `sway` is False where sway speed itself is in doubt.
+    """
+    u, v, r = (np.nan_to_num(stage.column(name)) for name in ("u", "v", "r"))
+    moving = [np.ones_like(u), u, r, u * abs(u), r * abs(r), u * r, abs(u) * r]
+    if sway:
+        moving += [v, v * abs(v), u * v, v * r, abs(u) * v]
+    pushed = [term for c in stage.commands.T for term in (c, c * abs(c), c * abs(u))]
+    return np.column_stack([*moving, *pushed])
+
+
+def earth_columns(stage: Scene) -> Array:
+    """What a current or a wind adds to that, (n, 8): harmonics of the heading, alone and times each speed."""
+    psi = stage.column("psi")
+    turned = np.column_stack([np.cos(psi), np.sin(psi)])
+    speeds = [np.nan_to_num(stage.column(name))[:, None] for name in ("u", "v", "r")]
+    return np.column_stack([turned, *(speed * turned for speed in speeds)])
+
+
+def contiguous(stage: Scene) -> list[NDArray[np.intp]]:
+    """The rows of each gap-free stretch, in order, without the edges of which nothing is said."""
+    ends = np.flatnonzero(np.diff(stage.stretch)) + 1
+    edge = round(EDGE / stage.step)
+    return [rows[edge : rows.size - edge] for rows in np.split(np.arange(stage.stretch.size), ends)]

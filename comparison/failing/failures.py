@@ -1,0 +1,147 @@
+"""Everything about where two models fail, as `comparison.json` says it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, TypeVar
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from pydantic import BeforeValidator
+
+from ...discovery.findings import FailingPlace
+from ...measurements.preparation.dataset import DataSet
+from ...physics.file_records import Record
+from ...reports.page.figures.figure_data import ENOUGH_SECONDS
+from ...reports.wording import AXES
+from ...residuals.models.base import Model
+from .along import Along
+from .attribution import Contributions, contributions
+from .drift import Drift, over_time
+from .frequency import NOISE, Frequency, against_frequency
+from .heading import Heading, against_heading
+from .lag import Lag, against_lag
+from .places import worst_places
+from .rows import Array, Scene, scene
+from .segments import FailingSeconds, segments
+
+_FALLS = 0.9
+"""Share of an error below which it is told why no effect is named for its fall."""
+
+
+def _of_every_axis(content: object) -> object:
+    if isinstance(content, Mapping) and not set(AXES) <= set(content):
+        raise ValueError(f"an entry for each of {', '.join(AXES)}")
+    return content
+
+
+_EVERY = BeforeValidator(_of_every_axis)
+
+
+class Structure(Record):
+    """In what the errors of a model are alike: the worst seconds, and the looks at its error by axis."""
+
+    model: str
+    rows_of: str = ""
+    segments: tuple[FailingSeconds, ...] = ()
+    frequency: Annotated[Mapping[str, Frequency], _EVERY]
+    lag: Annotated[Mapping[str, Lag], _EVERY]
+    heading: Annotated[Mapping[str, Heading], _EVERY]
+    drift: Annotated[Mapping[str, Drift], _EVERY]
+
+
+Told = TypeVar("Told", FailingPlace, FailingSeconds)
+
+
+def where_they_fail(
+    table: pd.DataFrame,
+    before: Model,
+    after: Model | None,
+    parts: Sequence[DataSet],
+    judge: str,
+    *,
+    link: bool = True,
+) -> tuple[tuple[FailingPlace, ...], tuple[Structure, ...]]:
+    """Where the first and the last model of a series fail, in what their errors are alike, and what removes them.
+
+    Parameters
+    ----------
+    table : as `series.csv`, all parts
+    before, after : the models of its columns; None for no second one
+    parts : train, validation and test, from which the table was made
+    judge : the part that judges, or "all"; where it is shorter than a minute, the whole log does
+    link : False where what distinguishes the last model is no effect that somebody added
+
+    No place and no stretch of time is told on an axis whose error looks like sensor noise: noise has its worst, too.
+
+    Returns
+    -------
+    The failures, and the structure of the errors.
+    """
+    judged, rows_of = judged_rows(table, judge)
+    names = [(before, "before"), *([(after, "after")] if after is not None else [])]
+    whole = scene(table, "before")
+    along = Along(parts)
+    effects = contributions(before, after, along, whole) if after is not None and link else None
+    later = np.square(scene(table, "after").error) if after is not None else None
+    failures: list[FailingPlace] = []
+    structure: list[Structure] = []
+    for model, which in names:
+        stage = scene(table[judged], which)
+        first = which == "before"
+        fate = _Fate(whole, judged, effects if first else None, later if first else None)
+        looks = structure_of(stage, along.thrust(model.vehicle)[judged], model.name, rows_of)
+        heard = [looks.frequency[axis].verdict not in NOISE for axis in AXES]
+        for found in (place for place in worst_places(stage) if heard[place.axis]):
+            told = found.told(stage, model.name).but(rows_of=rows_of)
+            failures.append(fate.of(told, found.place.inside, found.axis))
+        seconds = [fate.of(one.told(stage), one.rows, one.axis) for one in segments(stage) if heard[one.axis]]
+        structure.append(looks.but(segments=tuple(seconds)))
+    return tuple(failures), tuple(structure)
+
+
+def structure_of(stage: Scene, thrust: Array, model: str, rows_of: str) -> Structure:
+    """The looks at one model's error by axis, without its worst seconds.
+
+    Parameters
+    ----------
+    thrust : (n, 3) the part of the modelled acceleration that the thrusters give
+    model, rows_of : its name, and the part that was looked at
+    """
+    return Structure(
+        model=model,
+        rows_of=rows_of,
+        frequency=against_frequency(stage),
+        lag=against_lag(stage, thrust),
+        heading=against_heading(stage),
+        drift=over_time(stage),
+    )
+
+
+def judged_rows(table: pd.DataFrame, judge: str) -> tuple[NDArray[np.bool_], str]:
+    """The rows that judge, (n,), and the name of their part: all rows where the part is shorter than a minute."""
+    rows = (table["part"] == judge).to_numpy(bool)
+    step = float(np.median(np.diff(table["time"].to_numpy()[:50])))
+    if judge == "all" or rows.sum() * step < ENOUGH_SECONDS:
+        return np.ones(len(table), bool), "all"
+    return rows, judge
+
+
+class _Fate:
+    """What becomes of the error of a place: how large it is in the last model, and which effects removed it."""
+
+    def __init__(
+        self, whole: Scene, judged: NDArray[np.bool_], effects: Contributions | None, later: Array | None
+    ) -> None:
+        self._whole, self._judged, self._effects, self._later = whole, np.flatnonzero(judged), effects, later
+
+    def of(self, told: Told, inside: NDArray[np.bool_], axis: int) -> Told:
+        """What is told of a place, with that."""
+        rows = np.zeros(len(self._whole.table), bool)
+        rows[self._judged[inside]] = True
+        removed, why = ((), "") if self._effects is None else self._effects.to(self._whole, rows, axis)
+        if self._later is None:
+            return told.but(removed_by=removed)
+        after = float(np.sqrt(np.nanmean(self._later[rows, axis])))
+        before = float(np.sqrt(np.nanmean(np.square(self._whole.error[rows, axis]))))
+        unlinked = why if why and after < _FALLS * before else None
+        return told.but(rmse_after=round(after, 6), removed_by=removed, unlinked=unlinked)

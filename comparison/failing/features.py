@@ -1,0 +1,191 @@
+"""What a place in the log is told by: quantities of each row, ranges of them in words, and what the boat was doing."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...reports.wording import NARROW, number
+from .bins import STATES, splits
+from .rows import Array, Scene
+
+Words = Callable[[str, str], str]
+"""A range in words: its lower and its upper end as text, either empty where the range is open."""
+_PARTS = 40
+"""A threshold is rounded so that about so many fit between the ends of the quantity."""
+_TURNING = 0.1
+"""Yaw rate [rad/s] from which the boat is said to turn."""
+_STILL = 0.15
+"""Speed [m/s] below which it is said to lie still."""
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A quantity of every row.
+
+    Attributes
+    ----------
+    name : of the quantity
+    values : (n,)
+    words : a range of it in words
+    grain : to which thresholds are rounded; 0 for a state that holds or not
+    size_of : name of the signed quantity of which it is the modulus
+    """
+
+    name: str
+    values: Array
+    words: Words
+    grain: float
+    size_of: str = ""
+
+    def rounded(self, threshold: float) -> float:
+        """A threshold that can be said."""
+        return round(round(threshold / self.grain) * self.grain, 9) if self.grain else threshold
+
+    def inside(self, low: float, high: float) -> NDArray[np.bool_]:
+        """The rows in a range, open below and closed above, as the branches of a tree are."""
+        return (self.values > low) & (self.values <= high)
+
+    def phrase(self, low: float, high: float) -> str:
+        """The same range in words."""
+        return self.words(*(f"{end:g}" if np.isfinite(end) else "" for end in (low, high)))
+
+
+def features(scene: Scene) -> tuple[Feature, ...]:
+    """Speed, sway, turn rate, commands, reversals, heading and time since the last command change of every row."""
+    u, v, r = (scene.column(name) for name in ("u", "v", "r"))
+    heading = np.degrees(scene.column("psi"))
+    found = [
+        _of("surge speed", u, _plain("surge speed {} m/s")),
+        _of("sway speed", v, _plain("sway speed {} m/s (starboard positive)")),
+        _of("drift", np.abs(v), _plain("sway speed {} m/s to either side"), "sway speed"),
+        _of("yaw rate", r, _turn),
+        _of("turn rate", np.abs(r), _plain("turning at {} rad/s", "faster than", "slower than"), "yaw rate"),
+    ]
+    if scene.commands.shape[1]:
+        found += [
+            _of("mean command", 100.0 * scene.common, _mean_command),
+            _of("reversal", scene.opposed.astype(float), _opposed),
+            _of("time since a change", scene.since, _since),
+        ]
+    if scene.commands.shape[1] > 1:
+        found.append(_of("apart", 100.0 * scene.apart, _apart))
+    for zero, ends in ((0.0, ("north", "south")), (90.0, ("east", "west"))):
+        away = np.abs((heading - zero + 180.0) % 360.0 - 180.0)
+        found.append(Feature(f"heading from {ends[0]}", away, _heading(*ends), 5.0))
+    return tuple(found)
+
+
+def merged(
+    ranges: Mapping[str, tuple[float, float]], found: Sequence[Feature]
+) -> list[tuple[Feature, tuple[float, float]]]:
+    """Ranges of several quantities, a modulus told together with its quantity where that leaves the place as it is."""
+    named = {feature.name: feature for feature in found}
+    left = dict(ranges)
+    for size, (low, high) in ranges.items():
+        signed = named[size].size_of
+        if signed in ranges:
+            below, above = left[signed]
+            if below >= -max(low, 0.0):  # the quantity is on one side, or within the gap: its modulus is itself
+                left[signed] = (max(below, low), min(above, high))
+                del left[size]
+            elif above <= max(low, 0.0):
+                left[signed] = (max(below, -high), min(above, -low))
+                del left[size]
+    return [(named[name], ends) for name, ends in left.items()]
+
+
+def doing(scene: Scene, rows: NDArray[np.bool_]) -> str:
+    """What the boat was mostly doing on some rows, in words.
+
+    For example 'turning to port at 1.2 m/s, both thrusters ahead'.
+    """
+    u, r = (float(np.median(scene.column(name)[rows])) for name in ("u", "r"))
+    speed = f"at {number(abs(u), 2)} m/s"
+    if abs(r) > _TURNING:
+        way = f"turning to {'starboard' if r > 0.0 else 'port'}"
+        moving = f"{way} {'astern ' if u < 0.0 else ''}{speed}" if abs(u) >= _STILL else f"{way} on the spot"
+    elif abs(u) < _STILL:
+        moving = "nearly still"
+    else:
+        moving = f"going {'ahead' if u > 0.0 else 'astern'} {speed}"
+    if not scene.commands.shape[1]:
+        return moving
+    command = splits(scene.table)[2]
+    states = np.bincount(command.codes[rows], minlength=len(STATES))
+    told = command.labels[int(states.argmax())] if states.max() > 0.6 * states.sum() else "thrusters changing"
+    return f"{moving}, {told}"
+
+
+def _of(name: str, values: Array, words: Words, size_of: str = "") -> Feature:
+    usable = values[np.isfinite(values)]
+    low, high = np.quantile(usable, [0.005, 0.995]) if usable.size else (0.0, 1.0)
+    raw = max((high - low) / _PARTS, 1e-6)
+    power = 10.0 ** np.floor(np.log10(raw))
+    grain = 0.0 if name == "reversal" else float(power * next(n for n in (1.0, 2.0, 5.0, 10.0) if n * power >= raw))
+    return Feature(name, np.nan_to_num(values), words, grain, size_of)
+
+
+def _between(low: str, high: str, above: str = "above", below: str = "below", unit: str = "") -> str:
+    if low and high:
+        return f"{low}{unit} to {high}{unit}"
+    return f"{above} {low}{unit}" if low else f"{below} {high}{unit}"
+
+
+def _plain(text: str, above: str = "above", below: str = "below") -> Words:
+    def words(low: str, high: str) -> str:
+        told = text.format(_between(low, high, above, below))
+        return told if low and high else told.replace("turning at ", "turning ")
+
+    return words
+
+
+def _percent(text: str) -> Words:
+    return lambda low, high: text.format(_between(low, high, unit=f"{NARROW}%"))
+
+
+def _mean_command(low: str, high: str) -> str:
+    if (low, high) in (("0", ""), ("", "0")):
+        return "thrust ahead" if low else "thrust astern"
+    return _percent("mean command {} of the largest (ahead positive)")(low, high)
+
+
+def _apart(low: str, high: str) -> str:
+    if (low, high) == ("0", ""):
+        return "commands that differ"
+    return _percent("commands {} of the largest apart")(low, high)
+
+
+def _turn(low: str, high: str) -> str:
+    if low and float(low) >= 0.0:
+        at = f"at {low} to {high}" if high else f"faster than {low}"
+        return "turning to starboard" if low == "0" and not high else f"turning {at} rad/s to starboard"
+    if high and float(high) <= 0.0:
+        ends = [f"{-float(end):g}" for end in (high, low) if end]
+        at = f"at {ends[0]} to {ends[1]}" if low else f"faster than {ends[0]}"
+        return "turning to port" if high == "0" and not low else f"turning {at} rad/s to port"
+    return f"yaw rate {_between(low, high)} rad/s (starboard positive)"
+
+
+def _opposed(low: str, high: str) -> str:
+    return "thrust against the motion" if low else "thrust not against the motion"
+
+
+def _since(low: str, high: str) -> str:
+    if low and high:
+        return f"{low} to {high} s after a command change"
+    return f"more than {low} s after a command change" if low else f"within {high} s of a command change"
+
+
+def _heading(near: str, far: str) -> Words:
+    def words(low: str, high: str) -> str:
+        if low and high:
+            return f"heading {low} to {high} degrees from {near}"
+        return (
+            f"heading within {high} degrees of {near}"
+            if high
+            else f"heading within {180 - float(low):g} degrees of {far}"
+        )
+
+    return words

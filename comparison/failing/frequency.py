@@ -1,0 +1,176 @@
+"""Error against frequency: how slow it is, and whether it moves with a command or a speed."""
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+from scipy.signal import detrend
+from scipy.signal.windows import hann
+
+from ...physics.file_records import Number, Record
+from ...reports.wording import AXES, NARROW, number
+from .block_fit import contiguous
+from .rows import Array, Scene, mean_square, shorter
+
+NOISE = ("like noise", "negligible")
+"""Verdicts by which an error is no more than its sensors make."""
+_LENGTHS = (25.6, 12.8, 6.4)
+"""Lengths of a spectrum's windows [s]; the first that gives `_FEWEST` of them is taken."""
+_FEWEST = 8
+_SHARE = 0.8
+"""Share of the error's power below the frequency that is told."""
+_SLOW = 0.4
+"""Frequency [Hz] below which a boat's forces live, and above which the noise of differentiated speeds does."""
+_COHERENT = 0.3
+"""Mean coherence from which the error is said to move with a signal."""
+_CLEAR = 4.5
+"""Standard deviations above what independent signals would show."""
+_NEGLIGIBLE = 0.03
+"""Error, as a share of the usual acceleration, of which there is nothing to tell."""
+_HANN = 1.056
+"""Windows that overlap by half count for so many times fewer (Welch 1967, eq. 13, for a Hann window)."""
+_HIGHEST = 2.0
+"""Frequency [Hz] up to which spectra are told: preparation leaves nothing above it."""
+
+
+class Frequency(Record):
+    """Spectra of the error on one axis, and what it moves with.
+
+    Attributes
+    ----------
+    hz, error, measured, unit : frequencies, and power spectral densities of the error and of what was measured
+    coherence, coherent_with : with the signal of the largest one; None where the error follows none
+    below_hz : 80 % of the error's power lies below
+    verdict : "slow force", "answer to commands", "slow, of unknown origin", "like noise", "negligible", "this log
+        cannot tell"
+    sentence : the same in words
+    """
+
+    hz: tuple[Number, ...] = ()
+    error: tuple[Number, ...] = ()
+    measured: tuple[Number, ...] = ()
+    unit: str = ""
+    coherence: tuple[Number, ...] = ()
+    coherent_with: str | None = None
+    below_hz: Number | None = None
+    verdict: str
+    sentence: str
+
+    @model_validator(mode="after")
+    def _one_length(self) -> Self:
+        if not len(self.hz) == len(self.error) == len(self.measured):
+            raise ValueError("as many values of 'error' and 'measured' as of 'hz'")
+        return self
+
+
+def against_frequency(stage: Scene) -> dict[str, Frequency]:
+    """Spectra of error and measured acceleration by axis, and the coherence of the error with what it follows best.
+
+    Welch's method (1967) over all gap-free stretches together: windows of 6 to 26 s that overlap by half.
+
+    Returns
+    -------
+    By axis.
+    """
+    windows = _windows(stage)
+    if windows is None:
+        return {axis: Frequency(verdict="this log cannot tell", sentence="too short for a spectrum") for axis in AXES}
+    signals = _signals(stage)
+    hz = np.asarray(np.fft.rfftfreq(windows.shape[1], stage.step), dtype=float)
+    error, measured = (_transformed(np.nan_to_num(values), windows) for values in (stage.error, stage.measured))
+    others = _transformed(np.column_stack(list(signals.values())), windows)
+    shown = (hz > 0.0) & (hz <= _HIGHEST)
+    scale = 2.0 * stage.step / (hann(windows.shape[1], False) ** 2).sum()
+    told = {}
+    for k, axis in enumerate(AXES):
+        power = (np.abs(error[..., k]) ** 2).mean(axis=0)
+        cross = (np.conj(error[..., k, None]) * others).mean(axis=0)
+        energy = (np.abs(others) ** 2).mean(axis=0)
+        coherence = np.abs(cross) ** 2 / np.maximum(power[:, None] * energy, 1e-300)
+        spread = (np.abs(measured[..., k]) ** 2).mean(axis=0)
+        small = bool(mean_square(stage.error)[k] < (_NEGLIGIBLE * stage.spread[k]) ** 2)
+        spectra = Frequency(
+            hz=tuple(shorter(hz[shown], 4)),
+            error=tuple(shorter(scale * power[shown], 4)),
+            measured=tuple(shorter(scale * spread[shown], 4)),
+            unit="(m/s^2)^2/Hz" if k < 2 else "(rad/s^2)^2/Hz",
+            verdict="negligible",
+            sentence="there is no error to speak of",
+        )
+        told[axis] = _known(spectra, hz, power, coherence, windows.shape[0], list(signals), shown, small)
+    return told
+
+
+def _known(
+    spectra: Frequency,
+    hz: Array,
+    power: Array,
+    coherence: Array,
+    windows: int,
+    names: list[str],
+    shown: NDArray[np.bool_],
+    negligible: bool,
+) -> Frequency:
+    """The spectra of one axis with what they say."""
+    total = power[shown].sum()
+    if negligible or total <= 0.0:
+        return spectra.but(coherence=(0.0,) * int(shown.sum()))
+    below = float(hz[shown][np.searchsorted(np.cumsum(power[shown]) / total, _SHARE)])
+    slow = below <= _SLOW
+    band = shown & (hz <= below)
+    weight = power * band / power[band].sum()
+    mean = weight @ coherence
+    # Speeds bear the same noise as the error where they are fast; only commands are free of it there.
+    allowed = np.array([slow or "command" in name for name in names])
+    independent = windows / _HANN
+    chance = (1.0 + _CLEAR * np.sqrt(1.5 * (weight**2).sum())) / independent
+    best = int(np.argmax(np.where(allowed, mean, -1.0))) if allowed.any() else 0
+    follows = bool(allowed.any() and mean[best] > max(_COHERENT, chance))
+    most = f"{_SHARE * 100:.0f}{NARROW}% of the error lies below {number(below, 2)} Hz"
+    if slow and follows:
+        verdict, sentence = "slow force", f"{most} and moves with the {names[best]}: a slow force is missing, not noise"
+    elif follows:
+        verdict = "answer to commands"
+        sentence = f"the error reaches up to {number(below, 2)} Hz and moves with the {names[best]}, so it is not noise"
+    elif chance > 0.8:
+        verdict, sentence = "this log cannot tell", f"{most}; too short to say what it moves with"
+    elif slow:
+        verdict = "slow, of unknown origin"
+        sentence = f"{most}, so it is not white noise, but it moves with no command or speed in proportion"
+    else:
+        verdict = "like noise"
+        sentence = f"the error reaches up to {number(below, 2)} Hz and moves with no command, as sensor noise does"
+    return spectra.but(
+        coherence=shorter(coherence[shown, best], 3),
+        coherent_with=names[best] if follows else None,
+        below_hz=round(below, 4),
+        verdict=verdict,
+        sentence=sentence,
+    )
+
+
+def _windows(stage: Scene) -> NDArray[np.intp] | None:
+    """Rows of each window, (windows, length), of the longest length of which there are enough."""
+    stretches = contiguous(stage)
+    for seconds in _LENGTHS:
+        length = round(seconds / stage.step)
+        starts = [rows[k] for rows in stretches for k in range(0, rows.size - length + 1, length // 2)]
+        if len(starts) >= _FEWEST:
+            return np.array(starts)[:, None] + np.arange(length)
+    return None
+
+
+def _signals(stage: Scene) -> dict[str, Array]:
+    found = {"surge speed": stage.column("u"), "sway speed": stage.column("v"), "yaw rate": stage.column("r")}
+    if stage.commands.shape[1]:
+        found["mean command"] = stage.common
+    if stage.commands.shape[1] > 1:
+        found["difference of the commands"] = stage.commands[:, 0] - stage.commands[:, -1]
+    return {name: np.nan_to_num(values) for name, values in found.items()}
+
+
+def _transformed(values: Array, windows: NDArray[np.intp]) -> NDArray[np.complex128]:
+    """Fourier transforms of every window, (windows, frequencies, columns)."""
+    taper = hann(windows.shape[1], False)[None, :, None]
+    return np.fft.rfft(detrend(values[windows], axis=1, type="constant") * taper, axis=1)

@@ -1,0 +1,189 @@
+"""Error against heading: what is fixed in the earth (current, wind) or in the compass turns with the boat."""
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
+from scipy.stats import f as f_distribution
+
+from ...physics.file_records import Number, Record
+from ...reports.wording import ACCELERATION_UNITS, AXES, number, unit_text
+from .block_fit import Fitted, fit_beside, static_columns
+from .rows import Array, Scene, shorter
+
+SECTORS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+_SECTOR_SECONDS, _FEWEST_SECTORS = 3.0, 5
+"""Time [s] in a sector for it to count as sailed, and sectors that must be."""
+_FREE = 0.02
+"""Share of a harmonic of the heading that speeds and commands must leave unexplained; a current leaves little, for it
+moves the boat along with the heading, and the standard errors know it."""
+_CHANCE = 0.002
+"""Chance of calling noise a dependence on heading, on one axis."""
+_MATERIAL = 0.06
+"""Amplitude, as a share of the usual acceleration, below which a dependence does not matter."""
+_AGREE = np.radians(45.0)
+"""Angle within which surge and sway must point in the same direction of the earth."""
+_DEPENDS, _DOES_NOT, _CANNOT = "depends on heading", "does not", "this log cannot tell"
+_UNTOLD = f"{_CANNOT}: {{}}"
+
+
+class Harmonic(Record):
+    """How the error turns with the heading: amplitude [`unit`] with its 95 % interval, and direction.
+
+    The direction [degrees from north] is in surge and sway where the boat is pushed to that the model does not know, in
+    yaw the heading at which it is turned most to starboard.
+    """
+
+    amplitude: Number
+    direction: Number
+    ci95: tuple[Number, Number]
+    unit: str
+
+
+class Heading(Record):
+    """How the error on one axis depends on the heading.
+
+    Attributes
+    ----------
+    sectors, mean, spread : directions, median and half the range of the middle half of modelled minus measured
+        acceleration on headings near each; None where the boat was not
+    harmonic : None where this log cannot tell
+    suspects : what it would point to
+    verdict : "depends on heading", "does not", "this log cannot tell"
+    sentence : the same in words
+    """
+
+    sectors: tuple[str, ...] = SECTORS
+    mean: tuple[Number | None, ...]
+    spread: tuple[Number | None, ...]
+    harmonic: Harmonic | None = None
+    suspects: tuple[str, ...] = ()
+    verdict: str = _CANNOT
+    sentence: str = ""
+
+    @model_validator(mode="after")
+    def _one_length(self) -> Self:
+        if not len(self.sectors) == len(self.mean) == len(self.spread):
+            raise ValueError("as many values of 'mean' and 'spread' as of 'sectors'")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _in_order(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
+        """Where the log cannot tell, files have always had the verdict before the suspects."""
+        content: dict[str, object] = handler(self)
+        late = ("suspects", "sentence") if self.harmonic is None else ()
+        return content | {name: content.pop(name) for name in late}
+
+
+def against_heading(stage: Scene) -> dict[str, Heading]:
+    """How the error depends on the heading, by axis, beside every force of the present motion and commands.
+
+    The measured less the modelled acceleration is fitted by a harmonic of the heading, b cos(psi) + c sin(psi), beside
+    what speeds and commands explain, with a block bootstrap. A push that is fixed in the earth shows in surge and sway
+    with one direction; a compass error shows in sway alone, in proportion to speed.
+
+    Returns
+    -------
+    By axis.
+    """
+    psi = stage.column("psi")
+    sector = np.round(np.nan_to_num(psi) / (np.pi / 4.0)).astype(np.intp) % len(SECTORS)
+    sailed = np.bincount(sector, minlength=len(SECTORS)) * stage.step >= _SECTOR_SECONDS
+    harmonic = np.column_stack([np.cos(psi), np.sin(psi)])
+    beside = static_columns(stage)
+    fits = [fit_beside(stage, -stage.error[:, k], harmonic, beside) for k in range(3)]
+    told = {}
+    for k, axis in enumerate(AXES):
+        known = _by_sector(stage.error[:, k], sector, sailed)
+        told[axis] = _judged(known, fits[k], int(sailed.sum()), float(stage.spread[k]), k)
+    return _suspected(told, stage, psi)
+
+
+def _by_sector(error: Array, sector: NDArray[np.intp], sailed: NDArray[np.bool_]) -> Heading:
+    middle: list[float | None] = []
+    spread: list[float | None] = []
+    for k in range(len(SECTORS)):
+        here = error[(sector == k) & np.isfinite(error)]
+        if not sailed[k] or not here.size:
+            middle, spread = [*middle, None], [*spread, None]
+            continue
+        low, centre, high = np.quantile(here, [0.25, 0.5, 0.75])
+        middle, spread = [*middle, *shorter([centre])], [*spread, *shorter([0.5 * (high - low)])]
+    return Heading(mean=tuple(middle), spread=tuple(spread))
+
+
+def _judged(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis: int) -> Heading:
+    unit = ACCELERATION_UNITS[AXES[axis]]
+    if sectors < _FEWEST_SECTORS:
+        why = f"the boat sailed in {sectors} of {len(SECTORS)} directions only"
+        return known.but(sentence=_UNTOLD.format(why))
+    if fit is None or fit.free.min() < _FREE:
+        return known.but(sentence=_UNTOLD.format("too short" if fit is None else "heading and motion go together"))
+    cosine, sine = fit.values
+    amplitude = float(np.hypot(cosine, sine))
+    # In the earth: a push towards chi gives A cos(psi - chi) ahead and -A sin(psi - chi) to starboard.
+    direction = np.arctan2(cosine, -sine) if axis == 1 else np.arctan2(sine, cosine)
+    drawn = np.hypot(*fit.sample.T)
+    low, high = (float(end) for end in np.quantile(drawn, [0.025, 0.975]))
+    test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
+    sure = test > float(f_distribution.isf(_CHANCE, 2, max(fit.blocks - 2, 3)))
+    ends = shorter([low, high])
+    found = known.but(
+        harmonic=Harmonic(
+            amplitude=shorter([amplitude])[0],
+            direction=round(float(np.degrees(direction) % 360.0), 1),
+            ci95=(ends[0], ends[1]),
+            unit=unit,
+        )
+    )
+    size = f"{number(amplitude, 2)} {unit_text(unit)}"
+    if sure and amplitude > _MATERIAL * usual:
+        towards = f"{number(float(np.degrees(direction) % 360.0), 2)} degrees"
+        way = f"most to starboard on heading {towards}" if axis == 2 else f"a push towards {towards}"
+        return found.but(verdict=_DEPENDS, sentence=f"the error turns with the heading by {size}: {way}")
+    most = max(high, amplitude)
+    if most <= 2.0 * _MATERIAL * usual:
+        bound = f"{number(most, 2)} {unit_text(unit)}"
+        return found.but(verdict=_DOES_NOT, sentence=f"no more than {bound} of the error turns with the heading")
+    return found.but(sentence=_UNTOLD.format(f"up to {number(most, 2)} {unit_text(unit)} may"))
+
+
+def _suspected(told: dict[str, Heading], stage: Scene, psi: Array) -> dict[str, Heading]:
+    """Name suspects where the directions are plain; nothing where they are not."""
+    surge, sway = told["surge"], told["sway"]
+    both = surge.verdict == sway.verdict == _DEPENDS
+    if both and surge.harmonic is not None and sway.harmonic is not None:
+        between = np.radians(surge.harmonic.direction - sway.harmonic.direction)
+        if abs((between + np.pi) % (2.0 * np.pi) - np.pi) < _AGREE:
+            agree = "; surge and sway agree, which would point to a current or a wind"
+            told |= {
+                axis: one.but(suspects=("steady_current", "mean_wind"), sentence=one.sentence + agree)
+                for axis, one in (("surge", surge), ("sway", sway))
+            }
+    elif sway.harmonic is not None and surge.verdict == _DOES_NOT and _follows_speed(stage, psi):
+        told["sway"] = sway.but(
+            suspects=("compass",),
+            verdict=_DEPENDS,
+            sentence="the error turns with the heading in proportion to speed, in sway alone, which would point to the "
+            "compass",
+        )
+    return told
+
+
+def _follows_speed(stage: Scene, psi: Array) -> bool:
+    """Whether the sway error has a harmonic of the heading that grows with the surge speed and turns sign with it.
+
+    A compass that errs makes sway speed out of surge speed, so that sway speed would explain its own error.
+    """
+    beside = static_columns(stage, sway=False)
+    u = np.nan_to_num(stage.column("u"))
+    columns = np.column_stack([u * np.cos(psi), u * np.sin(psi)])
+    still = np.column_stack([np.cos(psi), np.sin(psi)])
+    fit = fit_beside(stage, -stage.error[:, 1], columns, np.column_stack([beside, still]))
+    if fit is None or fit.free.min() < _FREE:
+        return False
+    test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
+    size = float(np.hypot(*fit.values)) * float(np.sqrt((u**2).mean()))
+    material = size > _MATERIAL * float(stage.spread[1])
+    return material and test > float(f_distribution.isf(_CHANCE, 2, max(fit.blocks - 2, 3)))

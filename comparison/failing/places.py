@@ -1,0 +1,204 @@
+"""The few places that hold far more of a model's squared error than of the time: one half proposes, the other tests."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations_with_replacement, product
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ...discovery.findings import FailingPlace
+from ...reports.wording import ACCELERATION_UNITS, AXES
+from .bins import Split, splits
+from .block_fit import draws
+from .features import features
+from .rows import Array, Scene, mean_square, scene
+from .tree import regimes
+
+LIMIT = 4
+"""Places told of one model."""
+_RATIO, _EXCESS = 1.5, 0.1
+"""A place holds so many times as much of the error as of the time, and so much more of it."""
+_LEAST_SHARE, _MOST_SHARE, _LEAST_SECONDS = 0.02, 0.5, 3.0
+"""Share of the time, and time [s], that a place may be."""
+_MATERIAL = 0.1
+"""Slow error in a place, as a share of the usual acceleration on its axis, below which nobody needs to know of it."""
+_A_WORD = 0.03
+"""Excess that each further quantity in the words must earn."""
+_TRIED = 8
+"""Places of an axis that may be put to the test on the other half."""
+_FEWEST_BLOCKS = 6
+"""Blocks in the half that tests, below which no place is told."""
+_FEWEST_VISITS = 3
+"""Blocks of that half in which the boat must have been in the place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place in the log: words, the rows in it (n,), and the number of quantities that the words name."""
+
+    where: str
+    inside: NDArray[np.bool_]
+    parts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A place and the axis (0 to 2) on which the model fails there."""
+
+    place: Place
+    axis: int
+
+    def told(self, stage: Scene, model: str) -> FailingPlace:
+        """As `comparison.json` has it, without what becomes of the error."""
+        error = stage.error[:, self.axis]
+        usable = np.isfinite(error)
+        inside, squares = self.place.inside & usable, np.square(np.where(usable, error, 0.0))
+        return FailingPlace(
+            model=model,
+            where=self.place.where,
+            axis=AXES[self.axis],
+            share_of_error=round(float(squares[inside].sum() / squares.sum()), 4),
+            share_of_rows=round(float(inside.sum() / usable.sum()), 4),
+            rows=int(inside.sum()),
+            rmse=round(float(np.sqrt(squares[inside].mean())), 6),
+            unit=ACCELERATION_UNITS[AXES[self.axis]],
+        )
+
+
+def failures(series: pd.DataFrame, model: str = "before", *, limit: int = LIMIT) -> list[FailingPlace]:
+    """The few regimes that hold far more of the squared acceleration error than of the time.
+
+    Parameters
+    ----------
+    series : DataFrame
+        Rows of `series.csv`, all of them or the held-out ones.
+    model : {'before', 'after'}
+        The nominal or the corrected model.
+    limit : int
+        How many places to name at most; at most two of them on one axis.
+
+    Returns
+    -------
+    list of FailingPlace
+        Worst first.
+    """
+    stage = scene(series, model)
+    return [found.told(stage, model) for found in worst_places(stage, limit)]
+
+
+def worst_places(stage: Scene, limit: int = LIMIT) -> list[Failure]:
+    """The places where a model fails, worst first.
+
+    A place is a node of a shallow tree grown on the squared error, or a range of surge speed or yaw rate, a state of
+    the thrusters, both together, or a range of headings. Places are chosen by the error in one half of the log's
+    blocks. One is told when it holds at least 1.5 times as much of the squared error of its axis as of the time, and a
+    tenth more; when the error there, as a mean over a second, is a tenth of the usual acceleration; and when the other
+    half agrees: the 95 % interval of the mean square error there, from a bootstrap of its blocks in the place, lies
+    above the mean square of that half. Axes that the model predicts badly come first, and a place that repeats an
+    earlier one is passed over.
+    """
+    if not len(stage.table) or stage.block[-1] + 1 < 2 * _FEWEST_BLOCKS:
+        return []
+    chooses = _halves(stage.block)
+    usable = np.isfinite(stage.error)
+    squares = np.square(np.where(usable, stage.error, 0.0))
+    with np.errstate(invalid="ignore"):
+        badness = np.minimum(np.sqrt(mean_square(stage.error)) / np.maximum(stage.spread, 1e-12), 1.0)
+    plain = list(_plain_places(stage))
+    trials: list[tuple[float, int, Place]] = []
+    for axis in range(3):
+        if squares[:, axis].any():
+            places = [*plain, *_grown(stage, axis, squares[:, axis], chooses & usable[:, axis])]
+            trials += _best(places, squares[:, axis], usable[:, axis], chooses, axis, float(badness[axis]))
+    found: list[Failure] = []
+    taken, tried = np.zeros(stage.error.shape, bool), [0, 0, 0]
+    for _, axis, place in sorted(trials, key=lambda trial: (-trial[0], trial[2].where)):
+        told = [one for one in found if one.axis == axis]
+        if len(found) == limit:
+            break
+        inside = place.inside & usable[:, axis]
+        repeats = squares[inside & taken[:, axis], axis].sum() > 0.5 * squares[inside, axis].sum()
+        if len(told) == 2 or tried[axis] == _TRIED or repeats:
+            continue
+        tried[axis] += 1
+        if _holds(stage, inside, squares[:, axis], usable[:, axis], ~chooses, axis):
+            found.append(Failure(place, axis))
+            taken[:, axis] |= inside
+    return found
+
+
+def _halves(block: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """The rows of the half that chooses: blocks drawn evenly, but in no step with a manoeuvre."""
+    return (block * 0.6180339887498949) % 1.0 < 0.5
+
+
+def _grown(stage: Scene, axis: int, squares: Array, rows: NDArray[np.bool_]) -> Iterator[Place]:
+    least = max(round(0.5 * _LEAST_SECONDS / stage.step), round(_LEAST_SHARE * rows.sum()), 1)
+    for where, inside, parts in regimes(squares, rows, features(stage), least):
+        yield Place(where, inside, parts)
+
+
+def _plain_places(stage: Scene) -> Iterator[Place]:
+    """Ranges of surge speed and yaw rate, with and without a state of the thrusters, such states, and headings."""
+    speed, rate, command, heading = splits(stage.table)
+    for split in (speed, rate):
+        size = len(split.labels)
+        for first, last in combinations_with_replacement(range(size), 2):
+            if last - first + 1 < size:
+                inside, where = _inside(split, first, last), split.phrase(first, last)
+                yield Place(where, inside, 1)
+                for state in range(len(command.labels)):
+                    both = inside & _inside(command, state, state)
+                    yield Place(f"{where}, {command.phrase(state, state)}", both, 2)
+    for split, widest in ((command, 1), (heading, 4)):
+        for first, width in product(range(len(split.labels)), range(1, widest + 1)):
+            yield Place(split.phrase(first, first + width - 1), _inside(split, first, first + width - 1), 1)
+
+
+def _best(
+    places: list[Place],
+    squares: Array,
+    usable: NDArray[np.bool_],
+    chooses: NDArray[np.bool_],
+    axis: int,
+    badness: float,
+) -> list[tuple[float, int, Place]]:
+    """The places that the choosing half proposes, with their scores."""
+    inside = np.array([place.inside for place in places]) & usable & chooses
+    of_error = inside @ squares / max(squares[chooses].sum(), 1e-300)
+    of_rows = inside.sum(axis=1) / max(int((usable & chooses).sum()), 1)
+    words = np.array([place.parts - 1 for place in places])
+    excess = of_error - of_rows - _A_WORD * words
+    sized = (of_rows >= _LEAST_SHARE) & (of_rows <= _MOST_SHARE)
+    kept = np.flatnonzero(sized & (of_error >= _RATIO * of_rows) & (excess >= _EXCESS))
+    return [(float(excess[k]) * badness, axis, places[k]) for k in kept]
+
+
+def _holds(
+    stage: Scene,
+    inside: NDArray[np.bool_],
+    squares: Array,
+    usable: NDArray[np.bool_],
+    tests: NDArray[np.bool_],
+    axis: int,
+) -> bool:
+    """Whether a place is a failure on all rows, and the half that did not choose it agrees."""
+    of_error, of_rows = squares[inside].sum() / squares.sum(), inside.sum() / usable.sum()
+    if of_error < _RATIO * of_rows or of_error - of_rows < _EXCESS or inside.sum() * stage.step < _LEAST_SECONDS:
+        return False
+    slow, usual = stage.slow()
+    if np.sqrt(np.square(slow[inside, axis]).mean()) < _MATERIAL * usual[axis]:
+        return False
+    here, all_rows = inside & tests, usable & tests
+    blocks = np.unique(stage.block[here])
+    if blocks.size < _FEWEST_VISITS:
+        return False
+    sums = np.array([np.bincount(stage.block, column) for column in (squares * here, here)]).T[blocks]
+    drawn = draws(blocks.size) @ sums
+    return bool(np.quantile(drawn[:, 0] / drawn[:, 1], 0.025) > squares[all_rows].mean())
+
+
+def _inside(split: Split, first: int, last: int) -> NDArray[np.bool_]:
+    return (split.codes - first) % len(split.labels) <= last - first

@@ -1,0 +1,173 @@
+"""The rows that are judged, with what every look at their error needs: stretches without a gap, blocks, commands."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from .bins import IDLE_SHARE, SLOW, scaled_commands
+
+Array = NDArray[np.float64]
+
+ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
+BLOCK = 5.0
+"""Length of the blocks [s] that are drawn, left out and counted as one: the error forgets itself within one."""
+STEP = 0.1
+"""Time step [s] of rows that bear no time."""
+EDGE = 0.8
+"""Time [s] at both ends of a stretch of which nothing is said: the filter has no motion to go on there, and errs."""
+_SMOOTH = 1.0
+"""Length of the means [s] that leave what is slow."""
+_CHANGE = 0.05
+"""Share of the largest command by which a command changes from row to row when it is said to change."""
+_LONG_AGO = 10.0
+"""Time since a command change [s] beyond which it does not matter how long ago it was."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Rows of the series of one model.
+
+    Attributes
+    ----------
+    table : the rows of `series.csv`
+    step : time between them [s]
+    measured, error : (n, 3) acceleration, and modelled minus measured [m/s^2, m/s^2, rad/s^2]; NaN where missing, and
+        the error within `EDGE` of the ends of a stretch
+    stretch : (n,) number of the gap-free stretch
+    block : (n,) number of the block of about `BLOCK` seconds, no block in two stretches
+    log : (n,) number of the log
+    held_out : (n,) whether the row belongs to the test part
+    commands : (n, thrusters) from neutral, as shares of the largest
+    since : (n,) time since the last command change [s], at most 10
+    """
+
+    table: pd.DataFrame
+    step: float
+    measured: Array
+    error: Array
+    stretch: NDArray[np.intp]
+    block: NDArray[np.intp]
+    log: NDArray[np.intp]
+    held_out: NDArray[np.bool_]
+    commands: Array
+    since: Array
+
+    def column(self, name: str) -> Array:
+        """A column of the table."""
+        return self.table[name].to_numpy(float)
+
+    @property
+    def spread(self) -> Array:
+        """Standard deviation of the measured acceleration by axis, (3,)."""
+        return np.sqrt(mean_square(self.measured - _mean(self.measured)))
+
+    def slow(self) -> tuple[Array, Array]:
+        """Error (n, 3), and usual size (3,) of the measured acceleration, both as means over a second.
+
+        What a missing force makes is slow and stays; most of the noise of differentiated velocities goes. A mean that
+        reaches into the next stretch does no harm to what is told of many seconds.
+        """
+        rows = max(1, round(_SMOOTH / self.step))
+        error = uniform_filter1d(np.nan_to_num(self.error), rows, axis=0)
+        measured = uniform_filter1d(np.nan_to_num(self.measured - _mean(self.measured)), rows, axis=0)
+        return error, np.sqrt(mean_square(measured))
+
+    @property
+    def common(self) -> Array:
+        """Mean command, (n,)."""
+        return self.commands.mean(axis=1) if self.commands.shape[1] else np.zeros(len(self.table))
+
+    @property
+    def apart(self) -> Array:
+        """Largest less smallest command, (n,)."""
+        return np.ptp(self.commands, axis=1) if self.commands.shape[1] else np.zeros(len(self.table))
+
+    @property
+    def opposed(self) -> NDArray[np.bool_]:
+        """Whether the thrust works against the motion, (n,)."""
+        speed = self.column("u")
+        return (self.common * speed < 0.0) & (np.abs(speed) > SLOW) & (np.abs(self.common) > IDLE_SHARE)
+
+
+def scene(table: pd.DataFrame, model: str = "before") -> Scene:
+    """Rows of `series.csv` with the error of its first ("before") or last ("after") model."""
+    n = len(table)
+    time = table["time"].to_numpy(float) if "time" in table else STEP * np.arange(n)
+    step = float(np.median(np.diff(time))) if n > 1 else STEP
+    log = table["log"].to_numpy(np.intp) if "log" in table else np.zeros(n, np.intp)
+    breaks = np.zeros(n, bool)
+    breaks[1:] = (np.abs(np.diff(time) - step) > 0.5 * step) | (np.diff(log) != 0)
+    stretch = np.cumsum(breaks).astype(np.intp)
+    measured = table[list(ACCELERATIONS)].to_numpy(float)
+    error = acceleration_error(table, model)
+    error[_ends(stretch, round(EDGE / step))] = np.nan
+    commands = scaled_commands(table)
+    return Scene(
+        table,
+        step,
+        measured,
+        error,
+        stretch,
+        _blocks(stretch, step),
+        log,
+        (table["part"] == "test").to_numpy(bool) if "part" in table else np.zeros(n, bool),
+        commands,
+        _since(commands, breaks, step),
+    )
+
+
+def acceleration_error(series: pd.DataFrame, model: str = "before") -> Array:
+    """Modelled minus measured acceleration, shape (rows, 3) [m/s^2, m/s^2, rad/s^2], NaN where either is missing."""
+    return np.column_stack(
+        [series[f"{name}_{model}"].to_numpy(float) - series[name].to_numpy(float) for name in ACCELERATIONS]
+    )
+
+
+def mean_square(values: Array) -> Array:
+    """Mean square over the finite rows, by column; zero where there is none."""
+    return _mean(np.square(values))
+
+
+def shorter(values: Any, digits: int = 5) -> list[float]:
+    """Numbers for a file, to some significant digits."""
+    return [float(f"{value:.{digits}g}") for value in np.asarray(values, dtype=float)]
+
+
+def _mean(values: Array) -> Array:
+    usable = np.isfinite(values)
+    return np.where(usable, values, 0.0).sum(0) / np.maximum(usable.sum(0), 1)
+
+
+def _ends(stretch: NDArray[np.intp], rows: int) -> NDArray[np.bool_]:
+    """The first and last rows of every stretch, so many at each end."""
+    place = np.arange(stretch.size)
+    first = np.searchsorted(stretch, stretch, "left")
+    last = np.searchsorted(stretch, stretch, "right")
+    return (place - first < rows) | (last - 1 - place < rows)
+
+
+def _blocks(stretch: NDArray[np.intp], step: float) -> NDArray[np.intp]:
+    """Cut every stretch into blocks of equal length, about `BLOCK` seconds each."""
+    found, first = np.zeros(stretch.size, np.intp), 0
+    for length in np.bincount(stretch) if stretch.size else []:
+        pieces = max(1, round(length * step / BLOCK))
+        done = int(found[first - 1]) + 1 if first else 0
+        found[first : first + length] = done + np.arange(length) * pieces // length
+        first += int(length)
+    return found
+
+
+def _since(commands: Array, breaks: NDArray[np.bool_], step: float) -> Array:
+    """Time since the last change of a command [s]; long ago at the beginning of a stretch."""
+    n = commands.shape[0]
+    changed = np.zeros(n, bool)
+    if commands.shape[1]:
+        changed[1:] = np.abs(np.diff(commands, axis=0)).max(axis=1) > _CHANGE
+    row = np.arange(n)
+    began = np.maximum.accumulate(np.where(breaks, row, 0))
+    last = np.maximum.accumulate(np.where(changed & ~breaks, row, -n - round(_LONG_AGO / step)))
+    return np.where(last > began, np.minimum((row - last) * step, _LONG_AGO), _LONG_AGO)

@@ -1,0 +1,139 @@
+"""Whether a model was fitted to the rows on which it is judged: what its own files say of that, as notes."""
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..physics.reading import read_yaml
+from ..physics.vehicle import Vehicle
+from ..reports.wording import listing
+from ..residuals.models.base import Model, VehicleModel
+from ..residuals.models.neural import SETTINGS, is_network_folder
+from ..workflows.inputs import Inputs
+from ..workflows.run_folder.provenance import log_digests
+
+_SOURCE = re.compile(r"(?:identified by undertow from|fitted by undertow to) ([^;(]+)")
+"""How `sources` in a vehicle file name the logs; see `physics.sources.with_sources`."""
+_FITTED = ("train", "validation", "all")
+"""Parts of a log of which undertow fits some rows; it never fits the test part."""
+
+Digests = Sequence[tuple[str, str | None]]
+"""Paths or names of logs, each with its SHA-256 where that is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overlap:
+    """Judged logs to which a model was fitted: those known by their content, and those that only bear the name."""
+
+    same: tuple[str, ...]
+    alike: tuple[str, ...]
+
+
+def fitted_notes(models: Sequence[tuple[str, Model]], inputs: Inputs) -> list[str]:
+    """Sentences that name every model that was fitted to the judged logs, or of which nobody can know.
+
+    Parameters
+    ----------
+    models : path as the user gave it, and model; an empty path for the nominal one
+    inputs : what is judged
+
+    Returns
+    -------
+    list of str
+        Empty where every model is known to come from other logs.
+    """
+    records = [(path, model.name, logs_of(path, model)) for path, model in models]
+    known = any(record for _, _, record in records)  # or no log need be read again
+    judged = _pairs(log_digests(inputs.paths if known else ()))
+    sure: dict[tuple[str, ...], list[str]] = {}
+    perhaps: dict[tuple[str, ...], list[str]] = {}
+    unknown = [name for path, name, record in records if path and not record]
+    for _, name, record in records:
+        found = overlap(record, judged)
+        if found.same:
+            sure.setdefault(found.same, []).append(name)
+        elif found.alike:
+            perhaps.setdefault(found.alike, []).append(name)
+    fitted = inputs.parts.judge in _FITTED
+    told = [_sentence(names, logs, "", fitted) for logs, names in sure.items()]
+    told += [_sentence(names, logs, " of the same name", fitted) for logs, names in perhaps.items()]
+    if unknown:
+        told.append(
+            f"whether {listing(unknown)} {_were(unknown)} fitted to the judged rows cannot be known: no file of "
+            f"{'it' if len(unknown) == 1 else 'them'} says to which logs"
+        )
+    return told
+
+
+def overlap(record: Digests, judged: Digests) -> Overlap:
+    """Which of the judged logs a model was fitted to: by their SHA-256 where both are known, else by their names."""
+    same, alike = [], []
+    for path, digest in judged:
+        for other, known in record:
+            if digest and known:
+                if digest == known:
+                    same.append(Path(path).name)
+                    break
+            elif Path(other).name == Path(path).name:
+                alike.append(Path(path).name)
+                break
+    return Overlap(tuple(same), tuple(alike))
+
+
+def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
+    """The logs that a model was fitted to, with their SHA-256 where its files know them; empty where none says."""
+    source = Path(path)
+    folder = source if source.is_dir() else source.parent
+    whole = source.is_dir() or source.name == SETTINGS
+    if os.fspath(path) and whole and is_network_folder(folder):
+        return _recorded(_read(folder / SETTINGS).get("training"))
+    if os.fspath(path) and whole and (folder / "run.json").is_file():
+        return _recorded(_read(folder / "run.json"))
+    # A network or a foreign model carries the nominal vehicle, whose sources are not its own.
+    return _named_in(model.vehicle) if isinstance(model, VehicleModel) else []
+
+
+def _named_in(vehicle: Vehicle) -> Digests:
+    """Names of logs in the sources of a vehicle."""
+    texts = re.findall(_SOURCE, json.dumps(vehicle.sources, ensure_ascii=False))
+    return [(name, None) for name in dict.fromkeys(name.strip(' "}') for text in texts for name in text.split(", "))]
+
+
+def _recorded(record: Any) -> Digests:
+    """The logs of a record of a training or a run; nothing where it holds something else."""
+    found: dict[str, list[Any]] = {"log_sha256": [], "logs": []}
+    for key in found:
+        told = record.get(key) if isinstance(record, dict) else None
+        found[key] = told if isinstance(told, list) else []
+    pairs = _pairs([item for item in found["log_sha256"] if isinstance(item, dict)])
+    return pairs or [(name, None) for name in found["logs"] if isinstance(name, str)]
+
+
+def _pairs(items: Sequence[Mapping[str, Any]]) -> Digests:
+    return [(str(item.get("path")), item.get("sha256")) for item in items]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """A file of plain data; nothing where it cannot be read, about which whoever loads the model complains."""
+    try:
+        content = read_yaml(path)
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _sentence(names: Sequence[str], logs: Sequence[str], of: str, fitted: bool) -> str:
+    who, which = listing(list(names)), listing(list(logs))
+    whose = f"{'logs' if len(logs) > 1 else 'a log'}{of} ({which})" if of else which
+    done = f"{who} {'may have been' if of else _were(names)} fitted to"
+    if fitted:
+        return f"{done} rows that are judged here, of {whose}: errors there are too small"
+    return f"{done} the earlier parts of {whose}, but not to the test part, which judges"
+
+
+def _were(names: Sequence[str]) -> str:
+    return "was" if len(names) == 1 else "were"

@@ -1,0 +1,192 @@
+"""Rollouts of models near one: an added force spreads through a rollout as its linearised equation says.
+
+Along the rollouts of a base model, d(delta nu)/dt = A(t) delta nu + delta a(t), where delta a is what a change of the
+model adds to the acceleration at the base model's states and A = da/dnu; in wind or current the heading is a state too.
+One operator for each rollout takes delta a to the change of the binned velocities, so that hundreds of candidate
+columns cost a matrix product each.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ...physics.forces import ForceEquation, Triple, relative_velocity
+from ...physics.frames import Array
+from ...physics.vehicle import Vehicle
+from .starts import Rollings
+
+_STEP = 1e-4
+"""Change of a velocity or a heading by which a derivative is taken [m/s, m/s, rad/s, rad]."""
+
+
+class Rolled(Protocol):
+    """What a tangent asks of the rollouts that it is laid along; see `shooting.Shooting`."""
+
+    @property
+    def data(self) -> Rollings:
+        """What no vehicle changes."""
+        ...
+
+    def with_noise(self, balance: Array) -> Array:
+        """A balance and its noisier copy, (2, tests, 3)."""
+        ...
+
+    def finished(self, errors: Array) -> Array:
+        """Errors (bins, 3, starts) as rows (tests, 3)."""
+        ...
+
+
+class Tangent:
+    """The balance of a shooting form for models near a base model."""
+
+    def __init__(self, form: "Rolled", base: Vehicle) -> None:
+        self.form, self.base = form, base
+        data = form.data
+        self._states = data.states(base)
+        predicted = data.binned(self._states[:, :, 3:].transpose(1, 2, 0))
+        self._errors = data.measured - predicted
+        self._balances = form.with_noise(form.finished(self._errors))
+        self._acceleration = self._accelerations(base)
+        self._operator: Array | None = None
+
+    def balances(self, vehicle: Vehicle) -> Array:
+        """The balance of a model near the base model and its noisier copy, (2, tests, 3), see `Shooting.balances`.
+
+        To first order in the change of acceleration.
+        """
+        if vehicle is self.base:
+            return self._balances
+        added = self._accelerations(vehicle) - self._acceleration
+        steps, _, starts = added.shape
+        flat = np.ascontiguousarray(added.transpose(2, 0, 1)).reshape(starts, steps * 3, 1)
+        bins = self._errors.shape[0]
+        change = (self._spread() @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
+        return self.form.with_noise(self.form.finished(self._errors - change))
+
+    def _accelerations(self, vehicle: Vehicle) -> Array:
+        return accelerations(self.form.data, vehicle, self._states)
+
+    def _spread(self) -> Array:
+        """(starts, 3 bins, 3 (steps + 1)): the binned velocities that an added acceleration makes."""
+        if self._operator is None:
+            self._operator = _operator(self.form.data, *_propagators(self.form.data, self.base, self._states))
+        return self._operator
+
+
+def accelerations(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
+    """Acceleration over ground that a model gives along rollouts (starts, steps + 1, 6), as (steps + 1, 3, starts)."""
+    along = _along(data, vehicle, states)
+    return along.acceleration(along.heading, along.velocity)
+
+
+def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
+    """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
+    forward, _ = _propagators(data, vehicle, states)
+    spread = np.empty((data.steps + 1, *forward.shape[1:3], 3))
+    spread[0] = np.eye(forward.shape[2], 3)
+    for k in range(data.steps):
+        spread[k + 1] = forward[k] @ spread[k]
+    return spread[:, :, :3].transpose(0, 2, 3, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class _Along:
+    """A model along given rollouts: heading, velocities and wake memory (steps + 1, starts), thrust, loss and air."""
+
+    equation: ForceEquation
+    heading: Array
+    velocity: Triple
+    memory: tuple[Array, Array] | None
+    thrust: Array
+    load: Array | None
+    air: tuple[Array, Array] | None
+
+    def acceleration(self, heading: Array, velocity: Triple) -> Array:
+        """(steps + 1, 3, starts) at other headings and velocities, everything else the same."""
+        relative = relative_velocity(self.equation.vehicle, heading, velocity)
+        force = self.equation.force(relative, heading, self.thrust, self.load, self.memory, self.air)
+        return np.stack(self.equation.acceleration(force, relative, velocity), axis=1)
+
+    def derivative(self, state: int) -> Array:
+        """(steps + 1, starts, 3) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
+        ends = []
+        for step in (_STEP, -_STEP):
+            u, v, r, heading = (x + step * (k == state) for k, x in enumerate((*self.velocity, self.heading)))
+            ends.append(self.acceleration(heading, (u, v, r)))
+        return ((ends[0] - ends[1]) / (2.0 * _STEP)).transpose(0, 2, 1)
+
+
+def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
+    equation = ForceEquation(vehicle)
+    thrust, load = data.inputs(vehicle)
+    heading = states[:, :, 2].T
+    velocity = (states[:, :, 3].T, states[:, :, 4].T, states[:, :, 5].T)
+    memory = None
+    if equation.has_memory:
+        _, sway, rate = relative_velocity(vehicle, heading, velocity)
+        begin, constant = data.memory(vehicle), vehicle.values["memory_time"]
+        memory = (
+            _remembered(sway, begin[:, 0], constant, data.step),
+            _remembered(rate, begin[:, 1], constant, data.step),
+        )
+    air = None if data.air is None else (data.air[0], data.air[1])
+    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None, air)
+
+
+def _remembered(series: Array, begin: Array, constant: float, step: float) -> Array:
+    """T q' = x - q along the first axis of (n, starts), x linear between samples, from q = begin (starts,)."""
+    a = float(np.exp(-step / constant))
+    slope = (1.0 - a) * constant / step
+    b0, b1 = slope - a, 1.0 - slope
+    found = np.empty_like(series)
+    found[0] = begin
+    for k in range(series.shape[0] - 1):
+        found[k + 1] = a * found[k] + b0 * series[k] + b1 * series[k + 1]
+    return found
+
+
+def _propagators(data: Rollings, vehicle: Vehicle, states: Array) -> tuple[Array, Array]:
+    """Crank-Nicolson steps of the linearised rollout: x' = forward x + drive (a_k + a_k+1).
+
+    x holds the velocities, the wake memory's two states where there is one, and the heading where wind or current make
+    the forces depend on it: n = 3 to 6.
+
+    Returns
+    -------
+    (steps, starts, n, n) and (steps, starts, n, 3)
+    """
+    along = _along(data, vehicle, states)
+    with np.errstate(over="ignore", invalid="ignore"):
+        by_heading = along.derivative(3)
+        turns = bool(by_heading.any())
+        n = 3 + 2 * (along.memory is not None) + turns
+        jacobian = np.zeros((*along.heading.shape, n, n))
+        for k in range(3):
+            jacobian[..., :3, k] = along.derivative(k)
+    if along.memory is not None:
+        constant = vehicle.values["memory_time"]
+        for j, gain in enumerate(along.equation.memory):
+            jacobian[..., :3, 3 + j] = -gain * along.equation.inverse_mass[:, 1 + j]
+            jacobian[..., 3 + j, 1 + j] = 1.0 / constant
+            jacobian[..., 3 + j, 3 + j] = -1.0 / constant
+    if turns:
+        jacobian[..., :3, -1] = by_heading
+        jacobian[..., -1, 2] = 1.0
+    half = 0.5 * data.step * jacobian
+    left: Array = np.linalg.inv(np.eye(n) - half[1:]).astype(float)
+    return left @ (np.eye(n) + half[:-1]), 0.5 * data.step * left[..., :3]
+
+
+def _operator(data: Rollings, forward: Array, drive: Array) -> Array:
+    steps, starts, n, _ = forward.shape
+    bins = steps // data.per_bin
+    operator = np.zeros((starts, bins, 3, steps + 1, 3))
+    response = np.zeros((starts, n, steps + 1, 3))
+    for k in range(steps):
+        live = response[:, :, : k + 2].reshape(starts, n, -1)
+        response[:, :, : k + 2] = (forward[k] @ live).reshape(starts, n, k + 2, 3)
+        response[:, :, k] += drive[k]
+        response[:, :, k + 1] += drive[k]
+        operator[:, k // data.per_bin] += response[:, :3] / data.per_bin
+    return operator.reshape(starts, bins * 3, (steps + 1) * 3)

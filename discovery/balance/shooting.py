@@ -1,0 +1,229 @@
+"""Multiple shooting: the error of open-loop rollouts as a balance that the search can work on, as on the weak form.
+
+From a start every 2.5 s the model runs open loop under the logged commands; measured minus predicted velocity, averaged
+over bins of half a second, is the balance [m/s, m/s, rad/s] (output error; Bock 1983 for multiple shooting). A force
+that pointwise noise hides accumulates in a rollout, and coloured noise on the velocities is not mistaken for a force
+that follows the motion. Errors of the measured start states are whitened out; starts and rows that no model can follow
+count less (soft-L1, Triggs et al. 2000, section 4.3).
+"""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from .base import SEEING, Balance, Neighbourhood, WeakSettings
+from .sensitivity import Tangent, transitions
+from .starts import LEAST_BLOCKS, LEAST_NOISE, LEAST_STARTS, Rollings, ShootingSettings, lay
+
+__all__ = ["Shooting", "ShootingSettings"]
+
+_NOISE_SEED = 20041
+_HALVINGS = 5
+_STEP_SHARE = 0.02
+
+
+@final
+class Shooting(Balance):
+    """Rollout errors of one or more motions, see `Balance`; a test is a bin of a rollout.
+
+    Attributes
+    ----------
+    block : no block holds rollouts of two logs
+    independent : rollouts scored, those that overlap counted once
+
+    Parameters
+    ----------
+    motions : the gap-free stretches, unfiltered
+    about : model whose rollouts tell how start errors spread and which starts no model follows
+    settings : horizon, spacing, bins
+    blind : axes that are not scored
+    laid : rollouts laid out before over the same motions with the same settings; None to lay them out
+
+    Raises
+    ------
+    RequestError
+        when the motions hold too few rollouts for a few blocks, or have time steps that do not fit together.
+    """
+
+    unit: ClassVar[tuple[str, str, str]] = ("m/s", "m/s", "rad/s")
+    forces: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        motions: Sequence[Motion],
+        about: Vehicle,
+        settings: ShootingSettings | None = None,
+        blind: Sequence[bool] = SEEING,
+        laid: Rollings | None = None,
+    ) -> None:
+        self.settings = settings or ShootingSettings()
+        self._data = data = laid or lay(motions, about, self.settings)
+        self.motions, self.noise, self.blind = data.motions, data.noise, tuple(bool(b) for b in blind)
+        bins = data.measured.shape[0]
+        self.block = np.repeat(_blocks(data, self.settings.blocks), bins)
+        begin = np.concatenate([m.time[s] for m, s in zip(data.motions, data.starts, strict=True)])
+        width = data.per_bin * data.step
+        self.time = (begin[:, None] + width * (np.arange(bins) + 0.5)).ravel()
+        scored = float((data.weight.mean(axis=1) > 0).mean(axis=0).sum())
+        self.independent = scored * min(1.0, self.settings.spacing / self.settings.horizon)
+        states = data.states(about)
+        error = self._errors(states)
+        seen = data.weight > 0
+        floor = np.maximum(data.noise, LEAST_NOISE) / np.sqrt(data.per_bin)
+        middle = np.array([np.median(np.abs(error[:, a][seen[:, a]])) if seen[:, a].any() else 0.0 for a in range(3)])
+        self.scale = np.maximum(1.4826 * middle, floor)
+        quiet = bool((data.noise < LEAST_NOISE).all())
+        spread = None if quiet else data.binned(transitions(data, about, states))
+        self._whitener = self._whitening(spread) if spread is not None and self.settings.whiten else None
+        self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
+        self._weight[:, np.array(self.blind)] = 0.0
+        self._noise = self.finished(self._drawn_noise(spread))
+
+    def refreshed(self, about: Vehicle) -> "Shooting":
+        """The same rollouts, with start errors and weights about another model."""
+        return Shooting(self.motions, about, self.settings, self.blind, self._data)
+
+    def about(self, vehicle: Vehicle) -> Neighbourhood:
+        """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
+        return Neighbourhood(Tangent(self, vehicle).balances, linear=False, step_share=_STEP_SHARE)
+
+    @property
+    def tests(self) -> WeakSettings:
+        """The usual ones: rollouts have none of their own."""
+        return WeakSettings()
+
+    @property
+    def data(self) -> Rollings:
+        """What no vehicle changes."""
+        return self._data
+
+    def balance(self, vehicle: Vehicle) -> Array:
+        """Measured minus predicted velocity, (tests, 3) [m/s, m/s, rad/s]; zero for a perfect model and log."""
+        return self.finished(self._errors(self._data.states(vehicle)))
+
+    def balances(self, vehicle: Vehicle) -> Array:
+        """The balance, and the same with sensor noise added once more, (2, tests, 3).
+
+        Columns of effects are predictions from the same starts, so that the noise stands in the balance alone.
+        """
+        return self.with_noise(self.balance(vehicle))
+
+    def with_noise(self, balance: Array) -> Array:
+        """A balance and its noisier copy, (2, tests, 3); a single one for a log without noise."""
+        return np.stack([balance, balance + self._noise] if self._noise.any() else [balance])
+
+    def finished(self, errors: Array) -> Array:
+        """Errors (bins, 3, starts) with start errors whitened out and weights applied, as rows (tests, 3)."""
+        bins, _, starts = errors.shape
+        if self._whitener is not None:
+            flat = errors.transpose(2, 0, 1).reshape(starts, bins * 3, 1)
+            errors = (self._whitener @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
+        return self._rows(errors * self._weight)
+
+    def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
+        """A Gauss-Newton step from one model to another, halved until the rollouts do not get worse.
+
+        The first model where five halvings do not help, as when its neighbours' rollouts diverge.
+        """
+        moves = {s: v for s, v in moved.values.items() if v != vehicle.value(s)}
+        before = self._cost(vehicle)
+        for _ in range(_HALVINGS + 1):
+            cost = self._cost(moved)
+            if np.isfinite(cost) and not cost > before:
+                return moved
+            moves = {s: 0.5 * (v + vehicle.value(s)) for s, v in moves.items()}
+            moved = vehicle.with_values(moves)
+        return vehicle
+
+    def _cost(self, vehicle: Vehicle) -> float:
+        return float(((self.balance(vehicle) / self.scale) ** 2).sum())
+
+    def squares(self, vehicle: Vehicle) -> Array:
+        """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""
+        bins, _, starts = self._data.measured.shape
+        return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
+
+    @property
+    def sources(self) -> list[str]:
+        """Where each rollout comes from."""
+        return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]
+
+    def largest_force(self, vehicle: Vehicle) -> Array:
+        """The larger of measured change since the start and what thrust adds to the rollout, (tests, 3), as speeds."""
+        data = self._data
+        change = data.measured - data.initial[:, 3:].T
+        thrust = self._errors(data.states(vehicle.with_values({"thrust_scale": 0.0}))) - self._errors(
+            data.states(vehicle)
+        )
+        return self._rows(np.maximum(np.abs(change), np.abs(thrust)) * self._weight)
+
+    def _errors(self, states: Array) -> Array:
+        predicted = self._data.binned(states[:, :, 3:].transpose(1, 2, 0))
+        return self._data.measured - predicted
+
+    @staticmethod
+    def _rows(values: Array) -> Array:
+        """(bins, 3, starts) as rows (starts x bins, 3), start by start."""
+        return np.ascontiguousarray(values.transpose(2, 0, 1)).reshape(-1, 3)
+
+    def _robust(self, error: Array) -> Array:
+        """Weight of each start (starts,), 1 for one that the model follows (soft-L1)."""
+        if not np.isfinite(self.settings.robust):
+            return np.ones(error.shape[2])
+        scored = self._data.weight * ~np.array(self.blind)[None, :, None]
+        size = (scored * (error / self.scale[None, :, None]) ** 2).sum(axis=(0, 1)) / np.maximum(
+            scored.sum(axis=(0, 1)), 1e-9
+        )
+        return 1.0 / np.sqrt(1.0 + size / self.settings.robust**2)
+
+    def _drawn_noise(self, spread: Array | None) -> Array:
+        """Sensor noise of the bins, and what that of the starts makes of the rollouts, (bins, 3, starts)."""
+        data = self._data
+        bins, _, starts = data.measured.shape
+        rng = np.random.default_rng(_NOISE_SEED)
+        noise = (rng.standard_normal((starts, bins, 3)) * data.noise / np.sqrt(data.per_bin)).transpose(1, 2, 0)
+        if spread is None:
+            return noise
+        begin = rng.standard_normal((starts, 3)) * data.noise * data.calmed[:, None]
+        return noise - np.einsum("bijs,sj->bis", spread, begin)
+
+    def _whitening(self, spread: Array) -> Array:
+        """(starts, 3 bins, 3 bins): the inverse root of 1 + S N S^T, N the start's noise in units of the error."""
+        noise = self._data.noise
+        bins, _, _, starts = spread.shape
+        s = spread.transpose(3, 0, 1, 2) * (noise / self.scale[:, None])
+        s = s.reshape(starts, bins * 3, 3)
+        vectors, size, _ = np.linalg.svd(s, full_matrices=False)
+        shrink = 1.0 - 1.0 / np.sqrt(1.0 + size**2)
+        unit = np.tile(self.scale, bins)
+        root = np.eye(bins * 3) - (vectors * shrink[:, None, :]) @ vectors.transpose(0, 2, 1)
+        return root * unit[None, :, None] / unit[None, None, :]
+
+
+def _blocks(data: Rollings, most: int) -> np.ndarray:
+    """Block of each start (starts,): each log is cut into blocks across its gaps, of `LEAST_STARTS` or more.
+
+    A log is a row of stretches of one source in which time goes on. There are no more than `most` blocks, unless there
+    are more logs.
+    """
+    logs: list[int] = []
+    before: Motion | None = None
+    for motion, rows in zip(data.motions, data.starts, strict=True):
+        if before is not None and motion.source == before.source and motion.time[0] > before.time[-1]:
+            logs[-1] += rows.size
+        else:
+            logs.append(rows.size)
+        before = motion
+    counts, blocks = np.array(logs), np.ones(len(logs), dtype=int)
+    while blocks.sum() < max(LEAST_BLOCKS, most):
+        share = counts // (blocks + 1)
+        if share.max() < LEAST_STARTS:
+            break
+        blocks[share.argmax()] += 1
+    begun = np.cumsum(blocks) - blocks
+    pairs = zip(begun, counts, blocks, strict=True)
+    return np.concatenate([first + np.arange(count) * parts // count for first, count, parts in pairs])

@@ -1,0 +1,244 @@
+"""Rollouts laid over motions: starts, what was measured along them, and all that no model changes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from ...measurements.alignment import noise_level
+from ...physics.errors import RequestError
+from ...physics.forces import actuation, memory_states
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.simulation import integrate
+from ...physics.thrusters import Thruster
+from ...physics.vehicle import Vehicle
+
+LEAST_STARTS, LEAST_BLOCKS = 4, 2
+"""Rollouts in a block, and blocks, that a log must hold."""
+LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
+"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
+_IDLE_COMMAND = 0.03
+_SPIKE = 4.0
+_ROUNDING = 1e-4
+"""Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
+_KEPT = 16
+
+
+@dataclass(frozen=True, slots=True)
+class ShootingSettings:
+    """How rollouts are laid over the motions and scored.
+
+    Attributes
+    ----------
+    horizon : length of a rollout [s]
+    spacing : distance between starts [s]
+    bin : over which errors are averaged [s]
+    step : longest integration step [s]; a log with finer steps is thinned to it
+    blocks : most contiguous blocks for held-out scores and block bootstrap
+    idle : rows without any command for longer than this are not scored [s]
+    whiten : errors of the start states are whitened out
+    robust : standard errors from which a start counts less; infinite for least squares
+    """
+
+    horizon: float = 5.0
+    spacing: float = 2.5
+    bin: float = 0.5
+    step: float = 0.1
+    blocks: int = 16
+    idle: float = 8.0
+    whiten: bool = True
+    robust: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rollings:
+    """Everything about the rollouts that no vehicle changes.
+
+    Attributes
+    ----------
+    motions : the gap-free stretches
+    starts : for each motion, the rows on which rollouts begin
+    stride : rows of each motion in one integration step
+    step : integration step [s]
+    steps, per_bin : integration steps of a rollout, and of a bin
+    initial : (starts, 6) measured north, east, psi, u, v, r
+    measured : (bins, 3, starts) mean measured velocity of each bin
+    weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
+    noise : (3,) white sensor noise of one row
+    air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
+    kept : thrust and loss by thrusters, which many models share
+    """
+
+    motions: tuple[Motion, ...]
+    starts: tuple[np.ndarray, ...]
+    stride: tuple[int, ...]
+    step: float
+    steps: int
+    per_bin: int
+    initial: Array
+    measured: Array
+    weight: Array
+    noise: Array
+    air: Array | None = None
+    kept: dict[tuple[Thruster, ...], tuple[Array, Array]] = field(default_factory=dict)
+
+    def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
+        """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each; the latest are kept."""
+        if vehicle.thrusters in self.kept:
+            return self.kept[vehicle.thrusters]
+        thrust, load = [], []
+        for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
+            act = actuation(vehicle, motion)
+            window = _window(starts, stride, self.steps)
+            thrust.append(_thinned(act.thrust, stride)[:, window])
+            load.append(_thinned(act.load, stride)[:, window])
+        if len(self.kept) >= _KEPT:
+            self.kept.pop(next(iter(self.kept)))
+        self.kept[vehicle.thrusters] = np.concatenate(thrust, axis=2), np.concatenate(load, axis=2)
+        return self.kept[vehicle.thrusters]
+
+    def states(self, vehicle: Vehicle) -> Array:
+        """Open-loop states along all rollouts, (starts, steps + 1, 6)."""
+        thrust, load = self.inputs(vehicle)
+        remembers = vehicle.values["memory_sway"] or vehicle.values["memory_yaw"]
+        memory = self.memory(vehicle) if remembers else None
+        with np.errstate(over="ignore", invalid="ignore"):
+            return integrate(vehicle, self.step, self.initial, thrust, load, memory, self.air).states
+
+    @property
+    def calmed(self) -> Array:
+        """Share of the noise of one row that is left in each start, the median of a few rows, (starts,).
+
+        The variance of a median of n normal numbers is about pi / (2 n + pi - 2) of theirs.
+        """
+        left = [np.sqrt(np.pi / (2.0 * _calm_rows(m) + np.pi - 2.0)) for m in self.motions]
+        return np.repeat(left, [rows.size for rows in self.starts])
+
+    def memory(self, vehicle: Vehicle) -> Array:
+        """Wake memory of sway speed and yaw rate at the starts, (starts, 2), from the motion before them."""
+        pairs = zip(self.motions, self.starts, strict=True)
+        return np.concatenate([np.column_stack(memory_states(vehicle, m))[rows] for m, rows in pairs])
+
+    def binned(self, series: Array) -> Array:
+        """Means over the bins of a series (steps + 1, ...) whose first row is the start: (bins, ...)."""
+        return series[1:].reshape(-1, self.per_bin, *series.shape[1:]).mean(axis=1)
+
+
+def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings) -> Rollings:
+    """Lay starts over the motions, and bin what was measured.
+
+    Raises
+    ------
+    RequestError
+        when the motions hold too few rollouts, or when the time step of one does not go into the integration step.
+    """
+    coarsest = max((m.time_step for m in motions), default=settings.step)
+    step = coarsest * max(1, round(settings.step / coarsest))
+    per_bin = max(1, round(settings.bin / step))
+    steps = per_bin * max(1, round(settings.horizon / (per_bin * step)))
+    kept, starts, strides, initial, measured, weight = [], [], [], [], [], []
+    for motion in motions:
+        stride = max(1, round(step / motion.time_step))
+        if abs(stride * motion.time_step - step) > _ROUNDING * step:
+            raise RequestError(
+                f"shooting: expected time steps that go into the integration step of {step:g} s, got "
+                f"{motion.time_step:g} s in {motion.source or 'a motion without a source'}; prepare all logs with one "
+                f"time step, such as that of the coarsest, {coarsest:g} s"
+            )
+        length = steps * stride
+        rows = np.arange(0, motion.time.size - length, max(1, round(settings.spacing / motion.time_step)))
+        counted = _active(motion, vehicle, settings.idle).astype(float)[:, None] * _clean(motion)
+        window = rows[:, None] + stride * np.arange(1, steps + 1)
+        shape = (rows.size, steps // per_bin, per_bin, 3)
+        # Thinned about the predicted rows: means over the rows between them would lag behind the prediction.
+        series = (motion.velocity, motion.velocity * counted, counted)
+        value, seen, share = (_thinned(x.T, stride).T[window].reshape(shape) for x in series)
+        total = share.sum(axis=2)
+        used = (total > 0).any(axis=(1, 2))
+        if not used.any():
+            continue
+        mean = np.where(total > 0, seen.sum(axis=2) / np.maximum(total, 1e-12), value.mean(axis=2))
+        kept.append(motion)
+        starts.append(rows[used])
+        strides.append(stride)
+        initial.append(np.column_stack([motion.position, motion.heading, _calm(motion)])[rows[used]])
+        measured.append(mean[used].transpose(1, 2, 0))
+        weight.append((total / per_bin)[used].transpose(1, 2, 0))
+    count = sum(rows.size for rows in starts)
+    if count < LEAST_BLOCKS * LEAST_STARTS:
+        raise RequestError(
+            f"shooting: {count} rollouts of {settings.horizon:g} s with commands fit into the log, at least "
+            f"{LEAST_BLOCKS * LEAST_STARTS} are needed; give a longer log"
+        )
+    rows = np.array([m.time.size for m in kept], dtype=float)
+    levels = np.array([[noise_level(m.velocity[:, a]) or 0.0 for a in range(3)] for m in kept])
+    noise = np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())
+    return Rollings(
+        tuple(kept),
+        tuple(starts),
+        tuple(strides),
+        step,
+        steps,
+        per_bin,
+        np.concatenate(initial),
+        np.concatenate(measured, axis=2),
+        np.concatenate(weight, axis=2),
+        noise,
+        _air(kept, starts, strides, steps),
+    )
+
+
+def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:
+    """Rows of a motion along its rollouts, (steps + 1, starts)."""
+    return starts[None, :] + stride * np.arange(steps + 1)[:, None]
+
+
+def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> Array | None:
+    """Velocity of the air along all rollouts, (2, steps + 1, starts); still in a log without an anemometer."""
+    if all(m.air is None for m in motions):
+        return None
+    found = []
+    for motion, rows, stride in zip(motions, starts, strides, strict=True):
+        air = np.zeros((motion.time.size, 2)) if motion.air is None else motion.air
+        found.append(_thinned(air.T, stride)[:, _window(rows, stride, steps)])
+    return np.concatenate(found, axis=2)
+
+
+def _active(motion: Motion, vehicle: Vehicle, idle: float) -> np.ndarray:
+    """True on rows with a command within the last `idle` seconds, (n,)."""
+    commands = motion.commands if motion.run_up is None else np.concatenate([motion.run_up, motion.commands])
+    sizes = [np.abs(t.curve.normalised(commands[:, k], t.command)) for k, t in enumerate(vehicle.thrusters)]
+    on = np.max(sizes, axis=0) > _IDLE_COMMAND
+    row = np.arange(on.size)
+    last = np.maximum.accumulate(np.where(on, row, -np.inf))
+    return (row - last <= idle / motion.time_step)[on.size - motion.time.size :]
+
+
+def _clean(motion: Motion) -> np.ndarray:
+    """False on rows whose velocity jumps out of its neighbours by more than the motion and its noise can, (n, 3)."""
+    middle = _calm(motion)
+    away = np.abs(motion.velocity - middle)
+    spread = 1.4826 * np.median(away, axis=0) + LEAST_NOISE
+    return away <= np.maximum(_SPIKE * spread, 0.02 * np.ptp(motion.velocity, axis=0))
+
+
+def _calm(motion: Motion) -> Array:
+    """Velocities without single false rows: the median over half a second, (n, 3)."""
+    return median_filter(motion.velocity, size=(_calm_rows(motion), 1), mode="nearest")
+
+
+def _calm_rows(motion: Motion) -> int:
+    return 2 * round(0.25 / motion.time_step) + 1
+
+
+def _thinned(series: Array, stride: int) -> Array:
+    """A series (channels, n) averaged over `stride` rows about each row, so that thinning keeps its area."""
+    if stride == 1:
+        return series
+    padded = np.pad(series, ((0, 0), (stride, stride)), mode="edge")
+    kernel = np.convolve(np.ones(stride), np.ones(stride)) / stride**2
+    half = kernel.size // 2
+    parts = [w * padded[:, stride + k - half : stride + k - half + series.shape[1]] for k, w in enumerate(kernel)]
+    return np.sum(parts, axis=0)

@@ -1,0 +1,177 @@
+"""The momentum balance in weak form: no noisy velocity is ever differentiated.
+
+The balance M nu_r_dot = F is multiplied by a smooth, compact test function phi and integrated by parts,
+`-int phi' M nu_r dt = int phi F dt` (Messenger and Bortz 2021, eq. 2.4), so that measured and modelled force pass
+through the same filter. phi(t) = (1 - (t/T)^2)^p on |t| <= T, scaled to unit area, so the balance keeps the unit of
+force [N, N, N m].
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import ClassVar, final
+
+import numpy as np
+
+from ...measurements.alignment import sensor_noise
+from ...physics.errors import RequestError
+from ...physics.forces import modelled_acceleration, modelled_force, relative_velocity
+from ...physics.frames import FORCE_UNITS, Array
+from ...physics.matrices import mass_matrix
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from .base import SEEING, Balance, Neighbourhood, WeakSettings
+from .rollout_test import rollout_squares
+
+__all__ = ["WeakForm", "WeakSettings"]
+
+_LEAST_TESTS, _LEAST_BLOCKS = 8, 4
+_AT_ONCE = 1024
+"""Test functions that are applied in one go."""
+_NOISE_SEED = 20040
+_QUIET = np.array([1e-4, 1e-4, 1e-4])
+"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
+
+
+@final
+class WeakForm(Balance):
+    """Test functions laid over one or more motions: a balance of forces, see `Balance`.
+
+    Parameters
+    ----------
+    motions, settings : what is tested, and how
+    claims : (n, 3) accelerations over ground for each motion [m/s^2, m/s^2, rad/s^2] that stand in place of the
+        measured ones, as a model claims them. They are functions of the same noisy velocities as the columns, so that
+        no sensor noise stands between the two, and open-loop rollouts have no say.
+
+    Attributes
+    ----------
+    independent : total time over half width
+    claimed : the measured side is what a model claims
+
+    Raises
+    ------
+    RequestError
+        when the motions are too short for a few blocks of test functions.
+    """
+
+    unit: ClassVar[tuple[str, str, str]] = FORCE_UNITS
+    forces: ClassVar[bool] = True
+
+    def __init__(
+        self, motions: Sequence[Motion], settings: WeakSettings, claims: Sequence[Array] | None = None
+    ) -> None:
+        self.settings = settings
+        self.motions = tuple(motions)
+        self._claims = None if claims is None else tuple(claims)
+        self.claimed = claims is not None
+        self.noise = np.zeros(3) if self.claimed else sensor_noise(self.motions)
+        rng = np.random.default_rng(_NOISE_SEED)
+        copies = settings.copies if (self.noise > _QUIET).any() else 0
+        self._noisier = [
+            [replace(m, velocity=m.velocity + self.noise * rng.standard_normal(m.velocity.shape)) for m in self.motions]
+            for _ in range(copies)
+        ]
+        self.blind = SEEING
+        self._near = Neighbourhood(self.balances)
+        self._kernels: list[tuple[Array, Array, np.ndarray]] = []
+        times = []
+        for motion in self.motions:
+            half = max(2, round(settings.half_width / motion.time_step))
+            grid = np.arange(-half, half + 1) / half
+            phi = (1.0 - grid**2) ** settings.power
+            area = phi.sum() * motion.time_step
+            slope = -2.0 * settings.power * grid * (1.0 - grid**2) ** (settings.power - 1)
+            slope = slope / (half * motion.time_step)
+            stride = max(1, round(settings.stride / motion.time_step))
+            centres = np.arange(half, motion.time.size - half, stride)
+            self._kernels.append((phi * motion.time_step / area, slope * motion.time_step / area, centres - half))
+            times.append(motion.time[centres])
+        self.time = np.concatenate(times) if times else np.zeros(0)
+        blocks = min(settings.blocks, self.time.size // _LEAST_TESTS)
+        if blocks < _LEAST_BLOCKS:
+            raise RequestError(
+                f"weak form: {self.time.size} test functions of {2 * settings.half_width:g} s fit into the log, "
+                f"at least {_LEAST_BLOCKS * _LEAST_TESTS} are needed; give a longer log"
+            )
+        self.block = np.minimum(np.arange(self.time.size) * blocks // self.time.size, blocks - 1)
+        covered = sum(motion.duration for motion in self.motions)
+        self.independent = covered / settings.half_width
+
+    def about(self, vehicle: Vehicle) -> Neighbourhood:
+        """The same for every vehicle."""
+        return self._near
+
+    def nearer(self, vehicle: Vehicle, moved: Vehicle) -> Vehicle:
+        """The whole step: forces are all but linear, so it is never too long."""
+        return moved
+
+    def refreshed(self, about: Vehicle) -> "WeakForm":
+        """The same form: none of its weights depends on a model."""
+        return self
+
+    def squares(self, vehicle: Vehicle) -> Array:
+        """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge; none for claims."""
+        return np.zeros((0, 3)) if self.claimed else rollout_squares(self.motions, vehicle)
+
+    @property
+    def tests(self) -> WeakSettings:
+        """Those of this form."""
+        return self.settings
+
+    @property
+    def sources(self) -> list[str]:
+        """None are kept apart."""
+        return []
+
+    def average(self, series: Sequence[Array]) -> Array:
+        """int phi f dt for (n, c) series, one for each motion: (tests, c)."""
+        return self._apply(series, 0)
+
+    def derivative(self, series: Sequence[Array]) -> Array:
+        """int phi f' dt = -int phi' f dt for (n, c) series, one for each motion: (tests, c), per second."""
+        return -self._apply(series, 1)
+
+    def _apply(self, series: Sequence[Array], which: int) -> Array:
+        parts = []
+        for values, kernels in zip(series, self._kernels, strict=True):
+            kernel, first = kernels[which], kernels[2]
+            windows = np.lib.stride_tricks.sliding_window_view(values, kernel.size, axis=0) if first.size else values
+            for k in range(0, first.size, _AT_ONCE):  # picking windows copies them: a long log would need a gigabyte
+                parts.append(windows[first[k : k + _AT_ONCE]] @ kernel)
+        return np.concatenate(parts)
+
+    def balance(self, vehicle: Vehicle) -> Array:
+        """Measured minus modelled force, (tests, 3) [N, N, N m]; zero everywhere for a perfect model and log."""
+        return self._balance(vehicle, self.motions)
+
+    def balances(self, vehicle: Vehicle) -> Array:
+        """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3).
+
+        The difference between a copy and the log shows what noise does to a column, and so to a model's score.
+        """
+        return np.stack([self._balance(vehicle, motions) for motions in (self.motions, *self._noisier)])
+
+    def _balance(self, vehicle: Vehicle, motions: Sequence[Motion]) -> Array:
+        mass = mass_matrix(vehicle)
+        if self._claims is not None:
+            pairs = zip(motions, self._claims, strict=True)
+            return self.average([(claim - modelled_acceleration(vehicle, m)) @ mass for m, claim in pairs])
+        momentum, force = [], []
+        for motion in motions:
+            relative = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
+            momentum.append(np.stack(relative, axis=-1) @ mass)
+            force.append(modelled_force(vehicle, motion))
+        return self.derivative(momentum) - self.average(force)
+
+    def largest_force(self, vehicle: Vehicle) -> Array:
+        """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""
+        mass = mass_matrix(vehicle)
+        rates = self.derivative([motion.velocity for motion in self.motions]) @ mass
+        modelled = self.average([modelled_force(vehicle, motion) for motion in self.motions])
+        passive = []
+        for motion in self.motions:
+            still = replace(motion, velocity=np.zeros_like(motion.velocity))
+            passive.append(modelled_force(vehicle, still))
+        thrust = self.average(passive)
+        parts = np.stack([rates, modelled, thrust, modelled - thrust])
+        return np.abs(parts).max(axis=0)

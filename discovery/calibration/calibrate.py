@@ -1,0 +1,276 @@
+"""Calibration: the parameters that a nominal model has, fitted to logs under their limits and the law of dissipation.
+
+Two steps. Least squares on the weak form, sensor noise taken off the normal equations (errors in variables; Carroll et
+al. 2006, chapter 5), which is convex and needs no good start. From there the rollouts themselves are fitted (output
+error, `output_error.py`), which noise and waves on the speeds hardly bias; that step is kept unless it predicts
+held-out parts of the logs worse. Both end in the lawful refit. What the logs cannot tell stays as it is, with the
+reason.
+
+On field logs, whose force balance errs by far more than white noise (`basis.py`), the first step is no start: what the
+logs tell is then read from the rollouts too, and they are fitted from the nominal model.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ...physics.errors import RequestError
+from ...physics.frames import Array
+from ...physics.laws.damping_power import mass_margin
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from ..balance.base import SEEING
+from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, rollouts_object
+from ..balance.shooting import Shooting
+from ..balance.weak_form import WeakForm
+from ..candidates.linearisation import Candidate, Linearisation
+from ..candidates.nuisance import nuisance_candidates
+from ..findings import Calibrated
+from ..lawful.passivity import Lawful, judge, lawful_model
+from ..search.bootstrap import Interval, intervals
+from ..search.floating import Search
+from ..search.gram import GramScores
+from ..search.output_error import polish
+from ..settings import DiscoverySettings
+from .beside_effects import calibrated, limit_at
+from .folds import FOLDS, as_good, parted
+from .groundwork import ROLLOUTS, groundwork
+
+Method = Literal["weak form", "output error"]
+_ROUNDS = 6
+_SPACING = 1.0
+"""Distance between the starts of rollouts by which the steps are compared [s]."""
+_DIGITS = 9
+_NAMED = ", calibrated"
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A finished calibration.
+
+    Attributes
+    ----------
+    nominal : the vehicle before
+    lawful : the calibrated vehicle, and how the law stands in it
+    parameters : what was calibrated
+    reasons : why not, by symbol, for what was to be calibrated and is left as it was
+    method : the step that the numbers come from
+    horizon : length of the rollouts by which the methods were compared [s]
+    held_out : (3,) root mean square error of rollouts on parts that were not fitted [m/s, m/s, rad/s], for "nominal"
+        and each method; empty where the logs are too short to hold parts out
+    worse : True when those of the chosen method are significantly worse than the nominal model's
+    force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
+    noise_error : (3,) what sensor noise alone would leave [N, N, N m]
+    force_scale : (3,) size of the forces at work [N, N, N m]
+    notes : what was done to the motions, in words
+    """
+
+    nominal: Vehicle
+    lawful: Lawful
+    parameters: tuple[Calibrated, ...]
+    reasons: dict[str, str]
+    method: Method
+    horizon: float
+    held_out: dict[str, Array]
+    worse: bool
+    force_error: Array
+    noise_error: Array
+    force_scale: Array
+    notes: tuple[str, ...]
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The calibrated vehicle."""
+        return self.lawful.vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """Parameters fitted to some motions: a lawful vehicle, and 95 % intervals by symbol."""
+
+    lawful: Lawful
+    intervals: dict[str, Interval]
+
+
+def calibrate(
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    free: Sequence[str] = (),
+    hold: Sequence[str] = (),
+    settings: DiscoverySettings | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Calibration:
+    """Fit the parameters of a nominal model to measured motions.
+
+    Parameters
+    ----------
+    motions : gap-free stretches, unfiltered
+    free, hold : symbols to calibrate beside those that have a value in the file, and symbols to leave
+    progress : called with a line for each step
+
+    Raises
+    ------
+    RequestError
+        for an unknown symbol, when nothing is left to calibrate, when the motions are too short, when a solver fails,
+        or when the damping of the nominal model creates energy beyond what its freed parameters can mend.
+    """
+    settings = settings or DiscoverySettings()
+    say = progress or (lambda text: None)
+    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
+        ground = groundwork(motions, nominal, settings, free, hold)
+        motions, known, basis = ground.basis.motions, ground.known, ground.basis
+        say(f"calibrating {', '.join(known.symbols)}")
+        pool = nuisance_candidates(nominal, known.symbols)
+        long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
+        horizon = WHOLE_HORIZON if long else HORIZON
+        fitted = convex_step(motions, nominal, pool, settings)
+        _demand_lawful(fitted.lawful, known.symbols)
+        held_out = _held_out(motions, nominal, pool, settings, horizon, basis.blind if basis.rolls else None, say)
+        best: Method = "weak form"
+        if held_out and as_good(held_out["weak form"], held_out["output error"], horizon / _SPACING):
+            start = nominal if basis.rolls else fitted.lawful.vehicle
+            best, fitted = "output error", rollout_step(motions, start, nominal, pool, basis.blind)
+            _demand_lawful(fitted.lawful, known.symbols)
+        fitted = _rounded(fitted, nominal, known.symbols)
+        search = Search(ground.weak, nominal, (), settings.search)
+        error = np.sqrt((ground.weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
+    return Calibration(
+        nominal,
+        fitted.lawful,
+        calibrated(known.symbols, nominal, fitted.lawful, fitted.intervals),
+        known.reasons,
+        best,
+        horizon,
+        {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()},
+        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best]),
+        error,
+        search.noise_error,
+        search.force_scale,
+        basis.notes,
+    )
+
+
+def calibrate_once(
+    motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings | None = None
+) -> tuple[Vehicle, tuple[str, ...]]:
+    """Fit the parameters of a nominal model to the rollouts of measured motions, without trying it on held-out parts.
+
+    The numbers are those of `calibrate` where it ends with the output-error step, at a fifth of its time. Where no
+    rollout can be fitted, they are those of the weak form.
+
+    Returns
+    -------
+    (vehicle, symbols)
+        the calibrated vehicle, and what was fitted
+
+    Raises
+    ------
+    RequestError
+        as `calibrate` does.
+    """
+    settings = settings or DiscoverySettings()
+    with threadpool_limits(limits=1, user_api="blas"):
+        ground = groundwork(motions, nominal, settings)
+        pool = nuisance_candidates(nominal, ground.known.symbols)
+        convex = convex_step(ground.basis.motions, nominal, pool, settings)
+        start = nominal if ground.basis.rolls else convex.lawful.vehicle
+        try:
+            fitted = rollout_step(ground.basis.motions, start, nominal, pool, ground.basis.blind)
+        except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
+            fitted = convex
+        _demand_lawful(fitted.lawful, ground.known.symbols)
+        return _rounded(fitted, nominal, ground.known.symbols).lawful.vehicle, ground.known.symbols
+
+
+def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:
+    """Raise unless damping takes energy out everywhere in the envelope, and mass is positive."""
+    if lawful.passivity.verdict == "fail" or mass_margin(lawful.vehicle) <= 0.0:
+        raise RequestError(
+            f"fit: no values of {', '.join(symbols)} make {lawful.vehicle.name.removesuffix(_NAMED)} lawful: "
+            f"{lawful.passivity.sentence} Mend the other damping parameters in the vehicle file, or free them"
+        )
+
+
+def _rounded(fitted: Fitted, nominal: Vehicle, symbols: Sequence[str]) -> Fitted:
+    """The same with nine significant digits, so that the last bits of a solver do not reach a file."""
+    lawful = fitted.lawful
+    values = {s: float(f"{lawful.vehicle.value(s):.{_DIGITS}g}") for s in symbols}
+    for symbol in symbols:
+        limit = limit_at(nominal.parameter(symbol), values[symbol])
+        values[symbol] = values[symbol] if limit is None else limit
+    vehicle = nominal.with_values(values, name=lawful.vehicle.name)
+    still = judge(vehicle, lawful.passivity.envelope).verdict == "pass"
+    return replace(fitted, lawful=replace(lawful, vehicle=vehicle)) if still else fitted
+
+
+def _held_out(
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    pool: Sequence[Candidate],
+    settings: DiscoverySettings,
+    horizon: float,
+    blind: Sequence[bool] | None,
+    say: Callable[[str], None],
+) -> dict[str, Array]:
+    """Squared errors (starts, 3) of rollouts on each part under models fitted to the others, by method.
+
+    Rollouts begin from calmed states, and errors of the start are whitened out: from noisy ones, a model that forgets
+    its start too soon predicts best. Empty where a part holds too few rollouts or the others are too short for a fit.
+
+    Parameters
+    ----------
+    blind : axes that are not scored, for logs whose error is coloured; rollouts are then fitted from the nominal model
+    """
+    found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
+    shooting = replace(ROLLOUTS, horizon=horizon, spacing=_SPACING, robust=np.inf)
+    for k in range(FOLDS):
+        inside, outside = parted(motions, k)
+        try:
+            convex = convex_step(outside, nominal, pool, settings)
+            start = convex.lawful.vehicle if blind is None else nominal
+            rolled = rollout_step(outside, start, nominal, pool, SEEING if blind is None else blind)
+            judge_by = Shooting(inside, rolled.lawful.vehicle, shooting)
+        except RequestError:
+            return {}
+        vehicles = (nominal, convex.lawful.vehicle, rolled.lawful.vehicle)
+        for name, vehicle in zip(found, vehicles, strict=True):
+            found[name].append(judge_by.squares(vehicle))
+        say(f"predicted part {k + 1} of {FOLDS} by models fitted to the others")
+    return {name: np.concatenate(parts) for name, parts in found.items()}
+
+
+def convex_step(
+    motions: Sequence[Motion], nominal: Vehicle, pool: Sequence[Candidate], settings: DiscoverySettings
+) -> Fitted:
+    """The first step: the lawful fit to the weak form."""
+    weak = WeakForm(motions, settings.weak)
+    search = Search(weak, nominal, pool, replace(settings.search, refinements=_ROUNDS))
+    state = search.reshape(search.evaluate(nominal, ()))
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    chosen = [linear.options[key][0] for key in state.active]
+    lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
+    return Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed))
+
+
+def rollout_step(
+    motions: Sequence[Motion],
+    start: Vehicle,
+    nominal: Vehicle,
+    pool: Sequence[Candidate],
+    blind: Sequence[bool] = SEEING,
+) -> Fitted:
+    """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws."""
+    symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
+    polished = polish(motions, start, symbols, ROLLOUTS, blind=blind)
+    form = Shooting(motions, polished.vehicle, ROLLOUTS, blind)
+    linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
+    scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
+    chosen = [linear.options[c.key][0] for c in pool]
+    return Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
+
+
+def _name(nominal: Vehicle) -> str:
+    return nominal.name if nominal.name.endswith(_NAMED) else f"{nominal.name}{_NAMED}"

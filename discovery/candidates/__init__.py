@@ -1,0 +1,1 @@
+"""What may be missing: every effect, parameter and unnamed term as columns of the force equation."""

@@ -1,0 +1,78 @@
+"""The force of each effect along a log: what the force balance changes by when that effect is put into the vehicle."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from ...physics.vehicle import Vehicle
+from ...residuals.residual import residual
+from ...residuals.series import Parts, in_order, stretches
+from ..calibration.beside_effects import CALIBRATED
+from .linearisation import candidates
+
+FORCES = ("X", "Y", "N")
+OTHER = "other"
+"""What separates two vehicles and is no parameter of an effect: mass, places of thrusters, curves."""
+
+
+def effects_between(before: Vehicle, after: Vehicle) -> list[str]:
+    """Keys of the effects by which two vehicles differ: those of the catalogue in its order, then unnamed terms."""
+    moved = {s for s in {**before.values, **after.values} if before.value(s) != after.value(s)}
+    named = [c.key for c in candidates(before) if moved & set(c.symbols)]
+    return named + sorted(s for s in moved if ":" in s)
+
+
+def effect_forces(
+    before: Vehicle, after: Vehicle, parts: Parts, keys: Sequence[str], rest: str = OTHER
+) -> dict[str, pd.DataFrame]:
+    """The force that each effect adds on the way from one vehicle to another, along all parts of the logs.
+
+    The effects are put in one after the other, each with its values in `after`; the force of one is what the residual
+    loses with it, M (measured - modelled) before less the same after it, both filtered like the log. For an effect in
+    which the force is linear that is its column of the regression times its coefficient, whatever the order. The sum
+    over all is the residual of `before` less that of `after`.
+
+    Parameters
+    ----------
+    keys : of the effects, in the order in which they are put in, as `effects_between` names them
+    rest : name of what separates the vehicles beside these, if anything does
+
+    Returns
+    -------
+    dict
+        By key: a table with the columns log, time [s], part, X, Y [N] and N [N m], in the order of `series.csv`.
+    """
+    symbols = {c.key: c.symbols for c in candidates(before)}
+    stages = [before]
+    for key in keys:
+        stages.append(stages[-1].with_values({s: after.value(s) for s in symbols.get(key, (key,))}))
+    names = list(keys)
+    if not _alike(stages[-1], after):
+        stages.append(after)
+        names.append(rest)
+    frames: dict[str, list[pd.DataFrame]] = {name: [] for name in names}
+    for stretch in stretches(parts):
+        left = [residual(vehicle, stretch.motion, stretch.data).force for vehicle in stages]
+        for name, force in zip(names, -np.diff(left, axis=0), strict=True):
+            frame = stretch.frame()
+            frame[list(FORCES)] = force
+            frames[name].append(frame)
+    return {name: in_order(found) for name, found in frames.items()}
+
+
+def found_forces(
+    nominal: Vehicle, corrected: Vehicle, parts: Parts, labels: Sequence[str | None]
+) -> dict[str, pd.DataFrame]:
+    """The forces of what a discovery added, in its order; `labels` are those of its steps.
+
+    What else was moved was calibrated, and is one entry.
+    """
+    keys = [label for label in labels if label not in (None, CALIBRATED)]
+    return effect_forces(nominal, corrected, parts, keys, CALIBRATED)
+
+
+def _alike(one: Vehicle, other: Vehicle) -> bool:
+    """Whether two vehicles have the same numbers, name and sources aside."""
+    same = all(one.value(s) == other.value(s) for s in {**one.values, **other.values})
+    return same and one.thrusters == other.thrusters

@@ -1,0 +1,262 @@
+"""Every effect as a choice: absent, or present in one of its shapes, each with its columns of the force equation.
+
+A column is what the force equation gives when a parameter moves, passed through the weak form. Effects in which the
+force is linear have one present option; those with a shape (lag, delay, dead zone, memory time) have one option for
+each starting value, as a fixed offset of the force plus the derivative about it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from ...physics.effects import EFFECTS, Effect, Parameter
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.thrusters import GAINS
+from ...physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
+from ...physics.vehicle import Vehicle
+from ..balance.base import Balance
+
+_FAINT = 0.05
+"""Share of a general effect's strongest column below which one of its parameters keeps its value."""
+_FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
+
+
+class Kind(Enum):
+    """What a candidate is: it decides its price, and where it is told."""
+
+    EFFECT = "effect"
+    """of the catalogue"""
+    TERM = "term"
+    """of the equation, which nobody has named"""
+    NUISANCE = "nuisance"
+    """a parameter of the nominal model that is calibrated while effects are judged: always in the model, free of price,
+    never a finding"""
+    SENSOR = "sensor"
+    """an error of a sensor: the motion is corrected for it, and the vehicle stays as it is"""
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """An effect, for one thruster where it concerns one, that may be missing from a vehicle.
+
+    Attributes
+    ----------
+    key : unique name, `effect` or `effect[thruster]`
+    effect : the catalogue's entry, or a made-up one for an unnamed term
+    parameters : its parameters with the thruster's name filled in
+    kind : see `Kind`
+    """
+
+    key: str
+    effect: Effect
+    parameters: tuple[Parameter, ...]
+    kind: Kind = Kind.EFFECT
+
+    @property
+    def nuisance(self) -> bool:
+        """Whether it is calibrated in every model."""
+        return self.kind is Kind.NUISANCE
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Symbols of the parameters."""
+        return tuple(p.symbol for p in self.parameters)
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One way in which a candidate may stand: columns that are free, an offset that is fixed.
+
+    Attributes
+    ----------
+    key, kind : the candidate's
+    present : False for "absent"
+    symbols : parameters set or freed
+    start : the parameters' values about which the columns were taken
+    free : indices of the free columns among `symbols` order, -1 for a symbol held at `start`
+    offset : index of the fixed offset column, -1 for none
+    lower, upper : limits of the change of each symbol from `start`; equal for one that the log says nothing of
+    """
+
+    key: str
+    kind: Kind
+    present: bool
+    symbols: tuple[str, ...]
+    start: tuple[float, ...]
+    free: tuple[int, ...]
+    offset: int
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+
+def measurable(motions: Sequence[Motion], effects: Sequence[Effect] = EFFECTS) -> tuple[Effect, ...]:
+    """The effects whose channels are in all motions: without an anemometer, no apparent wind."""
+    windless = any(motion.air is None for motion in motions)
+    return tuple(effect for effect in effects if not (windless and effect.channels))
+
+
+def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[Candidate, ...]:
+    """All candidates for a vehicle: one for each effect, one for each thruster where the effect concerns one."""
+    found = []
+    for effect in effects:
+        if effect.per_thruster:
+            for thruster in vehicle.thrusters:
+                named = tuple(replace(p, symbol=p.symbol.format(thruster=thruster.name)) for p in effect.parameters)
+                found.append(Candidate(f"{effect.name}[{thruster.name}]", effect, named))
+        elif effect.name != "thrust_scale" or len(vehicle.thrusters) > 1:
+            found.append(Candidate(effect.name, effect, effect.parameters))
+    return tuple(found)
+
+
+class Linearisation:
+    """All columns of all candidates about one vehicle.
+
+    Columns that do not change from one vehicle to the next are kept in the memo of the vehicle's neighbourhood.
+
+    Attributes
+    ----------
+    vehicle : the model about which the columns were taken
+    options : candidate key -> its options; the first is how the candidate stands in `vehicle`
+    columns : (tests, 3, columns + 1); the last is the balance, measured minus modelled force
+    noise : (copies, tests, 3, columns + 1), what sensor noise adds to each of them, drawn a few times
+    """
+
+    def __init__(
+        self,
+        balance: Balance,
+        vehicle: Vehicle,
+        nominal: Vehicle,
+        pool: Sequence[Candidate],
+        active: Sequence[str],
+    ) -> None:
+        self.vehicle = vehicle
+        self._near = balance.about(vehicle)
+        self._base = self._near.balances(vehicle)
+        self._columns: list[Array] = []
+        self.options: dict[str, tuple[Option, ...]] = {}
+        for candidate in pool:
+            absent = {p.symbol: nominal.value(p.symbol) for p in candidate.parameters}
+            if candidate.key in active:
+                now = tuple(vehicle.value(s) for s in candidate.symbols)
+                here = self._present(candidate, vehicle, now, -1)
+                gone = self._add(self._removal(candidate, absent, here))
+                nothing = _absent(candidate, absent, gone)
+                others = self._shapes(candidate, vehicle, absent, near=now) if candidate.effect.shapes else ()
+                self.options[candidate.key] = (here, nothing, *others)
+            else:
+                nothing = _absent(candidate, absent)
+                if candidate.effect.shapes:
+                    present = self._shapes(candidate, vehicle, absent)
+                else:
+                    present = (self._present(candidate, vehicle, tuple(absent.values()), -1),)
+                self.options[candidate.key] = (nothing, *present)
+        every = np.stack([*self._columns, self._base], axis=-1)
+        every[1:] -= every[0]  # in place: on a log of an hour the copies are most of the memory
+        self.columns, self.noise = every[0], every[1:]
+
+    def _add(self, column: Array) -> int:
+        self._columns.append(column)
+        return len(self._columns) - 1
+
+    def _removal(self, candidate: Candidate, absent: dict[str, float], here: Option) -> Array:
+        """The force that setting a present candidate back to absent adds, (1 + copies, tests, 3)."""
+        if self._near.linear and not any(p.nonlinear for p in candidate.parameters):
+            steps = [
+                (index, absent[s] - now) for s, now, index in zip(here.symbols, here.start, here.free, strict=True)
+            ]
+            return np.asarray(sum(self._columns[index] * step for index, step in steps))
+        return self._base - self._near.balances(self.vehicle.with_values(absent))
+
+    def _shapes(
+        self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float], near: tuple[float, ...] = ()
+    ) -> tuple[Option, ...]:
+        """One option for each starting value of the shape; about a value found so far, finer ones where needed."""
+        (shape,) = candidate.effect.shapes
+        grid = shape.grid
+        if near and shape.stepped:
+            now = near[candidate.symbols.index(shape.symbol)]
+            grid = (*grid, *(now * factor for factor in _FINER if now * factor < shape.upper))
+        found = []
+        for value in grid:
+            start = {**absent, shape.symbol: value}
+            moved = vehicle.with_values(start)
+            offset = -1
+            if candidate.effect.fixed_amplitude:
+                key = ("offset", shape.symbol, value, *self._depends(shape, vehicle))
+                offset = self._add(self._remember(key, lambda m=moved: self._base - self._near.balances(m)))
+            found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
+        return tuple(found)
+
+    def _present(self, candidate: Candidate, about: Vehicle, start: tuple[float, ...], offset: int) -> Option:
+        """Free columns of a candidate about a vehicle in which it stands at `start`."""
+        free, lower, upper = [], [], []
+        amplitudes = [about.value(p.symbol) - p.null for p in candidate.parameters if not p.grid]
+        for parameter, value in zip(candidate.parameters, start, strict=True):
+            low, high = parameter.lower - value, parameter.upper - value
+            if parameter.stepped or (parameter.grid and amplitudes and not any(amplitudes)):
+                free.append(-1)
+                low = high = 0.0
+            else:
+                key = ("slope", parameter.symbol, *self._depends(parameter, about))
+                slope = self._remember(key, lambda p=parameter, v=value: self._slope(p, about, v))
+                free.append(self._add(slope))
+                if parameter.grid:
+                    reach = 0.35 * value + 0.02
+                    low, high = max(low, -reach), min(high, reach)
+            lower.append(low)
+            upper.append(high)
+        if candidate.effect.general:
+            faint = self._silenced(free)
+            lower, upper = np.where(faint, 0.0, lower).tolist(), np.where(faint, 0.0, upper).tolist()
+        limits = tuple(lower), tuple(upper)
+        return Option(candidate.key, candidate.kind, True, candidate.symbols, start, tuple(free), offset, *limits)
+
+    def _silenced(self, columns: Sequence[int]) -> np.ndarray:
+        """Which columns are faint beside the strongest: commands that the log hardly holds say nothing of a curve.
+
+        They are set to zero. What is left of a command that never came is rounding, and to scale it would be absurd.
+        """
+        size = np.array([np.sqrt((self._columns[k][0] ** 2).mean()) for k in columns])
+        faint = size <= _FAINT * size.max()
+        for k in np.asarray(columns)[faint]:
+            self._columns[k] = np.zeros_like(self._columns[k])
+        return faint
+
+    def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
+        """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
+        symbol, step = parameter.symbol, parameter.step * self._near.step_share
+        base = self._base if about is self.vehicle else self._near.balances(about)
+        up = self._near.balances(about.with_values({symbol: value + step}))
+        if not parameter.nonlinear or value - step < parameter.lower:
+            return (base - up) / step
+        down = self._near.balances(about.with_values({symbol: value - step}))
+        return (down - up) / (2.0 * step)
+
+    def _remember(self, key: tuple[object, ...], compute: Callable[[], Array]) -> Array:
+        memo = self._near.memo
+        if key not in memo:
+            memo[key] = compute()
+        return memo[key]
+
+    def _depends(self, parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
+        """What a parameter's column depends on, beside the data: the parameters that multiply it in the force."""
+        p = about.values
+        current = (p["current_north"], p["current_east"])
+        if parameter.symbol in ("current_north", "current_east"):
+            return tuple(p.items())
+        if parameter.symbol in GAINS:  # the bent curve is linear in its gains, and the advance loss apart from it
+            apart = {*GAINS, "advance_loss"}
+            return tuple((t.scale, *(p[key] for key in SHARED if key not in apart)) for t in about.thrusters)
+        if parameter.section == "thrusters":
+            return (*current, *((t.scale, *(p[key] for key in SHARED)) for t in about.thrusters))
+        if parameter.section == "memory":
+            return (*current, p["memory_time"], *((p["memory_sway"], p["memory_yaw"]) if parameter.grid else ()))
+        return current
+
+
+def _absent(candidate: Candidate, values: dict[str, float], offset: int = -1) -> Option:
+    """The option in which a candidate is not in the model; `offset` is the column that takes a present one out."""
+    return Option(candidate.key, candidate.kind, False, candidate.symbols, tuple(values.values()), (), offset, (), ())

@@ -1,0 +1,171 @@
+"""Monomials of velocity as a pysindy feature library, and the sparse shortlist of terms that nobody has named.
+
+The library is a `pysindy` feature library of its own because `CustomLibrary` cannot express |r| v. Sparse selection is
+pysindy's forward orthogonal regression (Billings 2013, chapter 3) on the compressed weak form: the rows of
+[Theta y] are replaced by the R factor of their QR, which gives the same answer on as many rows as columns.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pysindy
+from pysindy.feature_library.base import BaseFeatureLibrary, x_sequence_or_item
+from pysindy.utils import AxesArray, comprehend_axes
+from sklearn.utils.validation import check_is_fitted
+
+from ...physics.effects import Effect, Parameter
+from ...physics.forces import relative_velocity
+from ...physics.frames import AXES, Array
+from ...physics.matrices import HYDRODYNAMIC
+from ...physics.terms import Form, monomials
+from ...physics.vehicle import Vehicle
+from ..balance.weak_form import WeakForm
+from .linearisation import Candidate, Kind
+
+_ALIAS = 0.9995
+_TWIN = 0.9
+
+
+def _same(form: Form) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    power = tuple(sum(f.strip("|") == name for f in form.factors) for name in "uvr")
+    sign = tuple(sum(f == name for f in form.factors) % 2 for name in "uvr")
+    return power, sign
+
+
+_NAMED_KEYS = {(axis, _same(form)) for _, axis, form in HYDRODYNAMIC}
+
+
+class TermLibrary(BaseFeatureLibrary):
+    """Every distinct monomial of u, v, r and their moduli up to a degree, as pysindy features.
+
+    Parameters
+    ----------
+    degree : highest degree, 1 to 3
+    """
+
+    def __init__(self, degree: int = 3) -> None:
+        self.degree = degree
+
+    @x_sequence_or_item
+    def fit(self, x_full: Any, y: object = None) -> "TermLibrary":
+        """Check that the state is u, v, r and count the features."""
+        width = x_full[0].shape[-1]
+        if width != 3:
+            raise ValueError(f"TermLibrary: expected three states u, v, r, got {width}")
+        self.n_features_in_ = width
+        self.forms_ = monomials(self.degree)
+        self.n_output_features_ = len(self.forms_)
+        return self
+
+    @x_sequence_or_item
+    def transform(self, x_full: Sequence[AxesArray]) -> list[AxesArray]:
+        """Values of every monomial, (..., features)."""
+        check_is_fitted(self)
+        out = []
+        for x in x_full:
+            values = self.values(np.asarray(x))
+            out.append(AxesArray(values, comprehend_axes(values)))
+        return out
+
+    def values(self, velocity: Array) -> Array:
+        """Values of every monomial at velocities (..., 3) [m/s, m/s, rad/s], as a plain array (..., features)."""
+        return np.stack([form(*np.moveaxis(velocity, -1, 0)) for form in self.forms_], axis=-1)
+
+    def get_feature_names(self, input_features: Sequence[str] | None = None) -> list[str]:
+        """The monomials as written in a vehicle file, for example `u|u|`."""
+        check_is_fitted(self)
+        return [form.text for form in self.forms_]
+
+
+def term_candidate(symbol: str, vehicle: Vehicle) -> Candidate:
+    """An unnamed term (`axis:form`) as a candidate like any effect of the catalogue."""
+    axis, form = symbol.split(":", 1)
+    parameter = vehicle.parameter(symbol)
+    letter = "XYN"[AXES.index(axis)]
+    effect = Effect(
+        symbol,
+        "unnamed",
+        (Parameter(symbol, "coupling", parameter.unit, axis=parameter.axis, form=form),),
+        f"{letter} += c {form}",
+        f"A force in {axis} in proportion to {form}, which the catalogue does not name.",
+    )
+    return Candidate(symbol, effect, effect.parameters, Kind.TERM)
+
+
+def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) -> tuple[str, ...]:
+    """Unnamed terms that may explain the balance of a vehicle: at most `most` an axis, as `axis:form` symbols.
+
+    Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
+    columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
+    """
+    library, features = features_along(weak, vehicle, degree)
+    balance = weak.balance(vehicle)
+    found: list[str] = []
+    for axis, name in enumerate(AXES):
+        forms = list(library.forms_)
+        order = sorted(
+            range(len(forms)), key=lambda k: ((axis, _same(forms[k])) not in _NAMED_KEYS, forms[k].degree, k)
+        )
+        keep = _distinct(features, order)
+        y = balance[:, axis]
+        if not np.any(y):
+            continue
+        theta = features[:, keep] / np.sqrt((features[:, keep] ** 2).mean(axis=0))
+        factor = np.asarray(np.linalg.qr(np.column_stack([theta, y]), mode="r"))
+        rows, target = factor[:, :-1], factor[:, -1]
+        optimizer = pysindy.FROLS(max_iter=min(most, len(keep) - 1), alpha=0.0, unbias=False)
+        optimizer.fit(rows, target)
+        chosen = np.flatnonzero(optimizer.history_[-1][0])
+        for k in chosen:
+            if (axis, _same(forms[keep[k]])) not in _NAMED_KEYS:
+                found.append(f"{name}:{forms[keep[k]].text}")
+    return tuple(found)
+
+
+def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 3, degree: int = 3) -> tuple[str, ...]:
+    """Unnamed terms that move nearly as given ones do on this log: at most `most` each, the closest first.
+
+    Their tested columns correlate by more than 0.9 in modulus. Terms of the catalogue are left out: they are tried
+    anyway.
+    """
+    if not symbols:
+        return ()
+    library, features = features_along(weak, vehicle, degree)
+    names = [form.text for form in library.forms_]
+    norms = np.maximum(np.sqrt((features**2).sum(axis=0)), 1e-300)
+    found: list[str] = []
+    for symbol in symbols:
+        axis, text = symbol.split(":", 1)
+        k = names.index(text)
+        alike = np.abs(features.T @ features[:, k]) / (norms * norms[k])
+        near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN]
+        named = [(AXES.index(axis), _same(library.forms_[n])) in _NAMED_KEYS for n in near]
+        found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:most]
+    return tuple(dict.fromkeys(s for s in found if s not in symbols))
+
+
+def features_along(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[TermLibrary, Array]:
+    """The library and its features along the log, averaged by the test functions, (tests, features)."""
+    library = TermLibrary(degree)
+    states = [
+        np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1)
+        for motion in weak.motions
+    ]
+    library.fit(states[0])
+    return library, weak.average([library.values(state) for state in states])
+
+
+def _distinct(features: Array, order: Sequence[int]) -> list[int]:
+    """Indices of columns, in order of preference, that are alive and not aliases of an earlier one."""
+    norms = np.sqrt((features**2).sum(axis=0))
+    keep: list[int] = []
+    for k in order:
+        if norms[k] <= 1e-9 * norms.max():
+            continue
+        if keep:
+            kept = features[:, keep]
+            if np.abs(kept.T @ features[:, k] / (norms[keep] * norms[k])).max() > _ALIAS:
+                continue
+        keep.append(k)
+    return keep

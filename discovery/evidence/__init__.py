@@ -1,0 +1,1 @@
+"""How sure a finding is, what it is worth, what limits it, and the verdict."""

@@ -1,0 +1,66 @@
+"""Doubts about an estimate in the corrected model: at its limit, outside its own interval, or one freedom too many."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...physics.vehicle import Vehicle
+from ..candidates.linearisation import Candidate, Kind
+from ..search.bootstrap import Interval
+from ..search.equivalents import one_too_many
+
+_NEAR = 1e-3
+"""Share of the room between nominal value and limit within which an estimate is at the limit."""
+_TOGETHER = (
+    "the common scale and every thruster's own are fitted at once, and only their products move a force, so that the "
+    "log cannot tell one of them from the others"
+)
+_SLACK = 0.05
+"""Share of an interval's width by which an estimate may lie beyond its end: rounding, and steps of a profile."""
+
+
+def doubts(
+    pool: Sequence[Candidate],
+    nominal: Vehicle,
+    estimate: Vehicle,
+    kept: Sequence[str],
+    intervals: Mapping[str, Interval],
+) -> dict[str, str]:
+    """Why an effect of the corrected model is not certain, by key, as the end of a sentence; only those in doubt.
+
+    Parameters
+    ----------
+    estimate : what the log asks for, under the limits of single parameters
+    kept : keys of the effects in the model
+    intervals : 95 % intervals of total values by symbol
+    """
+    together = one_too_many(nominal, kept)
+    found = {}
+    for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
+        why = "; ".join(
+            filter(None, (_of(candidate, symbol, nominal, estimate, intervals) for symbol in candidate.symbols))
+        )
+        if candidate.key in together:
+            why = _TOGETHER
+        if why:
+            found[candidate.key] = why
+    return found
+
+
+def _of(
+    candidate: Candidate, symbol: str, nominal: Vehicle, estimate: Vehicle, intervals: Mapping[str, Interval]
+) -> str:
+    parameter = next(p for p in candidate.parameters if p.symbol == symbol)
+    value = estimate.value(symbol)
+    for limit in (parameter.lower, parameter.upper):
+        room = abs(limit - nominal.value(symbol))
+        if not parameter.attainable and np.isfinite(limit) and room > 0.0 and abs(value - limit) < _NEAR * room:
+            return f"{symbol} stands at its physical limit, {limit:g} in all: its size is the limit's, not the log's"
+    interval = intervals.get(symbol)
+    if interval is not None:
+        slack = _SLACK * (interval.upper - interval.lower) + 1e-6 * abs(value)
+        if not interval.lower - slack <= value <= interval.upper + slack:
+            return (
+                f"the estimate of {symbol} lies outside its own interval, so that the blocks of the log disagree on it"
+            )
+    return ""

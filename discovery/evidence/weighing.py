@@ -1,0 +1,242 @@
+"""The evidence for and against each candidate: what it is worth, how sure that is, and what looks just like it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.vehicle import Vehicle
+from ..balance.rollout_test import rollouts_object
+from ..candidates.linearisation import Candidate, Kind, Linearisation, Option
+from ..identifiability.visible import Identifiability
+from ..reason import Reason
+from ..search.bootstrap import share_of_draws
+from ..search.equivalents import same_model
+from ..search.floating import Search, State
+from ..search.gram import Fit, GramScores
+
+SURE = 0.9
+"""Confidence from which an effect is called missing."""
+TELL_APART = 5.0
+"""Log-likelihood by which an effect must beat another in its place, or the log cannot tell them apart."""
+PERHAPS = 0.5
+"""Confidence from which an effect is possible: more resamples are for it than against it."""
+_DRAWS = 2000
+_NEAR_LIMIT = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What the log says of one candidate.
+
+    Attributes
+    ----------
+    key, kind : the candidate
+    selected : True when the search kept it
+    gain : log-likelihood that it earns, its price paid; for one not selected, that it would earn
+    share : (3,) force that only it explains, as a share of each axis' force scale
+    error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
+    confidence : share of block resamples in which it earns its price and is material, divided among it and its
+        look-alikes
+    indistinguishable_from : candidates that explain the log as well in its place; for one not selected, the selected
+        ones in whose place it does, and those that explain what moves a quiet axis as well
+    rollouts_object : True when open-loop rollouts get worse with it
+    at_limit : True when a physical limit holds one of its parameters: the log asks for more than physics allows
+    dormant : True when it was not selected, and a plausible amount of it would leave no material trace in this log
+    absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
+    noise_limited : True when it was not selected, and its column is hardly more than sensor noise
+    out_of_step : misalignment of the log's channels [s], where it is as large as a lag or delay that was selected
+    faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
+    """
+
+    key: str
+    kind: Kind
+    selected: bool
+    gain: float
+    share: Array
+    error_drop: float
+    confidence: float
+    indistinguishable_from: tuple[str, ...]
+    rollouts_object: bool
+    at_limit: bool = False
+    dormant: bool = False
+    absorbed: bool = False
+    noise_limited: bool = False
+    out_of_step: float = 0.0
+    faint: str = ""
+
+    @property
+    def sure(self) -> bool:
+        """True when the search kept it, nine of ten resamples agree, and no limit, rollout or clock objects."""
+        doubted = self.rollouts_object or self.at_limit or self.out_of_step > 0.0
+        return self.selected and self.confidence >= SURE and not doubted
+
+    @property
+    def reason(self) -> Reason:
+        """Why it is not called missing, where it is not: the first of all that holds."""
+        held = {
+            Reason.FAINT: bool(self.faint),
+            Reason.LOOK_ALIKES: bool(self.indistinguishable_from),
+            Reason.OUT_OF_STEP: self.out_of_step > 0.0,
+            Reason.AT_LIMIT: self.at_limit,
+            Reason.ROLLOUTS_OBJECT: self.rollouts_object,
+            Reason.NOT_EXCITED: self.dormant,
+            Reason.ABSORBED: self.absorbed,
+            Reason.NOISE: self.noise_limited,
+            Reason.WEAK: self.selected or self.confidence >= PERHAPS,
+        }
+        return next((reason for reason in Reason if held.get(reason)), Reason.NOT_FOUND)
+
+
+def weigh(search: Search, state: State, seed: int, known: Identifiability | None = None) -> list[Evidence]:
+    """Evidence for every candidate of a search about its final model, best first.
+
+    Parameters
+    ----------
+    seed : of the block resamples
+    known : what the log can show and tell apart about the final model; without it nothing counts as dormant
+    """
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    now = {key: linear.options[key][0] for key in state.active}
+    model = _Model(search, state, linear, scores, now, seed)
+    whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
+    found = []
+    for candidate in (c for c in search.pool if not c.nuisance):
+        if candidate.key in now:
+            found.append(_selected(model, candidate, squares, known.alike(candidate.key) if known else ()))
+        else:
+            found.append(_not_selected(model, candidate, whole))
+    found.sort(key=lambda e: (not e.selected, -e.gain))
+    return [e if e.selected else _not_shown(e, found, known) for e in found]
+
+
+def _not_shown(e: Evidence, found: list[Evidence], known: Identifiability | None) -> Evidence:
+    """A candidate that was not selected, with the reasons why the log may not show it."""
+    return replace(
+        e,
+        indistinguishable_from=tuple(s.key for s in found if e.key in s.indistinguishable_from),
+        dormant=known is not None and e.key in known.dormant,
+        absorbed=known is not None and e.key in known.absorbed,
+        noise_limited=known is not None and e.key in known.noise_limited,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Model:
+    """The final model of a search, with the columns and scores about it and the option in which each effect stands."""
+
+    search: Search
+    state: State
+    linear: Linearisation
+    scores: GramScores
+    now: dict[str, Option]
+    seed: int
+
+
+def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequence[str]) -> Evidence:
+    search, state, linear, scores, now = model.search, model.state, model.linear, model.scores, model.now
+    without = search.without(state, candidate.key)
+    price = search.price(search.fit(scores, [now[candidate.key]]), [now[candidate.key]])
+    gain = without.score - state.score
+    rivals = []
+    rest = {key: option for key, option in now.items() if key != candidate.key}
+    gone = {candidate.key: linear.options[candidate.key][1]}
+    for other in search.pool:
+        # A name is rivalled by names only: an unnamed term that does as well is no reason to withhold it.
+        if other.key in now or (other.kind is Kind.TERM and candidate.kind is not Kind.TERM):
+            continue
+        if same_model(search.nominal, state.active, candidate.key, other.key):
+            continue
+        quick = min(
+            search.quick(scores, {**rest, **gone, other.key: o}) for o in linear.options[other.key] if o.present
+        )
+        if other.key in alike or quick < state.score + 4.0 * TELL_APART:
+            start = search.replace(state, candidate.key, other.key, linear, scores)
+            if start.score < state.score + TELL_APART:
+                rivals.append(other.key)
+    # A scale of thrust beside a free curve of it is another curve.
+    rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
+    if candidate.effect.family in ("coupling", "mass") and search.of_kind(tuple(now), Kind.TERM):
+        # Beside terms without a name, the model is nobody's physics: what moves alike may share a cause.
+        rivals += [key for key in alike if key in now]
+    confidence = share_of_resamples(search, without.fit, state.fit, price, model.seed, search.matters(without, state))
+    return Evidence(
+        candidate.key,
+        candidate.kind,
+        True,
+        gain,
+        search.unique_share(without, state),
+        error_drop(without.fit, state.fit, search),
+        confidence / (1 + len(rivals)),
+        tuple(rivals),
+        rollouts_object(search.balance.squares(without.vehicle), squares),
+        _at_limit(search, candidate, now[candidate.key]),
+    )
+
+
+def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:
+    search, linear, scores, now = model.search, model.linear, model.scores, model.now
+    present = [option for option in linear.options[candidate.key] if option.present]
+    base = search.score(whole, list(now.values()))
+    fits = [(search.fit(scores, [*now.values(), option]), option) for option in present]
+    fit, option = min(fits, key=lambda pair: search.score(pair[0], [*now.values(), pair[1]]))
+    gain = base - search.score(fit, [*now.values(), option])
+    share = np.sqrt(np.maximum(whole.held_out - fit.held_out, 0.0)) / search.share_scale
+    price = search.price(search.fit(scores, [option]), [option])
+    return Evidence(
+        candidate.key,
+        candidate.kind,
+        False,
+        gain,
+        share,
+        error_drop(whole, fit, search),
+        share_of_resamples(search, whole, fit, price, model.seed, bool((share >= search.settings.materiality).any())),
+        (),
+        False,
+    )
+
+
+def error_drop(without: Fit, within: Fit, search: Search) -> float:
+    """Held-out force error that an effect removes beside the others, as a share of the nominal model's error, 0..1.
+
+    On the axis where that share is largest.
+    """
+    nominal = np.sqrt(np.maximum(search.nominal_error, 1e-300))
+    drop = (np.sqrt(without.held_out) - np.sqrt(within.held_out)) / nominal
+    return float(np.clip(drop.max(), 0.0, 1.0))
+
+
+def share_of_resamples(
+    search: Search, without: Fit, within: Fit, price: float, seed: int, matters: bool, axis: int | None = None
+) -> float:
+    """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not."""
+    blocks = without.held_out_blocks.shape[0]
+    rng = np.random.default_rng(seed)
+    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.balance.time.size
+    before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
+    gain = 0.5 * search.balance.independent * (np.log(before + search.floor) - np.log(after + search.floor))
+    gain = gain.sum(axis=1) if axis is None else gain[:, axis]
+    return share_of_draws((gain > price) & matters)
+
+
+def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
+    """True when a parameter lies at a physical limit that is not its nominal value, and that is nothing usual.
+
+    On rollouts, nominal damping that vanishes beside other damping is not at a limit: its form was wrong.
+    """
+    for parameter, value in zip(candidate.parameters, option.start, strict=True):
+        vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
+        if parameter.attainable or (vanishes and not search.balance.forces):
+            continue
+        nominal = search.nominal.value(parameter.symbol)
+        for limit in (parameter.lower, parameter.upper):
+            room = abs(limit - nominal)
+            if np.isfinite(limit) and room > 0.0 and abs(value - limit) < _NEAR_LIMIT * room:
+                return True
+    return False
+
+
+def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
+    """A parameter's value as the findings report it: the added amount or the absolute one, as the catalogue says."""
+    return vehicle.value(symbol) - (nominal.value(symbol) if candidate.effect.added else 0.0)

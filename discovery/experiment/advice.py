@@ -1,0 +1,158 @@
+"""Advice: the manoeuvres that would settle what a log leaves open, chosen by rehearsing all of them on the model."""
+
+from collections.abc import Mapping, Sequence
+from math import ceil
+
+import numpy as np
+
+from ...physics.frames import AXES
+from ..evidence.weighing import TELL_APART, Evidence
+from ..findings import Advice
+from ..identifiability.rehearsal import Rehearsal, rehearse
+from ..identifiability.visible import Identifiability
+from ..search.floating import Search, State
+from .separation import Parting, part
+
+MOST_ITEMS = 6
+"""Most manoeuvres advised."""
+_AS_GOOD = 0.7
+"""Share of the best trial's gain from which another will do."""
+_BEYOND_DOUBT = 4.0 * TELL_APART
+_MOST_RUNS = 4
+_MOST_NAMED = 4
+_BY_OTHER_MEANS = "measure one of the look-alikes by other means, and give its value in the vehicle file"
+
+
+def advise(
+    search: Search,
+    state: State,
+    questions: Mapping[str, Sequence[str]],
+    plausible: Mapping[str, tuple[float, ...]],
+    rehearsal: Rehearsal | None = None,
+) -> tuple[Advice, ...]:
+    """Manoeuvres that would settle open questions, each with what it would settle, at most six.
+
+    What the search selected comes first. The trial that parts most pairs is taken until none is left; one that parts a
+    pair with seven tenths of the best one's gain will do, and so will one chosen already that parts it beyond doubt.
+
+    Parameters
+    ----------
+    state : the model that the search ended with
+    questions : candidates in doubt, each with its look-alikes; one without is told from anything that could hide it
+    plausible : an amount for each amplitude column of every candidate, for effects that the log does not show
+    rehearsal : of `state`, if there is one already
+    """
+    rehearsal = rehearsal or (rehearse(search, state.vehicle, state.active) if questions else None)
+    if rehearsal is None or not questions:
+        return ()
+    partings = part(search, state, questions, plausible, rehearsal)
+    promising = [p for p in partings if p.gain.max() >= TELL_APART / _MOST_RUNS]
+    plan: dict[int, list[Parting]] = {}
+    for left in ([p for p in promising if p.selected], [p for p in promising if not p.selected]):
+        while left and len(plan) < MOST_ITEMS:
+            ahead = [k for k in plan if any(_settles(p, k) for p in left)]
+            trial = max(ahead or range(len(rehearsal.trials)), key=lambda k: _worth(left, k))
+            settled = [p for p in left if _settles(p, trial)]
+            plan.setdefault(trial, []).extend(settled)
+            left = [p for p in left if p not in settled]
+    items = []
+    for trial, settled in plan.items():
+        runs = max(ceil(TELL_APART / p.gain[trial]) for p in settled)
+        often = f", {runs} times" if runs > 1 else ""
+        items.append(Advice(manoeuvre=rehearsal.trials[trial].text + often, why=reasons(settled, trial)))
+    hopeless = [p for p in partings if p.selected and p.gain.max() < TELL_APART / _MOST_RUNS]
+    if hopeless:
+        items.append(unsettled(hopeless, len(rehearsal.trials)))
+    return tuple(items[:MOST_ITEMS])
+
+
+def unsettled(hopeless: Sequence[Parting], trials: int) -> Advice:
+    """What to do where none of so many trials would do."""
+    purposes = "; ".join(map(_purpose, hopeless[:_MOST_NAMED]))
+    why = f"{purposes}: none of the {trials} manoeuvres that were rehearsed would do"
+    return Advice(manoeuvre=_BY_OTHER_MEANS, why=why)
+
+
+def open_questions(
+    evidence: Sequence[Evidence], kept: Sequence[str], known: Identifiability
+) -> dict[str, tuple[str, ...]]:
+    """What a discovery leaves open: selected effects that are not sure, with look-alikes; and those it cannot see.
+
+    Effects that would explain faint structure are asked about with their look-alikes, each group once. An effect that
+    the log does not show has no look-alikes there but in name.
+    """
+    blind = {*known.dormant, *known.absorbed, *known.noise_limited}
+    chosen = [e for e in evidence if e.selected and e.key not in kept]
+    questions = {e.key: () if e.key in blind else e.indistinguishable_from for e in chosen}
+    for e in evidence:
+        if e.faint and not any(e.key in rivals for rivals in questions.values()):
+            questions[e.key] = e.indistinguishable_from
+    asked = {e.key for e in evidence if e.faint}
+    return questions | {e.key: () for e in evidence if not e.selected and e.key in blind and e.key not in asked}
+
+
+def _serves(parting: Parting, trial: int) -> bool:
+    return bool(parting.gain[trial] >= _AS_GOOD * float(parting.gain.max()))
+
+
+def _settles(parting: Parting, trial: int) -> bool:
+    """True when a trial that is to be driven anyway is enough."""
+    return _serves(parting, trial) or bool(parting.gain[trial] >= _BEYOND_DOUBT)
+
+
+def _worth(partings: Sequence[Parting], trial: int) -> tuple[int, float]:
+    """How many partings a trial serves, and how well in comparison with the best trial for each."""
+    served = [p for p in partings if _serves(p, trial)]
+    return len(served), float(sum(p.gain[trial] / p.gain.max() for p in served))
+
+
+def reasons(settled: Sequence[Parting], trial: int) -> str:
+    """Why a trial is advised: what it would tell or show, with the shares of force, there and in the log so far.
+
+    Pairs are told together, with the numbers of the pair that is hardest to part.
+    """
+    pairs = [p for p in settled if len(p.effects) > 1]
+    told = []
+    if pairs:
+        names = list(dict.fromkeys(key for p in pairs for key in p.effects))
+        hardest = min(pairs, key=lambda p: p.gain[trial])
+        who = "they would differ" if len(pairs) == 1 else f"even {_listed(hardest.effects)} would differ"
+        told.append(f"would tell {_apart(names)}: {who} by {_shares(hardest, trial)}")
+    single = sorted((p for p in settled if len(p.effects) == 1), key=lambda p: -p.gain[trial])
+    told += [f"{_purpose(p)}: it would make {_shares(p, trial)}" for p in single if p.selected]
+    hidden = [p for p in single if not p.selected]
+    if hidden:
+        shown = [f"{_words(p.effects[0])} as {_shares(p, trial)}" for p in hidden[:_MOST_NAMED]]
+        more = len(hidden) - len(shown)
+        told.append(f"would show a plausible {', '.join(shown)}{f' and {more} more effects' if more > 0 else ''}")
+    return "; ".join(told)
+
+
+def _shares(p: Parting, trial: int) -> str:
+    axis = int(np.argmax(p.information[trial]))
+    there, here = _percent(p.share[trial, axis]), _percent(p.before[axis])
+    return f"{there} of the {AXES[axis]} force (in this log: {here})"
+
+
+def _purpose(p: Parting) -> str:
+    several = len(p.effects) > 1
+    return (
+        f"would tell {_apart(p.effects)}" if several else f"would settle whether there is {_words(''.join(p.effects))}"
+    )
+
+
+def _apart(keys: Sequence[str]) -> str:
+    return f"{_words(keys[0])} from {_words(keys[1])}" if len(keys) == 2 else f"{_listed(keys)} apart"
+
+
+def _listed(keys: Sequence[str]) -> str:
+    names = [_words(key) for key in keys]
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ").replace("[", " (").replace("]", ")")
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}".replace("%", " %") if share >= 0.0095 else f"{share:.1%}".replace("%", " %")

@@ -1,0 +1,150 @@
+"""Rehearsals: the trials of the library driven on a model, and every candidate's force along them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from ...physics.worlds.trials import TRIALS, Trial, drive
+from ..balance.weak_form import WeakForm
+from ..candidates.linearisation import Candidate, Linearisation, Option
+from ..search.floating import Search
+
+PLAUSIBLE = 0.25
+"""Share of the force at work that a plausible amount of an effect makes in the trial in which it shows most."""
+_BESIDE = 0.1
+_ANY = 1e4
+_LARGEST = {"cg_offset": 0.3}
+"""Amounts beyond which an effect is not plausible, where its physical limits are wider [its unit]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rehearsal:
+    """The trials as one model drives them.
+
+    Attributes
+    ----------
+    trials : those that did not diverge
+    linear : every candidate's columns about the model, free of noise, (tests, 3, columns + 1)
+    trial : (tests,) index of the trial that each test function lies in, -1 where it reaches across two runs
+    force : (tests, 3) largest contribution to the balance [N, N, N m]
+    """
+
+    trials: tuple[Trial, ...]
+    linear: Linearisation
+    trial: np.ndarray
+    force: Array
+
+    def moments(self, scale: Array) -> tuple[Array, Array, np.ndarray]:
+        """Sums over each trial: column products (trials, 3, p, p) of columns over `scale`, squared force, tests."""
+        gram, force, tests = [], [], []
+        for k in range(len(self.trials)):
+            rows = self.trial == k
+            columns = (self.linear.columns[rows] / scale).transpose(1, 2, 0)
+            gram.append(columns @ columns.transpose(0, 2, 1))
+            force.append((self.force[rows] ** 2).sum(axis=0))
+            tests.append(int(rows.sum()))
+        return np.array(gram), np.array(force), np.array(tests)
+
+
+def rehearse(search: Search, vehicle: Vehicle, active: Sequence[str]) -> Rehearsal | None:
+    """Drive every trial on a vehicle and take the columns of a search's candidates about it.
+
+    The trials begin on the heading on which the log begins. When all of them diverge, as they may on a vehicle that a
+    doubtful fit has made, the nominal vehicle drives them; None when they diverge there too.
+
+    Parameters
+    ----------
+    active : keys of the candidates present in `vehicle`
+    """
+    heading = float(search.balance.motions[0].heading[0])
+    for driver in (vehicle, search.nominal):
+        runs = [(n, run) for n, several in enumerate(drive(driver, TRIALS, heading)) for run in several]
+        if runs:
+            return _rehearsal(search, vehicle, active, runs)
+    return None
+
+
+def _rehearsal(
+    search: Search, vehicle: Vehicle, active: Sequence[str], runs: Sequence[tuple[int, Motion]]
+) -> Rehearsal:
+    settings = search.balance.tests
+    trials = list(dict.fromkeys(n for n, _ in runs))
+    # One long motion is far quicker than many; test functions across its joints are left out.
+    motion = _joined([run for _, run in runs])
+    weak = WeakForm([motion], replace(settings, copies=0))
+    ends = np.cumsum([run.time.size for _, run in runs])
+    row = np.round((weak.time - motion.time[0]) / motion.time_step).astype(int)
+    half = round(settings.half_width / motion.time_step)
+    first, last = (np.searchsorted(ends, row + reach, side="right") for reach in (-half, half))
+    of_run = np.array([trials.index(n) for n, _ in runs])
+    trial = np.where(first == last, of_run[np.minimum(first, len(runs) - 1)], -1)
+    linear = Linearisation(weak, vehicle, search.nominal, search.pool, active)
+    return Rehearsal(tuple(TRIALS[n] for n in trials), linear, trial, weak.largest_force(search.nominal))
+
+
+def amplitude_columns(candidate: Candidate, options: Sequence[Option]) -> tuple[int, ...]:
+    """Columns of a candidate's amplitudes, as it stands or, if absent, in the middle one of its shapes.
+
+    Lag, delay and dead zone have no amplitude: their column is the force that the whole effect adds or takes.
+    """
+    present = [option for option in options[1:] if option.present]
+    here = options[0] if options[0].present else present[len(present) // 2]
+    if candidate.effect.fixed_amplitude:
+        return (options[1].offset if options[0].present else here.offset,)
+    pairs = zip(candidate.parameters, here.free, strict=True)
+    return tuple(index for parameter, index in pairs if index >= 0 and not parameter.grid)
+
+
+def plausible_amounts(search: Search, rehearsal: Rehearsal | None) -> dict[str, tuple[float, ...]]:
+    """A plausible amount of every candidate, for each of its amplitude columns [the parameter's unit].
+
+    The amount that makes a quarter of the force at work in the trial in which it shows most, on the axis in which it
+    shows least (axes with less than a tenth of the largest share do not count), within the physical limits; 1 for lag,
+    delay and dead zone, whose column is already that of a middling one. Where the nominal vehicle diverges in every
+    trial, as one with wrong signs does, any amount at all is plausible.
+
+    Parameters
+    ----------
+    rehearsal : of the nominal vehicle, with all candidates absent
+    """
+    if rehearsal is None:
+        sizes = {c.key: 1.0 if c.effect.fixed_amplitude else _ANY for c in search.pool}
+        return {c.key: (sizes[c.key],) * max(1, len(c.effect.amplitudes)) for c in search.pool}
+    gram, force, tests = rehearsal.moments(np.ones(rehearsal.linear.columns.shape[2]))
+    square = gram.diagonal(axis1=2, axis2=3) / tests[:, None, None]
+    scale = np.maximum(force / tests[:, None], force.sum(axis=0) / tests.sum())
+    share = np.sqrt(square / np.maximum(scale, 1e-18)[:, :, None]).max(axis=0)
+    share = np.where(share >= _BESIDE * share.max(axis=0), share, np.inf).min(axis=0)
+    amounts = {}
+    for candidate in search.pool:
+        options = rehearsal.linear.options[candidate.key]
+        columns = amplitude_columns(candidate, options)
+        if candidate.effect.fixed_amplitude:
+            amounts[candidate.key] = (1.0,)
+            continue
+        limits = {
+            index: max(abs(low), abs(high))
+            for option in options
+            if option.present
+            for index, low, high in zip(option.free, option.lower, option.upper, strict=True)
+        }
+        most = _LARGEST.get(candidate.key, np.inf)
+        wanted = (PLAUSIBLE / max(float(share[index]), 1e-12) for index in columns)
+        amounts[candidate.key] = tuple(min(w, most, limits[n]) for w, n in zip(wanted, columns, strict=True))
+    return amounts
+
+
+def _joined(runs: Sequence[Motion]) -> Motion:
+    rows, step = sum(run.time.size for run in runs), runs[0].time_step
+    return Motion(
+        step * np.arange(rows, dtype=float),
+        np.concatenate([run.position for run in runs]),
+        np.concatenate([run.heading for run in runs]),
+        np.concatenate([run.velocity for run in runs]),
+        np.concatenate([run.commands for run in runs]),
+        runs[0].thrusters,
+    )

@@ -1,0 +1,306 @@
+"""The lawful refit: the chosen parameters again, by a convex programme whose limits hold on the numbers returned."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cvxpy
+import numpy as np
+
+from ...physics.errors import RequestError
+from ...physics.frames import Array
+from ...physics.laws.certificate import (
+    Exponents,
+    basis,
+    control_matrices,
+    corner_state,
+    power_of,
+    vehicle_degree,
+    vehicle_power,
+)
+from ...physics.laws.damping_power import Envelope, mass_margin
+from ...physics.matrices import mass_matrix
+from ...physics.terms import parse_form
+from ...physics.vehicle import Vehicle
+from ..candidates.linearisation import Option
+from ..search.gram import GramScores
+from .certify import certify, least_eigenvalues, power_scale
+from .price import NOTHING, Binding, price_in_words
+from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown, solve_excess, solve_refit
+
+_TOLERANCE = 1e-6
+_MARGIN = 1e-6
+"""Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
+_FLAT = 1e-9
+"""Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
+_LEAST_MASS = 1e-3
+"""Smallest eigenvalue of M, scaled to a unit rigid body, that a refit may reach."""
+_MASSES = {"X_udot", "Y_vdot", "N_rdot", "Y_rdot", "x_g"}
+
+
+@dataclass(frozen=True, slots=True)
+class LawfulFit:
+    """A refit that keeps the laws over an envelope.
+
+    Attributes
+    ----------
+    values : total values by symbol
+    free : the same without the laws, under the limits alone
+    kept : True when dissipation is proved; False when the nominal model breaks it beyond what these parameters can
+        mend, and the refit is no worse than nominal instead
+    misfit_free, misfit : weighted mean square force error without and with the laws
+    binding : where dissipation binds; None when it costs nothing
+    sentence : the same in words
+    """
+
+    values: dict[str, float]
+    free: dict[str, float]
+    kept: bool
+    misfit_free: float
+    misfit: float
+    binding: Binding | None
+    sentence: str
+
+    @property
+    def price(self) -> float:
+        """Relative rise of the misfit that the laws cost; 0.003 is 0.3 %."""
+        return max(0.0, self.misfit / max(self.misfit_free, 1e-300) - 1.0)
+
+
+def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, float]:
+    """Least squares of the chosen parameters under their physical limits, by symbol (total values).
+
+    Limits are those of the catalogue on nominal plus added value: damping never drives, thruster scales and lags
+    are not negative, added mass adds. The quadratic programme is solved by Clarabel through cvxpy on the R factor of
+    the compressed data, and each limit is checked again on the numbers that came back.
+
+    Raises
+    ------
+    RequestError
+        when the solver does not report an optimum, or a returned number breaks a limit.
+    """
+    values = {s: v for option in chosen for s, v in zip(option.symbols, option.start, strict=True)}
+    scaled = _scaled(scores, chosen)
+    if not scaled.symbols:
+        return values
+    return values | scaled.totals(solve_refit(scaled.shape(), scaled.factor, scaled.target, scaled.limits))
+
+
+def passive_refit(
+    scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope, strict: bool = False
+) -> LawfulFit:
+    """The lawful refit with dissipation over an envelope and positive mass guaranteed, and what that costs.
+
+    The damping of nominal plus chosen terms is proved dissipative by positive semidefinite matrices at the corners of
+    each orthant of the envelope (`physics/laws/certificate.py`), M is positive definite, limits are as in
+    `lawful_refit`. Every constraint is checked again on the returned numbers.
+
+    Parameters
+    ----------
+    nominal : the vehicle to which the chosen options are added
+    envelope : velocities relative to the water
+    strict : raise, instead of being no worse than nominal, where the law cannot be kept
+
+    Raises
+    ------
+    RequestError
+        when the solver does not report an optimum, a returned number breaks a constraint, or, if `strict`, when the
+        nominal model breaks the law beyond what the chosen parameters can mend.
+    """
+    free = lawful_refit(scores, chosen)
+    misfit_free = scores.loss(chosen, free)
+    without = nominal.with_values(free)
+    least_mass = min(_LEAST_MASS, 0.5 * mass_margin(nominal))
+    if certify(without, envelope).holds and mass_margin(without) >= least_mass:
+        return LawfulFit(
+            free, free, True, misfit_free, misfit_free, None, price_in_words(0.0, None, True, nominal.name)
+        )
+    problem = _Passive(_scaled(scores, chosen), nominal, without, envelope, least_mass)
+    solution = None if problem.hopeless else problem.solve(-_MARGIN) or problem.solve(0.0)
+    kept = solution is not None
+    if solution is None:
+        if strict:
+            raise RequestError(
+                f"lawful refit: no values of {', '.join(problem.scaled.symbols) or 'no parameters'} make the damping "
+                f"of {nominal.name} dissipative over the envelope {envelope.to_dict()}; "
+                "free a damping parameter, or mend the nominal ones"
+            )
+        problem.allow_nominal()
+        solution = problem.solve(0.0)
+    values = free
+    if problem.scaled.symbols:
+        values = free | problem.scaled.totals(solution)
+    misfit = scores.loss(chosen, values)
+    price = max(0.0, misfit / max(misfit_free, 1e-300) - 1.0)
+    binding = None
+    if solution is not None:
+        problem.recheck(nominal.with_values(values), solution)
+        if price > NOTHING:
+            binding = problem.binding(solution, free, values, misfit_free * 3 * scores.tests)
+    return LawfulFit(
+        values, free, kept, misfit_free, misfit, binding, price_in_words(price, binding, kept, nominal.name)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Scaled:
+    """A refit in units in which every number is of order one; x = total value / unit, loss = size^2 |R x - d|^2."""
+
+    symbols: tuple[str, ...]
+    unit: Array
+    factor: Array
+    target: Array
+    limits: tuple[Array, Array]
+    size: float
+
+    def shape(self, orthants: int = 0, degree: Exponents = (1, 1, 1), mass: bool = False) -> Shape:
+        """What the compiled programme depends on."""
+        below, above = (tuple(np.isfinite(x).tolist()) for x in self.limits)
+        return Shape(below, above, orthants, degree, mass)
+
+    def totals(self, solution: Solution | None) -> dict[str, float]:
+        """Total values by symbol, every limit checked again."""
+        if solution is None:
+            raise RequestError(NO_OPTIMUM.format(cvxpy.INFEASIBLE))
+        (lower, upper), found = self.limits, solution.values
+        slack = _TOLERANCE * (1.0 + np.abs(found))
+        broken = (found < lower - slack) | (found > upper + slack)
+        if broken.any():
+            names = ", ".join(symbol for symbol, bad in zip(self.symbols, broken, strict=True) if bad)
+            raise RequestError(f"lawful refit: the solution breaks the limits of {names}; try fewer effects")
+        total = np.clip(found, lower, upper) * self.unit
+        return dict(zip(self.symbols, total.tolist(), strict=True))
+
+
+def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
+    """Solve for total values, each in units of its own size, so that every number the solver sees is of order one."""
+    normal, pull = (part.sum(axis=0) for part in scores.block_normal(chosen)[1:])
+    rows = [
+        (symbol, start, low, high)
+        for o in chosen
+        for symbol, start, index, low, high in zip(o.symbols, o.start, o.free, o.lower, o.upper, strict=bool(o.free))
+        if index >= 0
+    ]
+    free = [k for k, (_, _, low, high) in enumerate(rows) if low < high]
+    normal, pull, rows = normal[np.ix_(free, free)], pull[free], [rows[k] for k in free]
+    if not rows:
+        return _Scaled((), np.zeros(0), np.zeros((0, 0)), np.zeros(0), (np.zeros(0), np.zeros(0)), 1.0)
+    check_shown([row[0] for row in rows], np.diag(normal))
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    factor, target = _factor(normal * (scale[:, None] * scale[None, :]), pull * scale)
+    start = np.array([row[1] for row in rows]) / scale
+    target = target + factor @ start
+    size = float(np.linalg.norm(target)) or 1.0
+    lower, upper = ((np.array([row[k] for row in rows]) / scale + start) / size for k in (2, 3))
+    return _Scaled(tuple(row[0] for row in rows), size * scale, factor, target / size, (lower, upper), size)
+
+
+class _Passive:
+    """The programme of `passive_refit` for one model, in units of order one."""
+
+    def __init__(
+        self, scaled: _Scaled, nominal: Vehicle, without: Vehicle, envelope: Envelope, least_mass: float
+    ) -> None:
+        self.scaled, self.nominal, self.envelope, self.least_mass = scaled, nominal, envelope, least_mass
+        damping = {s: p for s in scaled.symbols if (p := nominal.parameter(s)).axis is not None}
+        at_zero = nominal.with_values(dict.fromkeys(scaled.symbols, 0.0))
+        at_one = nominal.with_values(dict.fromkeys(damping, 1.0))
+        self.degree = vehicle_degree(nominal, without, at_one)
+        self.before, after = (vehicle_power(v, envelope, self.degree) for v in (nominal, without))
+        self.scale = power_scale(self.before, after)
+        rigid = np.sqrt([nominal.mass, nominal.mass, nominal.inertia_z])
+        size = np.outer(rigid, rigid)
+        mass = mass_matrix(at_zero)
+        slope = np.zeros((*self.before.shape, len(scaled.symbols)))
+        mass_slope = np.zeros((len(scaled.symbols), 3, 3))
+        for k, (symbol, unit) in enumerate(zip(scaled.symbols, scaled.unit, strict=True)):
+            parameter = damping.get(symbol)
+            if parameter is not None and parameter.axis is not None:
+                power = power_of(parameter.axis, parse_form(parameter.form), envelope, self.degree)
+                slope[:, :, k] = power * unit / self.scale
+            if symbol in _MASSES:
+                mass_slope[k] = (mass_matrix(at_zero.with_values({symbol: 1.0})) - mass) * unit / size
+        self.numbers = LawNumbers(
+            vehicle_power(at_zero, envelope, self.degree) / self.scale,
+            slope,
+            np.zeros((self.scale.size, len(basis(self.degree).points), 3, 3)),
+            mass / size - least_mass * np.eye(3),
+            mass_slope,
+        )
+        self.shape = scaled.shape(self.scale.size, self.degree, bool(_MASSES.intersection(scaled.symbols)))
+
+    @property
+    def hopeless(self) -> bool:
+        """True when linear damping creates energy and no parameter can mend that, or there is no parameter."""
+        linear = [sum(e) == 2 for e in basis(self.degree).monomials]
+        at_rest = least_eigenvalues(self.numbers.power, None, self.degree)[:, 0]
+        return not self.numbers.slope[:, linear].any() and bool((at_rest < -_MARGIN).any())
+
+    def allow_nominal(self) -> None:
+        """Ask at each control point for no more than the nominal model has: the negative part of its S is allowed."""
+        slack = solve_excess(self.before / self.scale, self.degree)
+        size, vectors = np.linalg.eigh(control_matrices(self.before / self.scale, slack, self.degree))
+        missing = np.einsum("...ik,...k,...jk->...ij", vectors, np.maximum(-size, 0.0), vectors)
+        self.numbers = replace(self.numbers, allowance=missing + _MARGIN * np.eye(3))
+
+    def solve(self, ease: float) -> Solution | None:
+        """The refit with S + allowance + ease >= 0 at the control points; None when no values do that."""
+        if not self.scaled.symbols:
+            return None
+        law = replace(self.numbers, allowance=self.numbers.allowance + ease * np.eye(3))
+        return solve_refit(self.shape, self.scaled.factor, self.scaled.target, self.scaled.limits, law)
+
+    def recheck(self, vehicle: Vehicle, solution: Solution) -> None:
+        """Check both laws on the vehicle that was made of the returned numbers.
+
+        Raises
+        ------
+        RequestError
+            when one is broken by more than rounding.
+        """
+        power = vehicle_power(vehicle, self.envelope, self.degree) / self.scale
+        matrices = control_matrices(power, solution.slack, self.degree) + self.numbers.allowance
+        least = np.linalg.eigvalsh(matrices)[..., 0]
+        if least.min() < -_TOLERANCE:
+            raise RequestError(
+                f"lawful refit: the solution breaks dissipation by {-least.min():.2g} of the power scale; "
+                "try fewer effects"
+            )
+        if mass_margin(vehicle) < self.least_mass - _TOLERANCE:
+            raise RequestError(
+                f"lawful refit: the solution's mass matrix has an eigenvalue of {mass_margin(vehicle):.2g} of the "
+                "rigid body's; try fewer effects"
+            )
+
+    def binding(self, solution: Solution, free: dict[str, float], values: dict[str, float], misfit: float) -> Binding:
+        """The control point with the largest multiplier, and the parameter whose move costs the fit most.
+
+        Parameters
+        ----------
+        misfit : weighted sum of squares without the laws
+        """
+        relief = np.trace(solution.pull, axis1=2, axis2=3) / self.scale
+        orthant, point = np.unravel_index(int(np.argmax(relief)), relief.shape)
+        push = np.einsum("oqij,qijm,omk->k", solution.pull, basis(self.degree).lift, self.numbers.slope)
+        moved = np.array([values[s] - free[s] for s in self.scaled.symbols]) / self.scaled.unit
+        k = int(np.argmax(np.abs(push * moved)))
+        symbol = self.scaled.symbols[k]
+        return Binding(
+            state=corner_state(self.envelope, int(orthant), int(point), self.degree),
+            multiplier=float(relief[orthant, point]) * self.scaled.size**2 / max(misfit, 1e-300),
+            symbol=symbol,
+            wanted=free[symbol],
+            allowed=values[symbol],
+            unit=self.nominal.parameter(symbol).unit,
+        )
+
+
+def _factor(normal: Array, pull: Array) -> tuple[Array, Array]:
+    """R and d with R^T R = normal and R^T d = pull, so that |R x - d|^2 is the least-squares loss up to a constant.
+
+    Where the data say nothing, x stays at zero: an interior-point solver would otherwise go to the middle between the
+    limits, where a model that bends is another than the one that was linearised.
+    """
+    size, vectors = np.linalg.eigh(normal)
+    flat = size <= _FLAT * size.max()
+    root = np.sqrt(np.where(flat, size.max(), size))
+    return root[:, None] * vectors.T, np.where(flat, 0.0, vectors.T @ pull) / root

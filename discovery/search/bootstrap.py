@@ -1,0 +1,144 @@
+"""Intervals by block bootstrap: whole blocks are drawn again, because residuals in time are not independent."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import t as student
+
+from ...physics.effects import Parameter
+from ...physics.file_records import Number
+from ...physics.frames import Array
+from ...physics.vehicle import Vehicle
+from ..balance.base import Balance
+from ..candidates.linearisation import Candidate, Option
+from .gram import GramScores
+
+_SMALL = 1e-12
+_PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
+"""A profile first reaches half the value (or half of 0.05) to either side, in so many steps."""
+_WIDER = 5
+"""Times that the reach may double: even from the least one, that is more than half of full command."""
+_RARELY = 0.02
+"""Share of draws in which an end of the profile may be as good as the best value."""
+
+
+class Interval(NamedTuple):
+    """95 % interval of one parameter's total value, in the parameter's unit."""
+
+    lower: Number
+    upper: Number
+
+
+def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, draws: int = 400) -> dict[str, Interval]:
+    """95 % intervals of every free parameter of a model, by symbol; none for one whose limits leave it no room.
+
+    Blocks are drawn with replacement and the model is fitted to each draw from the blocks' Gram matrices; the interval
+    is the estimate -+ t standard deviations, with blocks - 1 degrees of freedom, cut at the physical limits (Efron and
+    Tibshirani 1993, chapters 8 and 12).
+
+    Parameters
+    ----------
+    scores : Gram matrices about the model, in which every chosen option stands at its start
+    chosen : the options present in the model
+    seed : of the draws
+    """
+    columns, left, right = scores.block_normal(chosen)
+    found: dict[str, Interval] = {}
+    if columns.size == 0:
+        return found
+    rng = np.random.default_rng(seed)
+    counts = rng.multinomial(scores.blocks, np.full(scores.blocks, 1.0 / scores.blocks), size=draws).astype(float)
+    scale = 1.0 / np.sqrt(np.maximum(np.einsum("kii->i", left), _SMALL))
+    normal = np.einsum("dk,kij->dij", counts, left) * (scale[:, None] * scale[None, :])
+    normal += 1e-9 * np.eye(columns.size)
+    pull = (counts @ right) * scale
+    changes = np.linalg.solve(normal, pull[..., None])[..., 0] * scale
+    spread = changes.std(axis=0, ddof=1) * np.sqrt(scores.blocks / (scores.blocks - 1))
+    reach = float(student.ppf(0.975, scores.blocks - 1)) * spread
+    size = {int(column): float(r) for column, r in zip(columns, reach, strict=True)}
+    for option in chosen:
+        rows = zip(option.symbols, option.start, option.free, option.lower, option.upper, strict=True)
+        for symbol, start, index, lower, upper in rows:
+            if index >= 0 and lower < upper:
+                low, high = start - size[index], start + size[index]
+                found[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
+    return found
+
+
+def share_of_draws(passes: np.ndarray) -> float:
+    """Share of bootstrap draws that pass, never quite 0 or 1: (passed + 1/2) / (draws + 1)."""
+    return float((passes.sum() + 0.5) / (passes.size + 1.0))
+
+
+def intervals(
+    balance: Balance,
+    scores: GramScores,
+    pool: Sequence[Candidate],
+    chosen: Sequence[Option],
+    vehicle: Vehicle,
+    seed: int,
+) -> dict[str, Interval]:
+    """95 % intervals of every parameter of a model, by symbol: block bootstrap, or a profile where it moves in steps.
+
+    Parameters
+    ----------
+    pool : holds the candidate of every chosen option
+    vehicle : the model about which the scores were taken
+    """
+    found = block_bootstrap(scores, chosen, seed)
+    active = {option.key for option in chosen}
+    stepped = [p for candidate in pool if candidate.key in active for p in candidate.parameters if p.stepped]
+    return found | {p.symbol: profile_interval(balance, vehicle, p, scores.weight, seed) for p in stepped}
+
+
+def profile_interval(
+    balance: Balance, vehicle: Vehicle, parameter: Parameter, weight: Array, seed: int, draws: int = 400
+) -> Interval:
+    """95 % interval of a parameter that moves the force in steps, so that no derivative tells its spread.
+
+    The squared error is taken for values all about the estimate; in each draw of blocks every value within rounding of
+    the least error is as good as the best one, and the interval holds 95 % of all of these, out to the next values that
+    were tried. An end of the profile that is among the best is no limit yet: the profile then reaches twice as far, in
+    steps twice as long, up to the physical limits. The other parameters are kept, so the interval is conditional on
+    them.
+
+    Parameters
+    ----------
+    vehicle : the fitted model
+    weight : (3,) weight of a squared error on each axis
+    """
+    value = vehicle.value(parameter.symbol)
+    least, most = min(parameter.lower, value), max(parameter.upper, value)
+    reach = _PROFILE * max(value, _LEAST_PROFILE)
+    blocks = balance.blocks
+    rng = np.random.default_rng(seed)
+    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws)
+
+    def errors(values: Array) -> Array:
+        """Summed squared error of each block, (blocks, values)."""
+        found = np.zeros((blocks, values.size))
+        for k, x in enumerate(values.tolist()):
+            squares = balance.balance(vehicle.with_values({parameter.symbol: x})) ** 2 @ weight
+            np.add.at(found[:, k], balance.block, squares)
+        return found
+
+    grid = np.linspace(max(least, value - reach), min(most, value + reach), 2 * _PROFILED + 1)
+    seen = errors(grid)
+    for widened in range(_WIDER + 1):
+        total = counts @ seen
+        best = total <= total.min(axis=1, keepdims=True) * (1.0 + 1e-9)
+        below, above = (float(best[:, end].mean()) > _RARELY for end in (0, -1))
+        below, above = below and grid[0] > least, above and grid[-1] < most
+        if not (below or above) or widened == _WIDER:
+            break
+        further = reach * (1.0 + np.arange(1, _PROFILED // 2 + 1) / (_PROFILED // 2))
+        reach *= 2.0
+        lower = np.unique(np.maximum(value - further, least)) if below else grid[:0]
+        upper = np.unique(np.minimum(value + further, most)) if above else grid[:0]
+        lower, upper = lower[lower < grid[0]], upper[upper > grid[-1]]
+        grid, seen = np.concatenate([lower, grid, upper]), np.hstack([errors(lower), seen, errors(upper)])
+    first, last = best.argmax(axis=1), grid.size - 1 - best[:, ::-1].argmax(axis=1)
+    low, high = np.quantile(grid[first], 0.025), np.quantile(grid[last], 0.975)
+    within = (grid >= min(low, value)).argmax(), grid.size - 1 - (grid <= max(high, value))[::-1].argmax()
+    return Interval(float(grid[max(int(within[0]) - 1, 0)]), float(grid[min(int(within[1]) + 1, grid.size - 1)]))

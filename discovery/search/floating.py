@@ -1,0 +1,130 @@
+"""The floating search: add, drop, swap or reshape effects until no change lowers the score of the model."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..candidates.linearisation import Candidate
+from .neighbours import changes, difference, present
+from .scoring import ALIVE, Scoring, SearchSettings, State
+
+__all__ = ["ALIVE", "Search", "SearchSettings", "State"]
+
+
+class Search(Scoring):
+    """A floating search over candidates (Pudil, Novovicova and Kittler 1994, doi:10.1016/0167-8655(94)90127-9)."""
+
+    def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
+        """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""
+        say = progress or _silent
+        state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
+        return self._prune(self._simplest(self._climb(state, say), say), say)
+
+    def again(self, best: State, progress: Callable[[str], None] | None = None) -> State:
+        """Search again without each effect of a crowd in turn, and keep the better model.
+
+        Many effects together may be the stand-ins for one or two that the search passed by.
+        """
+        for _ in range(self.settings.rounds):
+            crowd = self.named(best.active)
+            if len(crowd) < self.settings.crowd:
+                break
+            others = (self._climb(self.without(best, key), _silent, key) for key in crowd)
+            other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
+            if other.score >= best.score - self.settings.margin:
+                break
+            if progress is not None:
+                progress(f"{difference(best.active, other.active)} (searched again)")
+            best = other
+        return best
+
+    def _climb(self, state: State, say: Callable[[str], None], barred: str | None = None) -> State:
+        """Change a model, never adding what is barred, until no change improves it."""
+        refused: set[frozenset[str]] = set()
+        pool = [c for c in self.pool if c.key != barred]
+        for _ in range(self.settings.rounds):
+            improved = self._step(state, refused, pool)
+            if improved is None:
+                break
+            self.trail.append(difference(state.active, improved.active))
+            say(self.trail[-1])
+            state = improved
+        return state
+
+    def _simplest(self, state: State, say: Callable[[str], None]) -> State:
+        """Replace general effects by simpler ones, as many as it takes, if that is no worse.
+
+        A general effect (a free thrust curve) is the best single stand-in for several of its special cases at once, and
+        no change of one or two effects leads from it to them.
+        """
+        simple = tuple(c for c in self.pool if not c.effect.general)
+        kept = tuple(key for key in state.active if any(c.key == key for c in simple))
+        if len(kept) == len(state.active):
+            return state
+        found = Search(self.balance, self.nominal, simple, self.settings).run(self.restrict(state, kept))
+        if found.score > state.score:
+            return state
+        self.trail.append(difference(state.active, found.active))
+        say(f"{self.trail[-1]} (simpler)")
+        return found
+
+    def _prune(self, state: State, say: Callable[[str], None]) -> State:
+        """Drop, one at a time, the effect that matters least, as long as it does not matter."""
+        while self.named(state.active):
+            trials = []
+            for key in self.named(state.active):
+                trial = self.without(state, key)
+                trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
+            for _, score, key, trial in sorted(trials, key=lambda item: item[:2]):
+                if score <= state.score or not self.matters(trial, state):
+                    self.trail.append(f"- {key}")
+                    say(f"- {key} (too small to matter)")
+                    state = trial
+                    break
+            else:
+                return state
+        return state
+
+    def reshape(self, state: State) -> State:
+        """Try other shapes of what is active, nothing added or dropped, until none is better."""
+        for _ in range(self.settings.rounds):
+            linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
+            now = {key: linear.options[key][0] for key in state.active}
+            changes = [{**now, key: option} for key in now for option in linear.options[key][2:]]
+            trials = sorted(((self.quick(scores, change), n) for n, change in enumerate(changes)))[:3]
+            better = [self.apply(state, now, changes[n], scores) for _, n in trials]
+            best = min(better, key=lambda s: s.score, default=state)
+            if best.score >= state.score - 1e-6:
+                return state
+            state = best
+        return state
+
+    def _worth_a_try(self, before: State, after: State) -> bool:
+        """True unless a change only adds effects whose force could never matter."""
+        if not set(before.active) < set(after.active):
+            return True
+        share = self.unique_share(before, after)
+        return bool((share >= np.where(self.quiet, self.settings.materiality, self.settings.least)).any())
+
+    def _step(self, state: State, refused: set[frozenset[str]], pool: Sequence[Candidate]) -> State | None:
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
+        now = {key: linear.options[key][0] for key in state.active}
+        for two_for_one in (False, True):
+            neighbours = enumerate(changes(linear, scores, now, two_for_one, self.nuisances))
+            scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
+            ranked = sorted(scored, key=lambda item: item[:2])
+            for score, _, change in ranked[:6]:
+                active = present(change)
+                if score > state.score - self.settings.margin:
+                    break
+                if frozenset(active) in refused and set(active) != set(state.active):
+                    continue
+                trial = self.apply(state, now, change, scores)
+                if trial.score < state.score - self.settings.margin and self._worth_a_try(state, trial):
+                    return trial
+                refused.add(frozenset(active))
+        return None
+
+
+def _silent(text: str) -> None:
+    """Say nothing."""

@@ -1,0 +1,246 @@
+"""Scores from compressed data: per-block Gram matrices stand for all rows, so a model is judged in microseconds.
+
+The rows of [columns, balance] of a block are replaced by their Gram matrix on each axis; least squares, blocked
+held-out error and the block bootstrap then need only matrices of the size of the model.
+"""
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...physics.frames import Array
+from ..candidates.linearisation import Option
+
+_RIDGE = 1e-9
+_MOST_NOISE = 0.5
+"""Share of the square of any combination of columns that clearing may take off."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A fitted choice of options.
+
+    Attributes
+    ----------
+    columns : (p,) indices of free columns
+    change : (p,) change of each parameter from its option's start
+    held : (p,) True where a physical limit holds the parameter
+    held_out_blocks : (blocks, 3) summed squared force error of each block under the fit to the others, less what
+        sensor noise adds to it
+    held_out : (3,) mean square force error on held-out blocks [N^2, N^2, (N m)^2]
+    in_sample : (3,) mean square force error of the full fit
+    """
+
+    columns: np.ndarray
+    change: Array
+    held: np.ndarray
+    held_out_blocks: Array
+    held_out: Array
+    in_sample: Array
+
+
+class GramScores:
+    """Per-block Gram matrices of a linearisation, on each axis.
+
+    Held-out errors are cleared of sensor noise: a model's coefficients decide how much of the noise on the velocities
+    reaches the balance, so an effect could seem to help by letting less of it through. What the noise adds is known
+    from noisier copies of the log, and counts as for the model at hand (errors-in-variables; Carroll et al. 2006,
+    chapter 5). Normal equations are cleared likewise, or noise on a column would pull its coefficient towards zero
+    (ibid., eq. 3.8).
+
+    Parameters
+    ----------
+    columns : (tests, 3, p + 1), the last the balance
+    noise : (copies, tests, 3, p + 1) what sensor noise adds to them; no copies for a log without noise
+    block : (tests,) block index, not decreasing
+    weight : (3,) weight of a squared force error on each axis
+    """
+
+    def __init__(self, columns: Array, noise: Array, block: np.ndarray, weight: Array) -> None:
+        self.size = columns.shape[2] - 1
+        self.tests = columns.shape[0]
+        self.blocks = int(block.max()) + 1
+        self.weight = weight
+        scale = np.sqrt((columns**2 * weight[:, None]).sum(axis=1).mean(axis=0))
+        self.scale = np.where(scale > 0, scale, 1.0)
+        self.scale[-1] = 1.0
+        edges = np.searchsorted(block, np.arange(self.blocks + 1))
+        self.gram = _grams(columns / self.scale, edges)
+        self.noise = None
+        if noise.shape[0]:
+            self.noise = sum((_grams(part / self.scale, edges) for part in noise), np.zeros(())) / noise.shape[0]
+        self._sum_up()
+
+    def drawn(self, counts: np.ndarray) -> "GramScores":
+        """The same scores with each block counted so many times, (blocks,), as a block bootstrap draws them."""
+        other = copy(self)
+        other.gram = self.gram * counts[:, None, None, None]
+        other.noise = None if self.noise is None else self.noise * counts[:, None, None, None]
+        other._sum_up()
+        return other
+
+    def _sum_up(self) -> None:
+        self._weighted = np.tensordot(self.gram, self.weight, axes=(1, 0))
+        self._total = self._weighted.sum(axis=0)
+        self._blur = None if self.noise is None else np.tensordot(self.noise, self.weight, axes=(1, 0))
+
+    def fit(self, chosen: Sequence[Option]) -> Fit:
+        """Bounded least squares on all blocks and, with the held parameters kept, on all blocks but one."""
+        columns, lower, upper, target = self._layout(chosen)
+        per_block, right = self._cleared(columns, target)
+        h = per_block.sum(axis=0) + _RIDGE * self.tests * np.eye(columns.size)
+        change, held = bounded_solve(h, right.sum(axis=0), lower, upper)
+        free = ~held
+        right = right - per_block[:, :, held] @ change[held]
+        solutions = np.tile(change, (self.blocks, 1))
+        if free.any():
+            left = h[np.ix_(free, free)] - per_block[:, free][:, :, free]
+            pull = right.sum(axis=0)[free] - right[:, free]
+            solutions[:, free] = np.linalg.solve(left, pull[..., None])[..., 0]
+        held_out = self._error(self.gram, columns, target, solutions)
+        if self.noise is not None:
+            held_out = held_out - self._error(self.noise, columns, target, solutions)
+        in_sample = self._error(self.gram, columns, target, np.tile(change, (self.blocks, 1)))
+        return Fit(
+            columns,
+            change / self.scale[columns],
+            held,
+            held_out,
+            held_out.sum(axis=0) / self.tests,
+            in_sample.sum(axis=0) / self.tests,
+        )
+
+    def _cleared(self, columns: np.ndarray, target: Array) -> tuple[Array, Array]:
+        """Normal equations of each block, (blocks, p, p) and (blocks, p), cleared of what sensor noise adds to them.
+
+        Where noise is most of some combination of the columns, a smaller share of all of it is taken off, so that no
+        combination loses more than half of its square; one hopeless column then leaves some noise in the others.
+        """
+        rows = self._weighted[:, columns]
+        if self._blur is not None and columns.size:
+            total, blur = (g[np.ix_(columns, columns)] for g in (self._total, self._blur.sum(axis=0)))
+            size = 1.0 / np.sqrt(np.where(np.diag(total) > 0.0, np.diag(total), np.inf))
+            level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
+            root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
+            worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
+            rows = rows - min(1.0, _MOST_NOISE / max(worst, 1e-300)) * self._blur[:, columns]
+        return rows[:, :, columns], rows @ target
+
+    def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
+        """How much each of several options would lower the weighted in-sample error beside kept ones, (options,).
+
+        One projection of the Gram matrix off the kept columns serves all; limits are honoured for single parameters.
+        """
+        columns, _, _, target = self._layout(kept)
+        left = self._total[:, columns]
+        inner = self._total[np.ix_(columns, columns)] + _RIDGE * self.tests * np.eye(columns.size)
+        projected = self._total - left @ np.linalg.solve(inner, left.T)
+        pull = projected @ target
+        gains = np.zeros(len(others))
+        for n, option in enumerate(others):
+            index = np.array([k for k in option.free if k >= 0], dtype=int)
+            gain, h = 0.0, pull[index]
+            if option.offset >= 0:
+                size = self.scale[option.offset]
+                gain = 2.0 * size * pull[option.offset] - size**2 * projected[option.offset, option.offset]
+                h = h - size * projected[index, option.offset]
+            if index.size == 1:
+                k, limits = int(index[0]), zip(option.free, option.lower, option.upper, strict=True)
+                (low, high) = next((a, b) for free, a, b in limits if free == k)
+                curve = projected[k, k] + _RIDGE * self.tests
+                step = float(np.clip(h[0] / curve, low * self.scale[k], high * self.scale[k]))
+                gain += 2.0 * step * h[0] - step**2 * projected[k, k]
+            elif index.size:
+                inside = projected[np.ix_(index, index)] + _RIDGE * self.tests * np.eye(index.size)
+                gain += float(h @ np.linalg.solve(inside, h))
+            gains[n] = gain
+        return gains
+
+    def _layout(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array, Array]:
+        columns, lower, upper = [], [], []
+        target = np.zeros(self.size + 1)
+        target[-1] = 1.0
+        for option in chosen:
+            if option.offset >= 0:
+                target[option.offset] -= self.scale[option.offset]
+            for index, low, high in zip(option.free, option.lower, option.upper, strict=True):
+                if index >= 0:
+                    columns.append(index)
+                    lower.append(low * self.scale[index])
+                    upper.append(high * self.scale[index])
+        return np.array(columns, dtype=int), np.array(lower), np.array(upper), target
+
+    def _error(self, gram: Array, columns: np.ndarray, target: Array, solutions: Array) -> Array:
+        """Squared error (blocks, 3) of each block under its own solution (blocks, p)."""
+        combination = np.tile(target, (self.blocks, 1))
+        combination[:, columns] -= solutions
+        used = np.flatnonzero(np.any(combination != 0.0, axis=0))
+        part = combination[:, used]
+        inner = gram[:, :, used[:, None], used[None, :]]
+        return np.einsum("ki,kaij,kj->ka", part, inner, part)
+
+    def loss(self, chosen: Sequence[Option], values: Mapping[str, float]) -> float:
+        """Weighted mean square force error of total values by symbol; the mean over axes is about 1 at the fit.
+
+        What noise on the columns adds to it is left out, so that it is least at the cleared fit.
+        """
+        columns, _, _, target = self._layout(chosen)
+        starts = [
+            (symbol, start)
+            for option in chosen
+            for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free))
+            if index >= 0
+        ]
+        change = np.array([values[symbol] - start for symbol, start in starts]) * self.scale[columns]
+        left, right = (part.sum(axis=0) for part in self._cleared(columns, target))
+        return float(target @ self._total @ target - 2.0 * right @ change + change @ left @ change) / (3 * self.tests)
+
+    def block_normal(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array]:
+        """Normal equations of each block, cleared of noise: (columns, (blocks, p, p), (blocks, p)), unscaled."""
+        columns, _, _, target = self._layout(chosen)
+        s = self.scale[columns]
+        left, right = self._cleared(columns, target)
+        return columns, left * (s[:, None] * s[None, :]), right * s
+
+
+def _grams(columns: Array, edges: np.ndarray) -> Array:
+    """Gram matrix of each block's rows on each axis, (blocks, 3, p, p), from columns (tests, 3, p)."""
+    ordered = np.ascontiguousarray(columns.transpose(1, 0, 2))
+    gram = np.zeros((edges.size - 1, 3, columns.shape[2], columns.shape[2]))
+    for k, (start, stop) in enumerate(pairwise(edges)):
+        for axis in range(3):
+            rows = ordered[axis, start:stop]
+            np.matmul(rows.T, rows, out=gram[k, axis])
+    return gram
+
+
+def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[Array, np.ndarray]:
+    """Minimise x^T h x / 2 - right^T x within limits, by holding violators at their limit; small and fast.
+
+    Returns the solution and a mask of the held entries. A held entry whose gradient points inwards is released again.
+    """
+    size = right.size
+    x = np.zeros(size)
+    held = np.zeros(size, dtype=bool)
+    for _ in range(3 * size + 1):
+        free = ~held
+        if free.any():
+            x[free] = np.linalg.solve(h[np.ix_(free, free)], right[free] - h[np.ix_(free, held)] @ x[held])
+        below, above = x < lower, x > upper
+        broken = free & (below | above)
+        if broken.any():
+            past = np.where(below, lower, upper)
+            excess = np.where(broken, np.abs(np.where(broken, past, x) - x) * np.sqrt(np.diag(h)), 0.0)
+            worst = int(np.argmax(excess))
+            x[worst] = lower[worst] if below[worst] else upper[worst]
+            held[worst] = True
+            continue
+        gradient = h @ x - right
+        inward = held & (((x <= lower) & (gradient < 0)) | ((x >= upper) & (gradient > 0))) & (lower < upper)
+        if not inward.any():
+            break
+        held[int(np.argmax(np.abs(gradient) * inward))] = False
+    return x, held

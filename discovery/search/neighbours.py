@@ -1,0 +1,82 @@
+"""Changes of a model during the search: which neighbours it has, and what setting or removing an effect does."""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from ...physics.vehicle import Vehicle
+from ..candidates.linearisation import Linearisation, Option
+from .gram import Fit, GramScores
+
+_PROMISING = 12
+"""Additions scored in full for each set of dropped effects."""
+
+
+def changes(
+    linear: Linearisation,
+    scores: GramScores,
+    now: dict[str, Option],
+    two_for_one: bool,
+    kept_always: Sequence[str] = (),
+) -> Iterator[dict[str, Option]]:
+    """Neighbouring models worth a score: one effect added, dropped, reshaped or swapped; or two replaced by one.
+
+    For each set of dropped effects, only the most promising additions by in-sample error are given.
+
+    Parameters
+    ----------
+    kept_always : keys that are never dropped
+    """
+    new = [option for key, options in linear.options.items() if key not in now for option in options[1:]]
+    loose = [key for key in now if key not in kept_always]
+    drops = list(combinations(loose, 2)) if two_for_one else [(), *((key,) for key in loose)]
+    for drop in drops:
+        # A dropped effect leaves its offset behind: the columns were taken with it in place.
+        kept = {key: option for key, option in now.items() if key not in drop}
+        kept |= {key: linear.options[key][1] for key in drop}
+        if drop:
+            yield kept
+        gains = scores.screen(list(kept.values()), new)
+        for n in np.argsort(-gains, kind="stable")[:_PROMISING]:
+            yield {**kept, new[n].key: new[n]}
+    if not two_for_one:
+        for key in now:
+            for option in linear.options[key][2:]:
+                yield {**now, key: option}
+
+
+def present(change: dict[str, Option]) -> tuple[str, ...]:
+    """Keys of what a changed model holds: a dropped effect stays in it as absent."""
+    return tuple(key for key, option in change.items() if option.present)
+
+
+def reset(vehicle: Vehicle, nominal: Vehicle, now: dict[str, Option], change: dict[str, Option]) -> Vehicle:
+    """The vehicle with everything that a change drops set back to nominal."""
+    gone = [option for key, option in now.items() if key not in present(change)]
+    return vehicle.with_values({s: nominal.value(s) for option in gone for s in option.symbols})
+
+
+def apply_fit(vehicle: Vehicle, chosen: Sequence[Option], fit: Fit) -> Vehicle:
+    """The vehicle with the fitted parameters set."""
+    by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
+    values = {}
+    for option in chosen:
+        for symbol, start, index in zip(
+            option.symbols, option.start, option.free or (-1,) * len(option.symbols), strict=True
+        ):
+            values[symbol] = start + by_column.get(index, 0.0)
+    return vehicle.with_values(values)
+
+
+def settled(before: Vehicle, after: Vehicle, chosen: Sequence[Option]) -> bool:
+    """True when a Gauss-Newton step hardly moved any parameter."""
+    pairs = [(before.value(s), after.value(s)) for option in chosen for s in option.symbols]
+    return all(abs(a - b) <= 1e-4 * (abs(a) + 1e-3) for a, b in pairs)
+
+
+def difference(before: Sequence[str], after: Sequence[str]) -> str:
+    """A change in words for the progress lines: + what came, - what went."""
+    gone = [f"- {key}" for key in before if key not in after]
+    come = [f"+ {key}" for key in after if key not in before]
+    return ", ".join(come + gone) or "reshaped"

@@ -1,0 +1,245 @@
+"""What a model is worth: held-out error above a floor, plus a price for its parameters; and whether an effect matters.
+
+Each model is scored by sum over axes of (independent tests / 2) log(held-out error + floor^2), plus a price a
+parameter. The floor is a share of the force scale of the axis: what is smaller does not matter (materiality).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...physics.effects import PARAMETERS
+from ...physics.frames import Array
+from ...physics.matrices import mass_matrix
+from ...physics.vehicle import Vehicle
+from ..balance.base import Balance
+from ..balance.rollout_test import rollouts_part
+from ..candidates.linearisation import Candidate, Kind, Linearisation, Option
+from .gram import Fit, GramScores
+from .neighbours import apply_fit, present, reset, settled
+
+ALIVE = 2.0
+"""Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
+_INERTIA = {p.symbol: p.inertia for p in PARAMETERS.values() if p.inertia is not None}
+
+
+@dataclass(frozen=True, slots=True)
+class SearchSettings:
+    """What a change must be worth.
+
+    Attributes
+    ----------
+    materiality : floor of the force error on an axis, as a share of its force scale; an effect above it matters
+    loud : the floor on a quiet axis, in multiples of what sensor noise makes there
+    least : share of the force scale below which an effect never matters
+    weight : share by which 10 s rollouts must change without an effect that lies between the two
+    price : log-likelihood that a parameter of a named effect must earn
+    unnamed_price : log-likelihood that a term nobody has named, or a parameter of a general effect, must earn
+    margin : log-likelihood that a change must earn beyond its price
+    rounds : most changes made
+    crowd : effects in a model from which `again` searches again
+    refinements : Gauss-Newton steps after a change
+    """
+
+    materiality: float = 0.02
+    loud: float = 4.0
+    least: float = 0.007
+    weight: float = 0.03
+    price: float = 3.0
+    unnamed_price: float = 8.0
+    margin: float = 1.0
+    rounds: int = 40
+    crowd: int = 4
+    refinements: int = 2
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A model during the search: the vehicle, what is active in it, its fit and its score (lower is better)."""
+
+    vehicle: Vehicle
+    active: tuple[str, ...]
+    fit: Fit
+    score: float
+
+
+class Scoring:
+    """The score of models made of candidates, on one balance, of forces or of rollouts.
+
+    Parameters
+    ----------
+    balance : what models are held against, of forces or of rollouts
+    nominal : the vehicle to be corrected
+    pool : candidates that may be missing; those that are nuisances are in every model, whatever a caller asks for
+    settings : what a change must be worth
+
+    Attributes
+    ----------
+    nuisances : keys of the parameters that are calibrated while effects are judged
+    force_scale : (3,) size of the forces at work [N, N, N m]
+    quiet : (3,) True for an axis on which hardly anything but sensor noise is at work
+    floor : (3,) square of the force error that does not matter: a share of the force scale, or on a quiet axis
+        several times what sensor noise makes, lest noise be explained
+    """
+
+    def __init__(self, balance: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
+        self.balance, self.nominal, self.pool, self.settings = balance, nominal, tuple(pool), settings
+        self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
+        self._kinds = {c.key: c.kind for c in self.pool}
+        self._general = {c.key for c in self.pool if c.effect.general}
+        self.force_scale = np.maximum(balance.force_scale(nominal), 1e-9)
+        self._mass = np.diag(mass_matrix(nominal))
+        self.noise_blocks = _noise_blocks(balance, nominal)
+        self.nominal_error = (balance.balance(nominal) ** 2).mean(axis=0)
+        at_work = np.maximum(self.force_scale, np.sqrt(self.nominal_error))
+        self.quiet = at_work < ALIVE * self.noise_error
+        self.floor = np.where(
+            self.quiet, (settings.loud * self.noise_error) ** 2, (settings.materiality * self.force_scale) ** 2
+        )
+        self.trail: list[str] = []
+
+    def linearise(
+        self,
+        vehicle: Vehicle,
+        active: Sequence[str],
+        error: Array | None = None,
+        pool: Sequence[Candidate] | None = None,
+    ) -> tuple[Linearisation, GramScores]:
+        """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
+        linear = Linearisation(self.balance, vehicle, self.nominal, self.pool if pool is None else pool, active)
+        remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
+        weight = 1.0 / (remains + self.floor)
+        return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
+
+    def fit(self, scores: GramScores, chosen: Sequence[Option]) -> Fit:
+        """Fit a choice of options, held-out errors made comparable between models.
+
+        An unexplained acceleration is mass times smaller a force for a lighter hull, which would always seem to fit
+        better; errors are therefore compared as accelerations, multiplied by nominal over fitted mass. What
+        sensor noise adds counts as for the nominal model. Rollout errors are compared as they are.
+        """
+        fit = scores.fit(chosen)
+        by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
+        ratio = np.ones(3)
+        for option in chosen if self.balance.forces else ():
+            for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free)):
+                if symbol in _INERTIA:
+                    axis = _INERTIA[symbol]
+                    change = start + by_column.get(index, 0.0) - self.nominal.value(symbol)
+                    mass = self._mass[axis]
+                    ratio[axis] = mass / max(mass - change, 0.05 * mass)
+        blocks = fit.held_out_blocks * ratio**2 + self.noise_blocks
+        return replace(fit, held_out_blocks=blocks, held_out=np.maximum(blocks.sum(axis=0) / scores.tests, 0.0))
+
+    def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
+        """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
+        likelihood = 0.5 * self.balance.independent * np.log(fit.held_out + self.floor).sum()
+        return float(likelihood + self.price(fit, chosen))
+
+    @property
+    def share_scale(self) -> Array:
+        """What forces are shares of (3,): the force scale, or on a quiet axis one of which the floor is material."""
+        return np.sqrt(self.floor) / self.settings.materiality
+
+    @property
+    def noise_error(self) -> Array:
+        """Root mean square that sensor noise alone leaves in the nominal balance, (3,) [N, N, N m]."""
+        return np.sqrt(self.noise_blocks.sum(axis=0) / self.balance.time.size)
+
+    def price(self, fit: Fit, chosen: Sequence[Option]) -> float:
+        """What the parameters that no limit holds must earn; a fixed shape counts as one parameter."""
+        total, at = 0.0, 0
+        for option in chosen:
+            size = sum(index >= 0 for index in option.free)
+            free = int((~fit.held[at : at + size]).sum())
+            at += size
+            if option.present and option.key not in self.nuisances:
+                broad = option.kind is Kind.TERM or option.key in self._general
+                each = self.settings.unnamed_price if broad else self.settings.price
+                total += each * (free if size else 1)
+        return total
+
+    def named(self, active: Sequence[str]) -> tuple[str, ...]:
+        """The keys among `active` that are effects or terms, not nuisances."""
+        return tuple(key for key in active if key not in self.nuisances)
+
+    def of_kind(self, keys: Sequence[str], kind: Kind) -> tuple[str, ...]:
+        """The keys among `keys` whose candidates are of a kind."""
+        return tuple(key for key in keys if self._kinds[key] is kind)
+
+    def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
+        """Refine a model's parameters by Gauss-Newton and score it."""
+        active = (*self.nuisances, *self.named(active))
+        pool = [c for c in self.pool if c.key in active]
+        for _ in range(self.settings.refinements):
+            linear, scores = self.linearise(vehicle, active, error, pool)
+            chosen = [linear.options[key][0] for key in active]
+            fit = self.fit(scores, chosen)
+            moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
+            rests = settled(vehicle, moved, chosen)
+            vehicle, error = moved, fit.in_sample
+            if rests:
+                break
+        linear, scores = self.linearise(vehicle, active, error, pool)
+        chosen = [linear.options[key][0] for key in active]
+        fit = self.fit(scores, chosen)
+        return State(vehicle, tuple(active), fit, self.score(fit, chosen))
+
+    def without(self, state: State, key: str) -> State:
+        """A model without one of its effects, the others fitted again."""
+        return self.restrict(state, tuple(k for k in state.active if k != key))
+
+    def restrict(self, state: State, active: Sequence[str]) -> State:
+        """A model with some of its effects only, fitted again."""
+        gone = [c for c in self.pool if c.key in self.named(state.active) and c.key not in active]
+        null = {s: self.nominal.value(s) for c in gone for s in c.symbols}
+        return self.evaluate(state.vehicle.with_values(null), tuple(active), state.fit.in_sample)
+
+    def replace(self, state: State, old: str, new: str, linear: Linearisation, scores: GramScores) -> State:
+        """A model with one effect in place of another, fitted from the better of its shapes."""
+        now = {key: linear.options[key][0] for key in state.active}
+        rest = {key: option for key, option in now.items() if key != old} | {old: linear.options[old][1]}
+        shapes = [option for option in linear.options[new] if option.present]
+        best = min(({**rest, new: option} for option in shapes), key=lambda change: self.quick(scores, change))
+        return self.apply(state, now, best, scores)
+
+    def apply(self, state: State, now: dict[str, Option], change: dict[str, Option], scores: GramScores) -> State:
+        """Make a change that was scored about the columns at hand, and refine it."""
+        chosen = list(change.values())
+        fit = self.fit(scores, chosen)
+        start = apply_fit(reset(state.vehicle, self.nominal, now, change), chosen, fit)
+        return self.evaluate(start, present(change), fit.in_sample)
+
+    def matters(self, without: State, within: State) -> bool:
+        """True when what a model adds to another is material.
+
+        It explains a material share of the force on some axis; or a smaller one, which is yet more than what stays
+        unexplained there, sensor noise apart, and which changes 10 s rollouts.
+        """
+        share = self.unique_share(without, within)
+        if (share >= self.settings.materiality).any():
+            return True
+        unexplained = np.sqrt(np.maximum(within.fit.held_out - self.noise_error**2, 0.0)) / self.share_scale
+        if not (share >= np.maximum(self.settings.least, unexplained))[~self.quiet].any():
+            return False
+        parts = rollouts_part(self.balance.motions, without.vehicle, within.vehicle)
+        return bool((parts >= self.settings.weight)[~self.quiet].any())
+
+    def unique_share(self, without: State, within: State) -> Array:
+        """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
+        return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.share_scale
+
+    def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
+        """Score of a neighbouring model about the columns at hand, without refinement."""
+        chosen = list(change.values())
+        return self.score(self.fit(scores, chosen), chosen)
+
+
+def _noise_blocks(balance: Balance, nominal: Vehicle) -> Array:
+    """Summed squares that sensor noise adds to the nominal balance in each block, (blocks, 3)."""
+    every = balance.balances(nominal)
+    blocks = np.zeros((balance.blocks, 3))
+    if every.shape[0] > 1:
+        np.add.at(blocks, balance.block, ((every[1:] - every[0]) ** 2).mean(axis=0))
+    return blocks

@@ -1,0 +1,298 @@
+"""The series as an MCAP file for the user's own viewer: Foxglove, PlotJuggler, or whatever reads MCAP with JSON.
+
+Messages are JSON, their schemas are JSON Schema, embedded. Numbers are those of `series.csv`, in NED/FRD; poses, the
+path and the frame `boat` alone are turned to the ENU/FLU axes (z up) in which 3D views draw (ROS REP-103). Stamps are
+the log's own, so that the file lies over the log in a viewer.
+"""
+
+import io
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from heapq import merge
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_between
+from ..physics.effects import BY_NAME
+from ..physics.errors import RequestError
+from ..physics.files import write_bytes
+from ..physics.frames import Array, heading_from_enu
+from ..physics.matrices import mass_matrix
+from ..physics.printable import one_line
+from ..physics.vehicle import Vehicle
+from ..residuals.models.base import Model, VehicleModel
+from ..residuals.series import Parts, in_order, series, stretches
+from .mcap_schemas import (
+    AXES_TOLD,
+    BOAT,
+    FRAME_TRANSFORM_TEXT,
+    PATH_TEXT,
+    POSE_IN_FRAME_TEXT,
+    POSE_TEXT,
+    RATES,
+    SCHEMAS,
+    STATE,
+    measured_schema,
+)
+
+_IN_TABLE = {"x": "north", "y": "east"}
+_SECOND = 1_000_000_000
+_PATH_STEP = 10
+"""Rows from one place of the drawn path to the next."""
+_DIGITS = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """What one model says along the logs.
+
+    Attributes
+    ----------
+    name : of its topics
+    vehicle : of its mass
+    table : a series (see `series.series`) that holds the model
+    suffix : of the model's columns: before or after
+    effects : forces that lead from the nominal model to this one, by topic (see `effect_forces`)
+    """
+
+    name: str
+    vehicle: Vehicle
+    table: pd.DataFrame
+    suffix: str
+    effects: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+
+
+def compared(models: Sequence[Model], parts: Parts, channels: Sequence[str]) -> list[Prediction]:
+    """What each of several models predicts along all parts of the logs.
+
+    Where the first model and another are vehicles, the effects by which they differ have their forces, under the name
+    of the other.
+    """
+    first = models[0]
+    tables = [series(first, model, parts, channels) for model in models[1:] or models]
+    told = [Prediction(first.name, first.vehicle, tables[0], "before")]
+    for model, table in zip(models[1:], tables, strict=False):
+        forces = {}
+        if isinstance(first, VehicleModel) and isinstance(model, VehicleModel):
+            keys = effects_between(first.vehicle, model.vehicle)
+            forces = effect_forces(first.vehicle, model.vehicle, parts, keys)
+        named = {f"{_plain(model.name)}/{key}": force for key, force in forces.items()}
+        told.append(Prediction(model.name, model.vehicle, table, "after", named))
+    return told
+
+
+def require_mcap() -> None:
+    """Check that files can be written.
+
+    Raises
+    ------
+    RequestError
+        when the package mcap is missing, with the remedy.
+    """
+    try:
+        import mcap.writer  # noqa: F401
+    except ImportError:
+        raise RequestError("a series for viewers needs the package mcap: pip install 'undertow[logs]'") from None
+
+
+def write_series(
+    path: str | os.PathLike[str],
+    predictions: Sequence[Prediction],
+    channels: Sequence[str],
+    parts: Parts,
+    starts: Mapping[str, int],
+) -> Path:
+    """Write what was measured and what each model predicts; equal inputs give equal bytes.
+
+    Parameters
+    ----------
+    predictions : the first is that of the nominal model; its table gives the measurement
+    channels : names of the command columns
+    parts : that the series runs along; where they are of several logs, topics begin with `/log0`, `/log1` ...
+    starts : stamp of each log at the zero of its motions' time [ns], by their source
+
+    Raises
+    ------
+    RequestError
+        when the package mcap is missing.
+    """
+    require_mcap()
+    from mcap.writer import Writer
+
+    table = predictions[0].table
+    logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
+    exact = in_order([stretch.frame() for stretch in stretches(parts)], rounded=False)
+    definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
+    content = io.BytesIO()
+    writer = Writer(content)  # in chunks, compressed by zstandard
+    writer.start(library="undertow")
+    schemas: dict[str, int] = {}
+    recorded: list[Iterator[tuple[int, int, bytes]]] = []
+    about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
+    for log, source in sorted(logs.items()):
+        rows = (table["log"] == log).to_numpy()
+        prefix = f"/log{log}" if len(logs) > 1 else ""
+        start = starts[source]
+        clock = _Clock.of(exact.loc[rows, "time"].to_numpy(), start)
+        about[f"log{log}"] = one_line(source)
+        if start:
+            about[f"log{log}_starts_at_ns"] = str(start)
+        if clock.shift:
+            about[f"log{log}_stamps_moved_by_s"] = str(clock.shift)
+        taken: set[str] = set()
+        running: list[tuple[int, Iterator[str]]] = []
+        for topic in _topics(predictions, channels, rows, clock, f"{prefix}/{BOAT}".removeprefix("/")):
+            if topic.schema not in schemas:
+                definition = json.dumps(definitions[topic.schema]).encode()
+                schemas[topic.schema] = writer.register_schema(topic.schema, "jsonschema", definition)
+            name = topic.name
+            while name in taken:  # two models whose names differ in no letter
+                name += "_"
+            taken.add(name)
+            told = {key: one_line(text) for key, text in topic.about.items()}
+            channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], told)
+            running.append((channel, topic.texts))
+        recorded.append(_in_turn(clock, running))
+    for stamp, channel, data in merge(*recorded, key=lambda message: message[:2]):
+        writer.add_message(channel, stamp, data, stamp)
+    writer.add_metadata("undertow", about)
+    writer.finish()
+    return write_bytes(path, content.getvalue())
+
+
+@dataclass(frozen=True, slots=True)
+class _Clock:
+    """The time stamps of a log: whole seconds, nanoseconds, and by how many seconds a log before zero was moved."""
+
+    seconds: list[int]
+    nanos: list[int]
+    shift: int
+
+    @classmethod
+    def of(cls, time: Array, start: int) -> "_Clock":
+        """From times [s] since a stamp [ns]; MCAP has none below zero."""
+        whole = np.floor(time)
+        nanos = np.round((time - whole) * _SECOND).astype(np.int64)
+        shift = max(0, -((start + int(whole[0]) * _SECOND) // _SECOND))
+        both = zip(whole.astype(np.int64).tolist(), nanos.tolist(), strict=True)
+        stamps = [divmod(start + (sec + shift) * _SECOND + nsec, _SECOND) for sec, nsec in both]
+        return cls([sec for sec, _ in stamps], [nsec for _, nsec in stamps], shift)
+
+    def __iter__(self) -> Iterator[int]:
+        """Stamps in nanoseconds."""
+        return (sec * _SECOND + nsec for sec, nsec in zip(self.seconds, self.nanos, strict=True))
+
+
+def _in_turn(clock: _Clock, topics: Sequence[tuple[int, Iterator[str]]]) -> Iterator[tuple[int, int, bytes]]:
+    """Stamp, channel and content of the messages of one log, made as they are asked for: an hour has half a million."""
+    for stamp in clock:
+        for channel, texts in topics:
+            text = next(texts, "")
+            if text:
+                yield stamp, channel, text.encode()
+
+
+# Topics
+
+
+@dataclass(frozen=True, slots=True)
+class _Topic:
+    """A message, JSON text, at each of the log's stamps; none where it is empty."""
+
+    name: str
+    schema: str
+    texts: Iterator[str]
+    about: Mapping[str, str] = field(default_factory=dict)
+
+
+def _topics(
+    predictions: Sequence[Prediction], channels: Sequence[str], rows: np.ndarray, clock: _Clock, boat: str
+) -> list[_Topic]:
+    """Everything along the rows of one log; `boat` is the name of its frame."""
+    table = predictions[0].table[rows]
+    names = (*STATE, *RATES, *channels)
+    flat = _flat(names, table[[_IN_TABLE.get(name, name) for name in names]].to_numpy())
+    parts = (f'{text[:-1]},"part":"{part}"}}' for text, part in zip(flat, table["part"], strict=True))
+    place = _place(table, "")
+    found = [
+        _Topic("/measured", "undertow.Measured", parts),
+        _Topic("/measured/pose", "foxglove.PoseInFrame", _stamped(POSE_IN_FRAME_TEXT, place, clock)),
+        _Topic("/measured/path", "foxglove.PosesInFrame", iter([_path(place, clock)])),
+        _Topic("/tf", "foxglove.FrameTransform", _stamped(FRAME_TRANSFORM_TEXT.replace("BOAT", boat), place, clock)),
+    ]
+    for model in predictions:
+        table, name = model.table[rows], _plain(model.name)
+        columns = [f"{_IN_TABLE.get(field, field)}_{model.suffix}" for field in (*STATE, *RATES)]
+        states = _flat((*STATE, *RATES), table[columns].to_numpy())
+        pose = _stamped(POSE_IN_FRAME_TEXT, _place(table, f"_{model.suffix}"), clock)
+        left = _flat(FORCES, _residual(model, table))
+        found += [
+            _Topic(f"/predicted/{name}", "undertow.Predicted", states),
+            _Topic(f"/predicted/{name}/pose", "foxglove.PoseInFrame", pose),
+            _Topic(f"/residual/{name}", "undertow.Force", left),
+        ]
+        for topic, forces in model.effects.items():
+            effect = BY_NAME.get(topic.split("/")[-1].split("[")[0])
+            about = {} if effect is None else {"equation": effect.equation, "meaning": effect.meaning}
+            texts = _flat(FORCES, forces.loc[rows, list(FORCES)].to_numpy())
+            found.append(_Topic(f"/effects/{'/'.join(map(_plain, topic.split('/')))}", "undertow.Force", texts, about))
+    return found
+
+
+def _residual(model: Prediction, table: pd.DataFrame) -> Array:
+    """Force that a model leaves unexplained, (n, 3): M (measured - modelled), which the series has for the first."""
+    own = [f"{name}_residual" for name in FORCES]
+    if model.suffix == "before" and set(own) <= set(table.columns):
+        return table[own].to_numpy()
+    modelled = table[[f"{name}_{model.suffix}" for name in RATES]].to_numpy()
+    return ((table[list(RATES)].to_numpy() - modelled) @ mass_matrix(model.vehicle)).round(_DIGITS)
+
+
+def _plain(name: str) -> str:
+    """A name in letters, digits and underscores, which need no quotes in a viewer: yaw:u|r| is yaw_u_abs_r.
+
+    >>> _plain("yaw:u|r|"), _plain("thruster_asymmetry[port]")
+    ('yaw_u_abs_r', 'thruster_asymmetry_port')
+    """
+    return re.sub(r"\W+", "_", re.sub(r"\|(\w)\|", r" abs_\1 ", name)).strip("_")
+
+
+def _flat(names: Sequence[str], values: Array) -> Iterator[str]:
+    """A JSON object a row; a number that is not finite is left out."""
+    keys = [f'"{name}":' for name in names]
+    whole = "{" + ",".join(f"{key}%r" for key in keys) + "}"
+    for row, sound in zip(values, _sound(values), strict=True):
+        if sound:
+            yield whole % tuple(row.tolist())
+        else:
+            yield "{" + ",".join(f"{key}{x!r}" for key, x in zip(keys, row.tolist(), strict=True) if isfinite(x)) + "}"
+
+
+def _sound(values: Array) -> np.ndarray:
+    """True for the rows in which every number is finite, (n,)."""
+    return np.atleast_1d(np.isfinite(values).all(axis=1))
+
+
+def _place(table: pd.DataFrame, suffix: str) -> Array:
+    """Where a boat is in the frame of 3D views: x east, y north [m], z and w of its quaternion (n, 4)."""
+    north, east, psi = (table[f"{name}{suffix}"].to_numpy() for name in ("north", "east", "psi"))
+    half = 0.5 * heading_from_enu(psi)  # the turn between compass heading and ENU yaw is its own inverse
+    return np.column_stack([east, north, np.sin(half).round(_DIGITS), np.cos(half).round(_DIGITS)])
+
+
+def _stamped(text: str, place: Array, clock: _Clock) -> Iterator[str]:
+    """A message a row: `text` with its stamp and place; none where a place is not finite."""
+    for sec, nsec, row, whole in zip(clock.seconds, clock.nanos, place, _sound(place), strict=True):
+        yield text % (sec, nsec, *row.tolist()) if whole else ""
+
+
+def _path(place: Array, clock: _Clock) -> str:
+    """One message with the whole way, a place a second."""
+    poses = ",".join(POSE_TEXT % tuple(row) for row in place[::_PATH_STEP].tolist())
+    return PATH_TEXT % (clock.seconds[0], clock.nanos[0], poses)

@@ -1,0 +1,162 @@
+"""Channel maps: the user's word on which stream is which channel."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...physics.errors import LogError
+from ...physics.files import yaml_text
+from ...physics.printable import shown
+from ...physics.reading import read_yaml, reason
+from ..canonical import COMMAND_UNITS, UNITS, is_canonical, unit_of
+
+_KEYS = {"from", "scale", "offset", "frame", "unit"}
+_UNITS = {
+    "deg": {"rad": math.pi / 180.0, "deg": 1.0},
+    "deg/s": {"rad/s": math.pi / 180.0},
+    "1e-7 deg": {"rad": 1e-7 * math.pi / 180.0, "deg": 1e-7},
+    "knots": {"m/s": 1852.0 / 3600.0},
+    "km/h": {"m/s": 1.0 / 3.6},
+    "cm/s": {"m/s": 0.01},
+    "cm": {"m": 0.01},
+    "g": {"m/s^2": 9.80665},
+    "rpm": {"rad/s": math.pi / 30.0},
+    "percent": {"1": 0.01},
+}
+"""Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
+_MOST_UNUSED = 40
+_LONGEST = 300
+"""Letters of a name that stands in a remark."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One line of a channel map: the channel is `scale` times the stream plus `offset`.
+
+    Attributes
+    ----------
+    source : `topic:field`, or a column (or a field that only one topic has)
+    scale, offset : applied to the file's values, before any change of axes
+    frame : "ned", "enu", or None for the frame of the log
+    """
+
+    source: str
+    scale: float = 1.0
+    offset: float = 0.0
+    frame: str | None = None
+
+
+def read_channel_map(path: Path) -> dict[str, Entry | None]:
+    """Read a channel map, a YAML mapping from canonical name to stream.
+
+    .. code-block:: yaml
+
+        u: "/dvl:velocity.ahead"                            # topic:field of a long table
+        psi: {from: heading_deg, unit: deg}                 # a column, degrees to radians
+        v: {from: sway_to_port, frame: enu}                 # body FLU instead of FRD
+        newton_port: "/thrusters/1:data"
+        pwm_port: null                                      # leave this channel out
+
+    The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots, km/h,
+    cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu` says that the
+    entry is the ENU/FLU channel of that name (x east, y north, psi counter-clockwise from east, v and r to port);
+    without it a ROS-style field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and everything else
+    is in the frame of the log.
+
+    Raises
+    ------
+    LogError
+        when the file is missing, is not such a mapping, names an unknown channel or key, or a unit that cannot be the
+        channel's.
+    """
+    if not path.exists():
+        raise LogError(f"{path}: no such channel map; expected a YAML file of 'channel: topic:field' lines.")
+    try:
+        content = read_yaml(path)
+    except (OSError, ValueError) as error:
+        told = f"the channel map is not YAML ({reason(error)}). Quote names that hold a colon."
+        raise LogError(f"{path}: {told}") from error
+    if not isinstance(content, dict) or not content:
+        raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {shown(content)}.")
+    return {_name(path, key): None if value is None else _entry(path, key, value) for key, value in content.items()}
+
+
+def _name(path: Path, key: Any) -> str:
+    if not isinstance(key, str) or not is_canonical(key):
+        kinds = ", ".join(f"{kind}_<thruster>" for kind in COMMAND_UNITS)
+        raise LogError(f"{path}: unknown channel {shown(key)} in the channel map; expected {' '.join(UNITS)}, {kinds}.")
+    return key
+
+
+def _entry(path: Path, key: str, value: Any) -> Entry:
+    if isinstance(value, str):
+        return Entry(value)
+    if not isinstance(value, dict) or not isinstance(value.get("from"), str) or set(value) - _KEYS:
+        raise LogError(
+            f"{path}: channel map entry '{key}' must be 'topic:field', a column, null, or a mapping with 'from' and "
+            f"optionally scale, offset, unit, frame; got {shown(value)}."
+        )
+    numbers = []
+    for part, null in (("scale", 1.0), ("offset", 0.0)):
+        number = value.get(part, null)
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise LogError(f"{path}: channel map entry '{key}' needs a number as {part}, got {shown(number)}.")
+        numbers.append(float(number))
+    frame = value.get("frame")
+    if frame not in (None, "ned", "enu"):
+        raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {shown(frame)}.")
+    unit = value.get("unit")
+    if unit is not None and (not isinstance(unit, str) or unit not in _UNITS):
+        raise LogError(
+            f"{path}: channel map entry '{key}' needs a unit among {', '.join(_UNITS)}, or a scale; got {shown(unit)}."
+        )
+    factor = 1.0 if unit is None else _UNITS[unit].get(unit_of(key))
+    if factor is None:
+        fitting = [name for name, factors in _UNITS.items() if unit_of(key) in factors]
+        raise LogError(
+            f"{path}: channel map entry '{key}' is a channel in {unit_of(key)}; expected a unit that fits it "
+            f"({', '.join(fitting) or 'there is none here'}), or a scale; got {shown(unit)}."
+        )
+    return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame)
+
+
+def map_dict(entries: Mapping[str, Entry]) -> dict[str, dict[str, str | float]]:
+    """The same channel map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
+    found = {}
+    for name, entry in entries.items():
+        parts: dict[str, str | float] = {"from": entry.source}
+        if entry.scale != 1.0:
+            parts["scale"] = entry.scale
+        if entry.offset != 0.0:
+            parts["offset"] = entry.offset
+        if entry.frame is not None:
+            parts["frame"] = entry.frame
+        found[name] = parts
+    return found
+
+
+def map_text(entries: Mapping[str, Entry], unused: Sequence[str] = ()) -> str:
+    """Write a channel map that `read_channel_map` reads back to the same entries.
+
+    Parameters
+    ----------
+    entries : by channel, as `Log.entries`
+    unused : streams that became no channel, named in comments, so that they are at hand for an edit
+
+    Examples
+    --------
+    >>> print(map_text({"u": Entry("/odom:twist.linear.x", frame="enu"), "pwm_port": Entry("left")}), end="")
+    u: {from: '/odom:twist.linear.x', frame: enu}
+    pwm_port: {from: left}
+    """
+    lines = [
+        f"{name}: {yaml_text(parts, default_flow_style=True, width=math.inf)}"
+        for name, parts in map_dict(entries).items()
+    ]
+    if unused:
+        lines.append("# Not used:\n" + "".join(f"#   {shown(name, _LONGEST)}\n" for name in unused[:_MOST_UNUSED]))
+    if len(unused) > _MOST_UNUSED:
+        lines.append(f"#   and {len(unused) - _MOST_UNUSED} more\n")
+    return "".join(lines)

@@ -1,0 +1,217 @@
+"""From streams with a role to canonical channels: scaled, turned into NED/FRD axes, quaternions and fixes resolved."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...physics.errors import LogError
+from ...physics.frames import Array, earth_to_body, heading_from_enu, heading_from_quaternion
+from ..canonical import PLACE, QUATERNION, RATES, UNITS, Channel, check_limits, command_kind
+from ..formats.base import Stream
+from ..geodesy import local_metres
+from .channel_map import Entry
+from .cleaning import Cleaner
+
+_FROM_ENU = {
+    "x": ("y", 1.0),
+    "y": ("x", 1.0),
+    "x_dot": ("y_dot", 1.0),
+    "y_dot": ("x_dot", 1.0),
+    "v": ("v", -1.0),
+    "r": ("r", -1.0),
+    "ay": ("ay", -1.0),
+} | {"wind_v": ("wind_v", -1.0)}
+"""ENU/FLU channel -> its NED/FRD channel and sign; the others but the angles stay as they are."""
+_RATES = ("x_dot", "y_dot")
+_AXES = {"x": "north", "y": "east"}
+_WHOLE = 1e4
+"""No angle in degrees is as large as this; a latitude in 1e-7 degrees is, unless it is within 110 m of the equator."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """A stream with its role, the frame of that role, and what is done to its values.
+
+    Attributes
+    ----------
+    role : the canonical channel, in the axes of `frame`
+    stream : where the values come from
+    frame : "ned" or "enu"
+    scale, offset : applied to the values first
+    how : for the notes; empty when there is nothing to say
+    within : values outside mean "nothing"
+    """
+
+    role: str
+    stream: Stream
+    frame: str
+    scale: float = 1.0
+    offset: float = 0.0
+    how: str = ""
+    within: tuple[float, float] | None = None
+
+    @property
+    def target(self) -> str:
+        """The channel that it becomes."""
+        return _FROM_ENU.get(self.role, (self.role, 1.0))[0] if self.frame == "enu" else self.role
+
+    @property
+    def entry(self) -> Entry:
+        """The line of a channel map that says the same; commands and places have no frame."""
+        framed = command_kind(self.role) is None and self.role not in PLACE
+        return Entry(self.stream.name, self.scale, self.offset, self.frame if framed else None)
+
+
+def channels_of(sources: Mapping[str, Source], where: str, mend: bool = False) -> tuple[dict[str, Channel], list[str]]:
+    """Make the channels of sources by target, and notes on what was converted or dropped.
+
+    Raises
+    ------
+    LogError
+        see `read_log`.
+    """
+    notes = _frame_notes(sources)
+    sources = {name: _in_degrees(source, notes) if name in PLACE else source for name, source in sources.items()}
+    cleaner = Cleaner(where, [source.stream for source in sources.values()], mend)
+    channels = {name: _channel(name, source, cleaner) for name, source in sources.items()}
+    for channel in channels.values():
+        check_limits(channel, where)
+    _heading(channels, sources, where, notes)
+    _position(channels, where, notes)
+    _velocity(channels, notes)
+    for name in ("x", "y"):
+        if name in channels:
+            check_limits(channels[name], where)
+    order = {name: place for place, name in enumerate(UNITS)}
+    ordered = dict(sorted(channels.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
+    return ordered, [*notes, *cleaner.notes()]
+
+
+def _frame_notes(sources: Mapping[str, Source]) -> list[str]:
+    """Say which channels were converted and how, each by what was done to it."""
+    turned = {"psi" if name in QUATERNION else name: None for name, source in sources.items() if source.frame == "enu"}
+    if not turned:
+        return []
+    names = sorted(turned, key=list(UNITS).index)
+    done = [f"{_AXES[name]} = world {_FROM_ENU[name][0]}" for name in names if name in ("x", "y")]
+    done += [f"{name} = world {_FROM_ENU[name][0]}" for name in names if name in _RATES]
+    done += ["psi = pi/2 - yaw"] * ("psi" in turned)
+    negative = [name for name in names if _FROM_ENU.get(name, ("", 1.0))[1] < 0.0]
+    if negative:
+        done.append(f"{_listed(negative)} change{'s' * (len(negative) == 1)} sign")
+    how = ", ".join(done) or "the same in both"
+    return [f"{' '.join(names)}: converted from ENU/FLU (REP-103) to NED/FRD: {how}"]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def _in_degrees(source: Source, notes: list[str]) -> Source:
+    """A place as autopilots send it, in whole 1e-7 degrees, with the scale that this asks for."""
+    finite = source.stream.value[np.isfinite(source.stream.value)]
+    if source.scale != 1.0 or not finite.size or np.abs(finite).max() < _WHOLE:
+        return source
+    notes.append(f"{source.role}: {source.stream.name} taken in 1e-7 degrees, because it is above {_WHOLE:g}")
+    return replace(source, scale=1e-7)
+
+
+def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
+    value = source.stream.value
+    if source.within is not None:
+        value = np.where((value >= source.within[0]) & (value <= source.within[1]), value, np.nan)
+    # A broken file holds numbers that overflow here; the channel's limits refuse them.
+    with np.errstate(over="ignore", invalid="ignore"):
+        if (source.scale, source.offset) != (1.0, 0.0):
+            value = source.scale * value + source.offset
+        if source.frame == "enu" and name not in QUATERNION:
+            sign = _FROM_ENU.get(source.role, (name, 1.0))[1]
+            value = heading_from_enu(value) if name == "psi" else value if sign == 1.0 else sign * value
+    return cleaner.channel(name, source.stream, value)
+
+
+def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where: str, notes: list[str]) -> None:
+    """Replace a quaternion by the heading; an unset (all zero) quaternion is no heading."""
+    parts = [channels.pop(name) for name in QUATERNION if name in channels]
+    if not parts:
+        return
+    if len(parts) < 4:
+        notes.append(f"an incomplete quaternion ({' '.join(part.name for part in parts)}) is not used")
+        return
+    time, (x, y, z, w) = _together(parts)
+    known = x * x + y * y + z * z + w * w > 1e-12
+    origin = f"quaternion {parts[0].origin} ... {parts[3].origin}"
+    if not known.any():
+        raise LogError(f"{where}: the {origin} is zero in all {known.size} rows: no heading. Map psi instead.")
+    if not known.all():
+        notes.append(f"psi: {np.count_nonzero(~known)} rows with an all-zero quaternion dropped")
+    heading = heading_from_quaternion(x[known], y[known], z[known], w[known])
+    if sources["qw"].frame == "enu":
+        heading = heading_from_enu(heading)
+    channels["psi"] = Channel("psi", time[known], heading, origin, parts[0].lost)
+    notes.append(f"psi: heading of the {origin}")
+
+
+def _position(channels: dict[str, Channel], where: str, notes: list[str]) -> None:
+    """Replace latitude and longitude by metres north and east; 0 degrees both is what a receiver without a fix says."""
+    parts = [channels.pop(name) for name in PLACE if name in channels]
+    if not parts:
+        return
+    if len(parts) < 2:
+        notes.append(f"{parts[0].name} alone ({parts[0].origin}) is no position and is not used")
+        return
+    time, (latitude, longitude) = _together(parts)
+    known = (latitude != 0.0) | (longitude != 0.0)
+    origin = f"{parts[0].origin}, {parts[1].origin}"
+    if not known.any():
+        raise LogError(
+            f"{where}: {origin} are zero in all {known.size} rows: no fix. Map x and y, or u and v, instead."
+        )
+    if not known.all():
+        notes.append(f"x y: {np.count_nonzero(~known)} rows without a fix (0 degrees both) dropped")
+    north, east, (first, across) = local_metres(latitude[known], longitude[known])
+    notes.append(
+        f"x y: metres north and east of the first fix, latitude {first:.7f}, longitude {across:.7f} [deg] (tangent "
+        f"plane of WGS 84), from {origin}"
+    )
+    channels["x"] = Channel("x", time[known], north, parts[0].origin, parts[0].lost)
+    channels["y"] = Channel("y", time[known], east, parts[1].origin, parts[1].lost)
+
+
+def _velocity(channels: dict[str, Channel], notes: list[str]) -> None:
+    """Turn a velocity in earth axes by the heading into surge and sway, where the log does not tell these itself."""
+    parts = [channels.pop(name) for name in RATES if name in channels]
+    if not parts:
+        return
+    if len(parts) < 2 or "psi" not in channels:
+        lacks = "one part of it" if len(parts) < 2 else "without a heading"
+        notes.append(f"a velocity in earth axes ({' '.join(part.origin for part in parts)}) is not used: {lacks}")
+        return
+    time, (north, east) = _together(parts)
+    heading = channels["psi"]
+    inside = (time >= heading.time[0]) & (time <= heading.time[-1])
+    if not inside.any():
+        notes.append(f"a velocity in earth axes ({parts[0].origin}) is not used: no heading at its stamps")
+        return
+    time, north, east = time[inside], north[inside], east[inside]
+    psi = np.interp(time, heading.time, np.unwrap(heading.value))
+    origin = f"{parts[0].origin}, {parts[1].origin}"
+    made = [name for name in ("u", "v") if name not in channels]
+    for name, value in zip(("u", "v"), earth_to_body(psi, north, east), strict=True):
+        if name in made:
+            channels[name] = Channel(name, time, value, origin, parts[0].lost)
+    notes.append(
+        f"{' '.join(made)}: velocity in earth axes ({origin}), turned by the heading ({heading.origin}); right as "
+        "far as both are of one frame"
+    )
+
+
+def _together(parts: list[Channel]) -> tuple[Array, list[Array]]:
+    """The stamps that all channels have, and the values at them."""
+    time = parts[0].time
+    if all(part.time is time for part in parts):
+        return time, [part.value for part in parts]
+    for part in parts[1:]:
+        time = np.intersect1d(time, part.time, assume_unique=True)
+    return time, [part.value[np.searchsorted(part.time, time)] for part in parts]

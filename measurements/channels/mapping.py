@@ -1,0 +1,274 @@
+"""Which stream becomes which channel: the user's word first, then the best guess."""
+
+import difflib
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...physics.errors import LogError
+from ...physics.frames import Array
+from ..canonical import PLACE, QUATERNION, RATES, Channel, command_kind, unit_of
+from ..formats.base import Name, Stream
+from .channel_map import Entry
+from .conversion import Source, channels_of
+from .message_types import NOT_MEASURED, PREDICTED, is_earth_velocity
+from .namespaces import is_under
+from .recognition import Guess, is_vertical_acceleration, recognise, says_command
+
+_GROUPS = (("x", "y"), ("psi",), QUATERNION, ("u", "v"), RATES, ("r",), ("ax", "ay"), ("wind_u", "wind_v"), PLACE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mapped:
+    """What mapping makes of the streams of a file.
+
+    Attributes
+    ----------
+    channels : by canonical name
+    entries : the channel map that gives these channels again, whatever the guess
+    unused : names of the streams that became no channel
+    notes : every guess and conversion, and every dropped row
+    """
+
+    channels: dict[str, Channel]
+    entries: dict[str, Entry]
+    unused: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def map_channels(
+    streams: Sequence[Stream],
+    frame: str | None,
+    entries: Mapping[str, Entry | None],
+    where: str,
+    unread: Sequence[Name] = (),
+    namespace: str | None = None,
+    mend: bool = False,
+) -> Mapped:
+    """Turn streams into canonical channels.
+
+    Parameters
+    ----------
+    streams : what the reader found
+    frame : "ned", "enu" or None, see `read_log`
+    entries : the channel map, empty for none
+    where : the file, for messages
+    unread : what the file holds beside
+    namespace : in which the guess looks; None for everywhere. The channel map may name any topic.
+    mend : see `Cleaner`
+
+    Raises
+    ------
+    LogError
+        see `read_log`.
+    """
+    notes: list[str] = []
+    ours = [stream for stream in streams if namespace is None or is_under(stream.topic, namespace)]
+    sources = _mapped((ours, streams), frame, entries, where, unread)
+    mapped, given = tuple(sources), {id(source.stream) for source in sources.values()}
+    for source in _guessed(ours, frame, notes):
+        named = command_kind(source.role) is not None and id(source.stream) in given
+        taken = named or source.target in sources or _says_heading(source.target) & _says_heading(*mapped)
+        if not taken and not (source.target in entries and entries[source.target] is None):
+            sources[source.target] = source
+    if not sources:
+        names = [*(stream.name for stream in streams), *(name.name for name in unread)]
+        raise LogError(
+            f"{where}: no channel is recognised among {some(names)}; expected names "
+            "like x y psi u v r pwm_port newton_stbd, ROS odometry fields, or a channel map (--map channels.yaml)."
+        )
+    _drop(sources, "psi" in sources, QUATERNION, "psi is a channel of its own; the quaternion is not used", notes)
+    has_position = "x" in sources and "y" in sources
+    _drop(sources, has_position, PLACE, "x and y are channels of their own; latitude and longitude are not used", notes)
+    has_speed = "u" in sources and "v" in sources
+    _drop(sources, has_speed, RATES, "u and v are channels of their own; velocities in earth axes are not used", notes)
+    notes += [f"{name}: {source.how}" for name, source in sources.items() if source.how]
+    channels, told = channels_of(sources, where, mend)
+    used = {id(source.stream) for source in sources.values()}
+    unused = [stream.name for stream in streams if id(stream) not in used] + [name.name for name in unread]
+    in_use = {source.role: source.entry for source in sources.values()}
+    return Mapped(channels, in_use, tuple(unused), (*notes, *told))
+
+
+def _drop(sources: dict[str, Source], better: bool, names: Sequence[str], why: str, notes: list[str]) -> None:
+    if better and [name for name in names if sources.pop(name, None)]:
+        notes.append(why)
+
+
+def _says_heading(*names: str) -> bool:
+    return any(name == "psi" or name in QUATERNION for name in names)
+
+
+def _mapped(
+    streams: tuple[Sequence[Stream], Sequence[Stream]],
+    frame: str | None,
+    entries: Mapping[str, Entry | None],
+    where: str,
+    unread: Sequence[Name],
+) -> dict[str, Source]:
+    sources: dict[str, Source] = {}
+    for name, entry in entries.items():
+        if entry is None:
+            continue
+        stream = _find(streams, entry.source, name, where, unread)
+        guess = recognise(stream.label, stream.frame)
+        own = guess if guess is not None and guess.role == name else None
+        if command_kind(name) or name in PLACE:
+            axes = "ned"
+        elif own is not None and own.axes != "log" and (own.axes == "ned" or frame is None):
+            axes = entry.frame or ("enu" if own.axes == "ros" else "ned")
+        else:
+            axes = entry.frame or frame or "ned"
+        within = own.within if own else None
+        how = f"from {stream.name} by the channel map"
+        source = Source(name, stream, axes, entry.scale, entry.offset, how, within)
+        if source.target in sources:
+            raise LogError(f"{where}: the channel map gives {source.target} twice; give x and y the same frame.")
+        sources[source.target] = source
+    return sources
+
+
+def _find(
+    among: tuple[Sequence[Stream], Sequence[Stream]], wanted: str, name: str, where: str, unread: Sequence[Name]
+) -> Stream:
+    """The stream of a full name anywhere, or of a field: in the namespace first, then anywhere."""
+    streams = among[1]
+    found = [stream for stream in streams if stream.name == wanted]
+    for part in among:
+        found = found or [stream for stream in part if stream.field == wanted]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise LogError(
+            f"{where}: the channel map takes {name} from '{wanted}', which several topics have: "
+            f"{some([stream.name for stream in found])}. Write topic:field."
+        )
+    names = [*(stream.name for stream in streams), *(other.name for other in unread)]
+    near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.3)
+    hint = f"did you mean '{near[0]}'?" if near else f"there are {some(names)}."
+    raise LogError(f"{where}: the channel map takes {name} from '{wanted}', which is not in the log; {hint}")
+
+
+def _guessed(streams: Sequence[Stream], frame: str | None, notes: list[str]) -> list[Source]:
+    found = _candidates(streams, notes)
+    upside_down = {
+        stream.topic
+        for stream in streams
+        if is_vertical_acceleration(stream.label) and np.nanmean(_finite(stream.value)) < 0
+    }
+    bearers = Counter(stream.topic for named in found.values() for guess, stream in named if guess.rank == 0)
+    sources = []
+    passed: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for roles in (*_GROUPS, *((role,) for role in sorted(found) if command_kind(role))):
+        group = _best_group(roles, found)
+        for role in roles:
+            candidates = [(guess, stream) for guess, stream in found.get(role, []) if guess.group == group]
+            if not candidates:
+                continue
+            guess, stream = min(candidates, key=lambda item: _behind(item[0].role, item[1], bearers))
+            others = [other for _, other in found[role] if other is not stream]
+            if others and all(other.field == stream.field == role for other in others):
+                passed[(stream.topic, *sorted(other.topic for other in others))].append(role)
+            elif others:
+                notes.append(f"{role}: taken from {stream.name}, not from {some([other.name for other in others])}")
+            sources.append(_placed(guess, stream, frame, stream.topic in upside_down, notes))
+    notes += [
+        f"{' '.join(roles)}: taken from {topic}, not from {some(others)}" for (topic, *others), roles in passed.items()
+    ]
+    return sources
+
+
+def _behind(role: str, stream: Stream, bearers: Mapping[str, int]) -> tuple[bool, int, str]:
+    """Order of the topics that bear one canonical name: measured before wanted or predicted, the fullest, by name.
+
+    A command may well come from a topic of commands.
+    """
+    marks = PREDICTED if command_kind(role) else NOT_MEASURED
+    return marks.search(stream.topic.lower()) is not None, -bearers[stream.topic], stream.name
+
+
+def _candidates(streams: Sequence[Stream], notes: list[str]) -> dict[str, list[tuple[Guess, Stream]]]:
+    """What every stream may be, by role; a stream of a known type that never says anything is no candidate."""
+    found: dict[str, list[tuple[Guess, Stream]]] = defaultdict(list)
+    silent: dict[str, list[str]] = defaultdict(list)
+    for stream in streams:
+        guess = recognise(stream.label, stream.frame)
+        if guess is None:
+            if stream.kind and stream.field.endswith("linear.x") and is_earth_velocity(stream.label, stream.frame):
+                notes.append(
+                    f"{stream.topic}: its velocity is in the frame '{stream.frame}', of the earth, not of the body; "
+                    "it is not used"
+                )
+            continue
+        value = stream.value
+        if guess.within is not None:
+            value = value[(value >= guess.within[0]) & (value <= guess.within[1])]
+        unset = stream.kind and guess.role in QUATERNION[3:] and not np.any(_finite(value))
+        if stream.kind and (unset or not np.isfinite(value).any()):
+            silent[stream.topic].append(stream.field)
+            continue
+        found[guess.role].append((guess, stream))
+    notes += [f"{topic}: no value in {some(fields)}" for topic, fields in silent.items()]
+    return found
+
+
+def _finite(values: Array) -> Array:
+    finite = values[np.isfinite(values)]
+    return finite if finite.size else np.zeros(1)
+
+
+def _best_group(roles: tuple[str, ...], found: Mapping[str, list[tuple[Guess, Stream]]]) -> str:
+    """Choose the message that has most of the roles, then the best rank, then one that is not sparse, then odometry.
+
+    Sparse is one with less than half of the fullest's numbers. What is still equal goes by name, so that the logs of
+    one boat give the same choice; commands that say so go before those that do not.
+    """
+    has: dict[str, set[str]] = defaultdict(set)
+    rank: dict[str, int] = {}
+    count: Counter[str] = Counter()
+    for role in roles:
+        for guess, stream in found.get(role, []):
+            has[guess.group].add(role)
+            rank[guess.group] = guess.rank
+            count[guess.group] = max(count[guess.group], int(np.count_nonzero(np.isfinite(stream.value))))
+    fullest = max(count.values(), default=0)
+    command = any(command_kind(role) for role in roles)
+
+    def order(group: str) -> tuple[int, int, bool, bool, bool, str]:
+        unsaid = command and not says_command(group)
+        return -len(has[group]), rank[group], 2 * count[group] < fullest, unsaid, "odom" not in group, group
+
+    return min(rank, key=order, default="")
+
+
+def _placed(guess: Guess, stream: Stream, frame: str | None, upside_down: bool, notes: list[str]) -> Source:
+    kind, thruster = command_kind(guess.role) or ("", "")
+    if thruster.isdigit() and guess.rank > 0:
+        how = (
+            f"output {thruster} by number [{unit_of(guess.role)}]; if it drives port, map {kind}_port: '{stream.name}'"
+        )
+        return Source(guess.role, stream, "ned", guess.scale, how=how, within=guess.within)
+    if kind:
+        measured = guess.axes == "ned" and guess.role.startswith("rad_s")
+        what = "the measured speed of" if measured else "guessed from the name"
+        how = "" if guess.rank == 0 else f"{what} {stream.name}, taken in [{unit_of(guess.role)}]"
+        if how and guess.role.startswith("newton") and 0.0 < np.abs(_finite(stream.value)).max() <= 1.0:
+            how += "; never above 1, so is it normalized?"
+        return Source(guess.role, stream, "ned", guess.scale, how=how, within=guess.within)
+    if guess.axes == "ned":
+        how = f"from {stream.name}" if guess.rank == 3 else ""
+        return Source(guess.role, stream, "ned", guess.scale, how=how)
+    if guess.axes == "log":
+        return Source(guess.role, stream, frame or "ned")
+    if guess.rank == 2 and upside_down and frame is None and guess.role in ("r", "ax", "ay"):
+        how = f"from {stream.name}, axes taken as FRD because its vertical acceleration is negative at rest"
+        return Source(guess.role, stream, "ned", how=how)
+    return Source(guess.role, stream, frame or "enu")
+
+
+def some(names: Sequence[str], most: int = 12) -> str:
+    """List names, not more than `most`."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return (", ".join(names[:most]) or "nothing") + more

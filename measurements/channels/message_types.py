@@ -1,0 +1,171 @@
+"""What the message types of robots mean: the channel of each number of each type that undertow knows."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from ..canonical import command_kind
+from ..formats.base import Name
+
+Axes = Literal["log", "ros", "ned"]
+"""Of a value: as the log's canonical channels (--frame), ENU/FLU by REP-103, or NED/FRD whatever the log has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What one number of a message is.
+
+    Attributes
+    ----------
+    role : the canonical channel, in the axes of `axes`
+    axes : see `Axes`
+    rank : lower is better: 0 a canonical name, 1 odometry, 2 a sensor or a guessed command, 3 a coarse instrument
+    group : start of the field's name that the numbers of one quantity share
+    scale : from the message's unit to that of the channel
+    within : values outside mean "nothing" by the definition of the message
+    """
+
+    role: str
+    axes: Axes
+    rank: int
+    group: str = ""
+    scale: float = 1.0
+    within: tuple[float, float] | None = None
+
+
+def _pose(prefix: str, rank: int) -> dict[str, Meaning]:
+    position, orientation = f"{prefix}position.", f"{prefix}orientation."
+    found = {position + axis: Meaning(axis, "ros", rank, position) for axis in "xy"}
+    return found | {orientation + axis: Meaning(f"q{axis}", "ros", rank, orientation) for axis in "xyzw"}
+
+
+def _twist(prefix: str, rank: int) -> dict[str, Meaning]:
+    linear, angular = f"{prefix}linear.", f"{prefix}angular."
+    found = {linear + axis: Meaning(role, "ros", rank, linear) for axis, role in (("x", "u"), ("y", "v"))}
+    return found | {f"{angular}z": Meaning("r", "ros", rank, angular)}
+
+
+def _place(prefix: str) -> dict[str, Meaning]:
+    ends = (("latitude", "lat"), ("longitude", "lon"))
+    return {f"{prefix}{end}": Meaning(role, "ned", 2, prefix) for end, role in ends}
+
+
+_IMU = {
+    **{f"orientation.{axis}": Meaning(f"q{axis}", "ros", 2, "orientation.") for axis in "xyzw"},
+    "angular_velocity.z": Meaning("r", "ros", 2, "angular_velocity."),
+    **{f"linear_acceleration.{axis}": Meaning(f"a{axis}", "ros", 2, "linear_acceleration.") for axis in "xy"},
+}
+_COMPASS = Meaning("psi", "ned", 3, scale=math.pi / 180.0)
+
+TYPES: Mapping[str, Mapping[str, Meaning]] = {
+    "nav_msgs/Odometry": _pose("pose.pose.", 1) | _twist("twist.twist.", 1),
+    "geometry_msgs/PoseStamped": _pose("pose.", 1),
+    "geometry_msgs/PoseWithCovarianceStamped": _pose("pose.pose.", 1),
+    "geometry_msgs/TwistStamped": _twist("twist.", 1),
+    "geometry_msgs/TwistWithCovarianceStamped": _twist("twist.twist.", 1),
+    "sensor_msgs/Imu": _IMU,
+    "sensor_msgs/NavSatFix": _place(""),
+    "gps_common/GPSFix": _place(""),
+    "gps_msgs/GPSFix": _place(""),
+    "geographic_msgs/GeoPoseStamped": _place("pose.position."),
+    "geographic_msgs/GeoPointStamped": _place("position."),
+    "mavros_msgs/VFR_HUD": {"heading": _COMPASS},
+    "mavros_msgs/VfrHud": {"heading": _COMPASS},
+    # SERVO_OUTPUT_RAW of MAVLink: 0 and 65535 [us] stand for an output that is not driven.
+    "mavros_msgs/RCOut": {
+        f"channels[{k}]": Meaning(f"pwm_{k + 1}", "ned", 2, f"channels[{k}]", within=(800.0, 2200.0)) for k in range(32)
+    }
+    | {"channels[]": Meaning("pwm_0", "ned", 2)},
+    "heron_msgs/Drive": {
+        field: Meaning(f"normalized_{side}", "ned", 2, field) for field, side in (("left", "port"), ("right", "stbd"))
+    },
+    "sensor_msgs/JointState": {},  # by the names of the joints, see `recognition`
+    "std_msgs/Float64": {},  # commands, by the name of the topic
+    "std_msgs/Float32": {},
+}
+"""ROS message types by package and name. The axes are those of REP-103 and REP-105; ranks put odometry first."""
+
+JOINTS = "sensor_msgs/JointState"
+COMMANDS = frozenset({"std_msgs/Float64", "std_msgs/Float32", "std_msgs/Int16", "std_msgs/Int32", "std_msgs/UInt16"})
+"""Types of one number, whose topic tells what it is."""
+_STANDARD = re.compile(
+    "(actionlib|control|diagnostic|geographic|geometry|gps|map|mavros|nav|rosgraph|sensor|shape|std|stereo|tf2"
+    "|trajectory|vision|visualization)_msgs|gps_common|rcl_interfaces"
+)
+"""Packages whose types are known: what is not in `TYPES` is no measurement of the vehicle (a marker, a path)."""
+_EARTH = re.compile(r"(map|odom|world|earth|enu|ned|utm|local_origin|gps)(_ned|_enu)?")
+_DOWN = re.compile(r"(^|.*_)(ned|frd)")
+PREDICTED = re.compile("predict")
+NOT_MEASURED = re.compile(r"cmd|command|setpoint|desired|reference|target|goal|predict|initial_?pose")
+"""In the name of what is wanted or predicted of a vehicle; commands of thrusters may bear such names."""
+_LEVEL = re.compile(r"(map|odom|world|enu|ned|utm|local_origin)(_ned|_enu)?")
+"""Frames of the earth whose z axis is vertical; `earth` itself is not one, but its centre (REP-105)."""
+_LEVEL_TOPIC = re.compile(r"velocity_local$|global_position/local$")
+"""MAVROS gives these in ENU axes, and names the frame of the body (local_position.cpp, global_position.cpp)."""
+_GLOBAL_TOPIC = re.compile(r"global_position/local$")
+"""The fixes of the receiver as odometry of MAVROS: it fills in no rate of turn, and its own estimate is another."""
+_ALONG = {"u": "x_dot", "v": "y_dot"}
+
+
+def short_kind(kind: str) -> str:
+    """Package and name of a type, as ROS 1 has it.
+
+    >>> short_kind("nav_msgs/msg/Odometry")
+    'nav_msgs/Odometry'
+    """
+    return kind.replace("/msg/", "/")
+
+
+def is_known(kind: str) -> bool:
+    """Whether the type itself says what its numbers are, so that the names of its fields are not asked."""
+    short = short_kind(kind)
+    return short in TYPES or _STANDARD.fullmatch(short.partition("/")[0]) is not None
+
+
+def meaning_of(name: Name, frame: str = "") -> Meaning | None:
+    """Tell what the type of a message says of one of its numbers, None for nothing.
+
+    Parameters
+    ----------
+    name : of the stream
+    frame : in which the message says it is: a twist in a frame of the earth is no velocity ahead and to starboard; a
+        frame whose name ends in `ned` or `frd` is one. In a level frame it is a velocity along `x` and `y`
+    """
+    found = TYPES.get(short_kind(name.kind), {}).get(name.field)
+    if found is None or (command_kind(found.role) is None and NOT_MEASURED.search(name.topic.lower())):
+        return None
+    last = frame.strip("/").rpartition("/")[2].lower()
+    told = on_topic(found.role, found.rank, name.topic)
+    if told is None:
+        return None
+    if told[0] != found.role:
+        return replace(found, role=told[0], rank=told[1])
+    found = replace(found, rank=told[1])
+    if found.role in _ALONG and _EARTH.fullmatch(last):
+        if not _LEVEL.fullmatch(last):
+            return None
+        found = replace(found, role=_ALONG[found.role])
+    return replace(found, axes="ned") if found.axes == "ros" and _DOWN.fullmatch(last) else found
+
+
+def on_topic(role: str, rank: int, topic: str) -> tuple[str, int] | None:
+    """What a role and its rank become in a topic whose name says more than its type; None for no measurement.
+
+    >>> on_topic("u", 1, "/mavros/local_position/velocity_local"), on_topic("u", 1, "/odom")
+    (('x_dot', 1), ('u', 1))
+    >>> on_topic("x", 1, "/mavros/global_position/local"), on_topic("r", 1, "/mavros/global_position/local")
+    (('x', 3), None)
+    """
+    topic = topic.lower()
+    if _GLOBAL_TOPIC.search(topic):
+        if role == "r":
+            return None
+        rank = 3
+    return (_ALONG.get(role, role) if _LEVEL_TOPIC.search(topic) else role), rank
+
+
+def is_earth_velocity(name: Name, frame: str) -> bool:
+    """Whether a stream would be a velocity of the body, were it not given in a frame of the earth."""
+    return meaning_of(name, frame) is None and meaning_of(name) is not None

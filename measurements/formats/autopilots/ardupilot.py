@@ -1,0 +1,265 @@
+"""What the messages of an ArduPilot DataFlash log mean, binary or text: the channels of a boat.
+
+Fields and units are those of ArduPilot's "Onboard Message Log Messages" (Rover) and of the `LOG_STRUCTURE` tables of
+its source: `XKF1`/`NKF1` Yaw [deg], VN VE [m/s], PN PE [m] from the origin, GZ estimated gyro bias [deg/s];
+`XKF4`/`NKF4` PI primary core; `ATT` Yaw [deg]; `GPS` Lat Lng [deg], Spd [m/s], GCrs [deg], U in use; `IMU` GyrZ
+[rad/s], AccX AccY [m/s^2] in body axes FRD; `RCOU` C1... [us].
+"""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ....physics.errors import LogError
+from ....physics.frames import Array
+from ...geodesy import local_metres
+from ..base import Recording, Request, Stream
+from .autopilot import Table, assembled, heading_at, in_order, planar, raw_names, servo_commands
+
+_BOOKKEEPING = {"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "FILE", "ISBD", "ISBH"}
+"""Messages that hold no measurement."""
+_FILTERS = {3: ("XKF1", "XKF4", "EK3_IMU_MASK"), 2: ("NKF1", "NKF4", "EK2_IMU_MASK")}
+"""AHRS_EKF_TYPE -> state, health, and the parameter that gives each core its IMU."""
+_CLOCKS = ("TimeUS", "TimeMS")
+_FIX = 3
+"""Least GPS status that is a fix in three dimensions."""
+
+
+class Messages(Protocol):
+    """What a reader of DataFlash files offers, binary or text."""
+
+    notes: list[str]
+
+    def names(self) -> tuple[str, ...]:
+        """Types of which the log has messages."""
+        ...
+
+    def fields(self, name: str) -> tuple[str, ...]:
+        """Numeric fields of a type of message, none when the log has no such message."""
+        ...
+
+    def sensors(self, name: str) -> tuple[int, ...] | None:
+        """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
+        ...
+
+    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
+        """Give the messages of a type, of one sensor where there are several; of the fields, all when none is named."""
+        ...
+
+    def parameters(self) -> list[tuple[str, float]]:
+        """Give the parameters in the order in which they were logged."""
+        ...
+
+
+def table(topic: str, name: str, columns: Mapping[str, Array]) -> Table:
+    """Make a table of columns, its clock being TimeUS [us], or TimeMS [ms] in logs before 2015.
+
+    Messages whose stamps are out of order are left out where they are few, as bytes that were damaged make them.
+    """
+    clock = columns.get("TimeUS")
+    if clock is None:
+        clock = 1e3 * columns["TimeMS"]
+    keep = in_order(clock)
+    values = {key: value for key, value in columns.items() if key not in _CLOCKS}
+    if not keep.all():
+        clock, values = clock[keep], {key: value[keep] for key, value in values.items()}
+    return Table(topic, f"dataflash/{name}", clock / 1e6, values)
+
+
+def kept(there: Sequence[str], wanted: Sequence[str]) -> tuple[str, ...]:
+    """Fields that are wanted and the clock, of those that are there; all of them when none is wanted."""
+    return tuple(field for field in there if not wanted or field in wanted or field in _CLOCKS)
+
+
+def recording(log: Messages, request: Request, where: str) -> Recording:
+    """Turn the messages of a log into channels of the boat, and offer all others by name.
+
+    Raises
+    ------
+    LogError
+        when the log has no message with a time stamp.
+    """
+    topics = _topics(log)
+    if not topics:
+        raise LogError(
+            f"{where}: no message with a time stamp in this DataFlash log; it breaks off before the boat was logged. "
+            "Copy the log again, or take the next one."
+        )
+    parameters, notes = _parameters(log)
+    streams, told, core = _filter(log, parameters)
+    if not streams:
+        streams, told = _satellite(log)
+    inertial, heard = _inertial(log, parameters, core)
+    commands, driven = _commands(log, parameters)
+    notes = [*log.notes, *notes, *told, *heard, *driven]
+    chosen = assembled(
+        [*streams, *inertial, *commands],
+        [
+            name
+            for (kind, _), topic in topics.items()
+            for name in raw_names(topic, f"dataflash/{kind}", _values(log, kind))
+        ],
+        request,
+        notes,
+    )
+    wanted = {name.topic for name in chosen.raw if name in chosen.wanted}
+    read = []
+    for (kind, sensor), topic in topics.items():
+        if topic in wanted:
+            values = _values(log, kind)
+            pairs = zip(values, raw_names(topic, f"dataflash/{kind}", values), strict=True)
+            fields = [field for field, name in pairs if name in chosen.wanted]
+            read += log.table(kind, sensor, fields).raw(chosen.wanted)
+    return chosen.recording(read)
+
+
+def _topics(log: Messages) -> dict[tuple[str, int | None], str]:
+    """Type and sensor of all messages that have a clock -> what they are called."""
+    found: dict[tuple[str, int | None], str] = {}
+    for name in log.names():
+        if name in _BOOKKEEPING or not set(_CLOCKS) & set(log.fields(name)):
+            continue
+        sensors = log.sensors(name)
+        if sensors is None:
+            found[name, None] = name
+        else:
+            found |= {(name, sensor): f"{name}[{sensor}]" for sensor in sensors}
+    return found
+
+
+def _values(log: Messages, name: str) -> tuple[str, ...]:
+    """Fields of a type of message but its clock, in the order of its tables."""
+    return tuple(field for field in log.fields(name) if field not in _CLOCKS)
+
+
+def _parameters(log: Messages) -> tuple[dict[str, float], list[str]]:
+    values: dict[str, list[float]] = defaultdict(list)
+    for name, value in log.parameters():
+        if not values[name] or values[name][-1] != value:
+            values[name].append(value)
+    notes = [
+        f"{name} changes during the log ({', '.join(f'{value:g}' for value in found)}); its last value is taken"
+        for name, found in values.items()
+        if len(found) > 1 and name.startswith("SERVO")
+    ]
+    return {name: found[-1] for name, found in values.items() if found}, notes
+
+
+def _one(log: Messages, name: str, wanted: int | None, *fields: str) -> Table | None:
+    """Give the messages of a type and of the wanted sensor, else of the first one; None where a field is missing."""
+    if not set(fields) <= set(log.fields(name)) or not set(_CLOCKS) & set(log.fields(name)):
+        return None
+    sensors = log.sensors(name)
+    if not sensors:
+        return log.table(name, None, fields)
+    return log.table(name, wanted if wanted in sensors else sensors[0], fields)
+
+
+def _filter(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream], list[str], tuple[str, int] | None]:
+    """Heading, position and velocity of the primary core of the EKF that steers."""
+    preferred = int(parameters.get("AHRS_EKF_TYPE", 3))
+    for kind in sorted(_FILTERS, key=lambda kind: kind != preferred):
+        state, health, mask = _FILTERS[kind]
+        primary, switched = _primary(log, health)
+        found = _one(log, state, primary, "Yaw", "VN", "VE", "PN", "PE")
+        if found is None or not found.time.size:
+            continue
+        heading = np.radians(found.columns["Yaw"])
+        columns = found.columns
+        streams = planar(found, (columns["PN"], columns["PE"]), (columns["VN"], columns["VE"]), heading)
+        notes = [
+            f"psi x y u v: from {found.topic}, the {'primary core' if primary is not None else 'first core'} of the "
+            "EKF: Yaw in radians, PN PE from its origin, VN VE turned into body axes by its Yaw"
+        ]
+        if switched:
+            notes.append(f"the autopilot changed its primary EKF core during the log ({switched}); one core is used")
+        core = (mask, primary or 0)
+        return [found.stream("psi", heading), *streams], notes, core
+    return [], [], None
+
+
+def _primary(log: Messages, health: str) -> tuple[int | None, str]:
+    """Core that was primary for most of the log, and the cores in words when there were several."""
+    if "PI" not in log.fields(health):
+        return None, ""
+    found = _one(log, health, None, "PI")
+    cores, count = np.unique(found.columns["PI"] if found else np.zeros(0), return_counts=True)
+    if not cores.size:
+        return None, ""
+    return int(cores[np.argmax(count)]), ", ".join(f"{core:g}" for core in cores) if cores.size > 1 else ""
+
+
+def _satellite(log: Messages) -> tuple[list[Stream], list[str]]:
+    """Heading, position and velocity without an EKF: from the compass heading and the GPS receiver in use."""
+    attitude = _one(log, "ATT", None, "Yaw")
+    streams: list[Stream] = []
+    notes = []
+    heading = np.radians(attitude.columns["Yaw"]) if attitude is not None else np.zeros(0)
+    if attitude is not None:
+        streams.append(attitude.stream("psi", heading))
+        notes.append(f"psi: from {attitude.topic}, Yaw in radians; the log has no state of an EKF")
+    fix = _receiver(log)
+    if fix is None:
+        return streams, notes
+    has = fix.columns["Status"] >= _FIX if "Status" in fix.columns else np.ones(fix.time.size, dtype=bool)
+    latitude, longitude = (np.where(has, fix.columns[name], np.nan) for name in ("Lat", "Lng"))
+    north, east, origin = local_metres(latitude, longitude)
+    course, speed = np.radians(fix.columns["GCrs"]), np.where(has, fix.columns["Spd"], np.nan)
+    turned = heading_at(fix.time, attitude, heading) if attitude is not None else np.full(fix.time.size, np.nan)
+    found = planar(fix, (north, east), (speed * np.cos(course), speed * np.sin(course)), turned)
+    streams += found if attitude is not None else found[:2]
+    notes.append(
+        f"x y u v: from {fix.topic}: metres from the first fix at {origin[0]:.7f}, {origin[1]:.7f} deg, and Spd along "
+        f"GCrs turned into body axes; {np.count_nonzero(~has)} rows without a fix left out"
+    )
+    return streams, notes
+
+
+def _receiver(log: Messages) -> Table | None:
+    """Find the GPS receiver that the autopilot used most, by U; the first one where the log does not say."""
+    sensors = log.sensors("GPS") if "GPS" in log.names() else None
+    fields = ("Lat", "Lng", "Spd", "GCrs", *(name for name in ("Status", "U") if name in log.fields("GPS")))
+    receivers = [found for number in sensors or (None,) if (found := _one(log, "GPS", number, *fields)) is not None]
+    return max(receivers, key=lambda found: float(np.sum(found.columns.get("U", np.zeros(1)))), default=None)
+
+
+def _inertial(
+    log: Messages, parameters: Mapping[str, float], core: tuple[str, int] | None
+) -> tuple[list[Stream], list[str]]:
+    """Yaw rate and accelerations of the IMU that the chosen EKF core looks at, less the gyro bias that it estimates."""
+    wanted = None if core is None else _imu_of(core[1], int(parameters.get(core[0], 0)))
+    imu = _one(log, "IMU", wanted, "GyrZ", "AccX", "AccY")
+    if imu is None or not imu.time.size:
+        return [], []
+    rate, notes = imu.columns["GyrZ"], []
+    for state, _, mask in _FILTERS.values():
+        if core is not None and mask == core[0]:
+            found = _one(log, state, core[1], "GZ")
+            if found is not None and found.columns["GZ"].any():
+                bias = np.radians(np.interp(imu.time, found.time, found.columns["GZ"]))
+                rate = rate - bias
+                low, high = float(bias.min()), float(bias.max())
+                notes.append(f"r: less the gyro bias {found.topic}:GZ, {low:.2g} to {high:.2g} rad/s")
+    notes.append(f"r ax ay: GyrZ, AccX and AccY of {imu.topic}")
+    values = {"r": rate, "ax": imu.columns["AccX"], "ay": imu.columns["AccY"]}
+    return [imu.stream(name, value) for name, value in values.items()], notes
+
+
+def _imu_of(core: int, mask: int) -> int:
+    """IMU of a core: the cores take the set bits of the mask in turn."""
+    bits = [bit for bit in range(8) if mask >> bit & 1]
+    return bits[core] if core < len(bits) else core
+
+
+def _commands(log: Messages, parameters: Mapping[str, float]) -> tuple[list[Stream], list[str]]:
+    outputs = {}
+    for field in log.fields("RCOU"):
+        number = field.removeprefix("Chan").removeprefix("Ch").removeprefix("C")
+        if number.isdecimal():
+            outputs[int(number)] = field
+    found = _one(log, "RCOU", None, *outputs.values()) if outputs else None
+    if found is None:
+        return [], ["the log has no RCOU messages, so no thruster command; set LOG_BITMASK to log RC output"]
+    return servo_commands(found, outputs, parameters)

@@ -1,0 +1,213 @@
+"""What the logs of autopilots share: messages as columns, thruster outputs by function, and velocities in body axes."""
+
+import bisect
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, field
+from io import StringIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....physics.frames import Array, earth_to_body
+from ...canonical import is_canonical
+from ..base import Name, Recording, Request, Stream
+
+AUTOPILOTS = ("dataflash/", "mavlink/", "ulog/")
+"""How the kinds of an autopilot's messages begin."""
+_LOST, _FEW = 0.01, 3
+"""Share and number of rows whose stamps may be out of order; where there are more, they are left as they are."""
+_FUNCTIONS = {70: ("throttle", "Throttle"), 73: ("port", "ThrottleLeft"), 74: ("stbd", "ThrottleRight")} | {
+    function: (f"motor{function - 32}", f"Motor{function - 32}") for function in range(33, 41)
+}
+"""SERVOn_FUNCTION of ArduPilot that drives a thruster: our name of the thruster, and ArduPilot's."""
+_NO_PULSE = (0.0, 65535.0)
+_DEFAULTS = {"MIN": 1100.0, "TRIM": 1500.0, "MAX": 1900.0, "REVERSED": 0.0}
+"""Of SERVOn_..., where the log does not say (ArduPilot, SRV_Channel.cpp)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """All messages of one type, and of one sensor where there are several.
+
+    Attributes
+    ----------
+    topic : what the log calls them, such as `XKF1[0]`
+    kind : their type, such as `dataflash/XKF1`
+    time : (n,) [s]
+    columns : field -> (n,), in the file's own unit
+    row : (n,) numbers of the messages, one array for all streams of a long log
+    """
+
+    topic: str
+    kind: str
+    time: Array
+    columns: Mapping[str, Array]
+    row: NDArray[np.int64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "row", np.arange(1, self.time.size + 1, dtype=np.int64))
+
+    def names(self) -> tuple[Name, ...]:
+        """Names under which the fields are offered."""
+        return raw_names(self.topic, self.kind, self.columns)
+
+    def raw(self, wanted: frozenset[Name]) -> list[Stream]:
+        """Give the fields that are wanted, as the file holds them."""
+        pairs = zip(self.names(), self.columns.values(), strict=True)
+        return [self.stream(name.field, value) for name, value in pairs if name in wanted]
+
+    def stream(self, field: str, value: Array) -> Stream:
+        """Give values (n,) at the stamps of the messages a name."""
+        return Stream(self.topic, field, self.time, np.asarray(value, dtype=float), self.row, self.kind)
+
+
+def raw_names(topic: str, kind: str, fields: Sequence[str] | Mapping[str, Array]) -> tuple[Name, ...]:
+    """Name fields as the file does; one that would pass for a canonical channel, as a setpoint `x`, is `raw.x`."""
+    return tuple(Name(topic, f"raw.{field}" if is_canonical(field) else field, kind) for field in fields)
+
+
+def assembled(derived: Sequence[Stream], raw: Sequence[Name], request: Request, notes: Sequence[str]) -> "Choice":
+    """Ask for what is wanted of the channels that a reader has made, and of the names of everything else."""
+    names = list(dict.fromkeys([*(stream.label for stream in derived), *raw]))
+    wanted = request.choose(names)
+    return Choice(tuple(stream for stream in derived if stream.label in wanted), tuple(raw), wanted, tuple(notes))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """What was chosen of a log: channels that are made already, and names that are still to be read."""
+
+    derived: tuple[Stream, ...]
+    raw: tuple[Name, ...]
+    wanted: frozenset[Name]
+
+    notes: tuple[str, ...]
+
+    def recording(self, read: Sequence[Stream]) -> Recording:
+        """Join the channels and the streams that were read for the rest."""
+        unread = tuple(name for name in self.raw if name not in self.wanted)
+        return Recording((*self.derived, *read), self.notes, unread)
+
+
+def numbers(values: NDArray) -> Array:
+    """Turn a column (n,) into numbers, however damaged; halves of a damaged message may be no number at all."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return values.astype(np.float64)
+
+
+def in_order(time: Array) -> NDArray[np.bool_]:
+    """Mark the rows (n,) to keep so that stamps never fall, where a few damaged ones stand out; else all rows."""
+    if time.size < 2 or (np.diff(time) >= 0).all():
+        return np.ones(time.size, dtype=bool)
+    ends: list[float] = []
+    last: list[int] = []
+    before = np.full(time.size, -1, dtype=np.int64)
+    for row, stamp in enumerate(time.tolist()):
+        place = bisect.bisect_right(ends, stamp)
+        before[row] = last[place - 1] if place else -1
+        if place == len(ends):
+            ends.append(stamp)
+            last.append(row)
+        else:
+            ends[place], last[place] = stamp, row
+    keep = np.zeros(time.size, dtype=bool)
+    row = last[-1]
+    while row >= 0:
+        keep[row] = True
+        row = int(before[row])
+    return keep if np.sum(~keep) <= max(_FEW, _LOST * keep.size) else np.ones(time.size, dtype=bool)
+
+
+def planar(table: Table, where: tuple[Array, Array], speed: tuple[Array, Array], heading: Array) -> list[Stream]:
+    """Give `x y u v` from earth-fixed quantities at the stamps of a table.
+
+    Parameters
+    ----------
+    table : whose stamps they have
+    where : north and east (n,), (n,) [m]
+    speed : towards north and east over ground (n,), (n,) [m/s]
+    heading : (n,) [rad], clockwise from north
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        surge, sway = earth_to_body(heading, *speed)
+    values = {"x": where[0], "y": where[1], "u": surge, "v": sway}
+    return [table.stream(name, value) for name, value in values.items()]
+
+
+def heading_at(time: Array, table: Table, heading: Array) -> Array:
+    """Heading [rad] of a table at other stamps (n,), the short way round; no number outside its first and last."""
+    known = np.isfinite(heading)
+    if not known.any():
+        return np.full(time.size, np.nan)
+    turned = np.unwrap(heading[known])
+    return np.interp(time, table.time[known], turned, left=np.nan, right=np.nan)
+
+
+def servo_commands(
+    table: Table, outputs: Mapping[int, str], parameters: Mapping[str, float]
+) -> tuple[list[Stream], list[str]]:
+    """Give the command channel of each thruster that ArduPilot's parameters name, more always being ahead.
+
+    A reversed output is mirrored about its trim: for it ArduPilot changes the sign of the demand before
+    PWM = trim + demand (max - trim) ahead and trim + demand (trim - min) astern (`SRV_Channel::pwm_from_angle`). The
+    values stay microseconds as sent otherwise; neutral and range are told in the notes, for the vehicle's curve.
+
+    Parameters
+    ----------
+    table : the outputs [us]
+    outputs : number of an output -> its column
+    parameters : SERVOn_FUNCTION, _MIN, _TRIM, _MAX, _REVERSED, as the log holds them
+
+    Returns
+    -------
+    (streams, notes)
+    """
+    streams: dict[str, Stream] = {}
+    notes = []
+    for number, column in sorted(outputs.items()):
+        function = parameters.get(f"SERVO{number}_FUNCTION")
+        thruster, called = _FUNCTIONS.get(int(function) if function is not None else -1, ("", ""))
+        if not thruster:
+            continue
+        name = f"pwm_{thruster}"
+        if name in streams:
+            notes.append(f"{name}: output {number} carries {called} as well; the first one is used")
+            continue
+        settings = {key: parameters.get(f"SERVO{number}_{key}", null) for key, null in _DEFAULTS.items()}
+        value, told = _ahead(table.columns[column], **{key.lower(): number for key, number in settings.items()})
+        streams[name] = table.stream(name, value)
+        assumed = [f"SERVO{number}_{key}" for key in _DEFAULTS if f"SERVO{number}_{key}" not in parameters]
+        usual = f"; {' '.join(assumed)} not in the log, ArduPilot's defaults taken" if assumed else ""
+        notes.append(
+            f"{name}: output {number}, {table.topic}:{column} (SERVO{number}_FUNCTION {called}), {told}{usual}"
+        )
+    if not streams:
+        listed = ", ".join(f"{table.topic}:{column}" for _, column in sorted(outputs.items())[:4])
+        notes.append(
+            "no parameter SERVOn_FUNCTION of the log names a thruster, so no output is taken as a command: map them, "
+            f"for example pwm_port, from {listed}, ..."
+        )
+    return list(streams.values()), notes
+
+
+def _ahead(pwm: Array, min: float, trim: float, max: float, reversed: float) -> tuple[Array, str]:
+    """Turn an output [us] so that more is ahead; and say how, with neutral and range."""
+    silent = np.isin(pwm, _NO_PULSE)
+    value = np.where(silent, trim, 2.0 * trim - pwm if reversed else pwm)
+    astern, ahead = (2.0 * trim - max, 2.0 * trim - min) if reversed else (min, max)
+    told = (
+        f"neutral {trim:g} us, full astern {astern:g} us, full ahead {ahead:g} us: the thruster's curve must have them"
+    )
+    if reversed:
+        told += f"; the output is reversed (ahead is below neutral), mirrored here as {2.0 * trim:g} us - value"
+    if silent.any():
+        told += f"; {np.count_nonzero(silent)} rows without pulses (disarmed) taken as neutral"
+    return value, told
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Keep what a library prints about a damaged file off the terminal; the notes say it."""
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        yield

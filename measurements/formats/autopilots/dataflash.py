@@ -1,0 +1,238 @@
+"""ArduPilot DataFlash logs (`.bin`): where the messages lie, and their columns; `ardupilot` says what they mean.
+
+The layout of every message is told by FMT messages in the log itself, in characters that pymavlink lists. pymavlink's
+own index is not used: it ends the whole process at the first byte that is no message (`panic` in its dfindexer.c), and
+a log that breaks off or is damaged must be read up to there.
+"""
+
+import mmap
+import struct
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....physics.frames import Array
+from ..base import Format, Head, Recording, Request, torn
+from . import ardupilot
+from .autopilot import Table, numbers
+
+_MARK = b"\xa3\x95"
+_FMT = 128
+_FMT_BODY = struct.Struct("<BB4s16s64s")
+_FMT_LENGTH = 3 + _FMT_BODY.size
+_SENSOR = "#"
+"""Unit, in FMTU, of the field that says which sensor or which filter a message is of."""
+_PAGE = 528
+"""A log may end in so many equal bytes, the rest of its last page; they are no break."""
+_EVERY = 1 << 22
+_PART = 1 << 14
+"""Messages that are unpacked together; of a rare type they may lie on a page of the file each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How one type of message lies in the file.
+
+    Attributes
+    ----------
+    name : of the type
+    length : with its header of three bytes
+    fields : their names
+    body : what follows the header, a field each
+    divisors : what each field is divided by, one where it is taken as it is
+    """
+
+    name: str
+    length: int
+    fields: tuple[str, ...]
+    body: np.dtype
+    divisors: dict[str, float]
+
+
+class DataFlash:
+    """The messages of a DataFlash file, found but not yet unpacked.
+
+    Parameters
+    ----------
+    path : the file
+    request : told of the progress
+    """
+
+    def __init__(self, path: Path, request: Request) -> None:
+        from pymavlink.DFReader import FORMAT_TO_STRUCT
+
+        self._characters = FORMAT_TO_STRUCT
+        self._layouts: dict[int, Layout] = {}
+        self._offsets: dict[int, array] = {}
+        self.notes: list[str] = []
+        with path.open("rb") as file:
+            self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        self._content = np.frombuffer(self._map, np.uint8)
+        self._scan(self._map, request)
+        self._kinds = {layout.name: kind for kind, layout in self._layouts.items() if self._offsets.get(kind)}
+        self._sensors = self._sensor_fields()
+
+    def fields(self, name: str) -> tuple[str, ...]:
+        """Numeric fields of a type of message, none when the log has no such message."""
+        if name not in self._kinds:
+            return ()
+        layout = self._layouts[self._kinds[name]]
+        return tuple(field for field in layout.fields if layout.body[field].kind != "S")
+
+    def names(self) -> tuple[str, ...]:
+        """Types of which the log has messages."""
+        return tuple(self._kinds)
+
+    def sensors(self, name: str) -> tuple[int, ...] | None:
+        """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
+        field = self._sensors.get(name)
+        if field is None:
+            return None
+        return tuple(int(number) for number in np.unique(self.bodies(name, field)))
+
+    def bodies(self, name: str, field: str | None = None) -> Any:
+        """Unpack all messages of a type, or one of their fields, as they lie in the file."""
+        parts = [rows if field is None else rows[field].copy() for rows in self._parts(name)]
+        return np.concatenate(parts)
+
+    def _parts(self, name: str) -> Iterator[Any]:
+        """Unpack the messages of a type part by part, so that neither they nor the file need be held as a whole."""
+        body = self._layouts[self._kinds[name]].body
+        windows = np.lib.stride_tricks.sliding_window_view(self._content, body.itemsize)
+        offsets = np.frombuffer(self._offsets[self._kinds[name]], dtype=np.int64)
+        for at in range(0, offsets.size, _PART):
+            yield np.ascontiguousarray(windows[offsets[at : at + _PART] + 3]).view(body)[:, 0]
+            _release(self._map, self._content.size)
+
+    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
+        """Unpack the messages of a type, of one sensor where there are several; all fields when none is named."""
+        topic = name if sensor is None else f"{name}[{sensor}]"
+        divisors = self._layouts[self._kinds[name]].divisors
+        parts: dict[str, list[Array]] = {field: [] for field in ardupilot.kept(self.fields(name), fields)}
+        for rows in self._parts(name):
+            chosen = rows if sensor is None else rows[rows[self._sensors[name]] == sensor]
+            for field, column in parts.items():
+                column.append(numbers(chosen[field]) / divisors[field])
+        return ardupilot.table(topic, name, {field: np.concatenate(parts.pop(field)) for field in list(parts)})
+
+    def parameters(self) -> list[tuple[str, float]]:
+        """Give the PARM messages, in their order."""
+        if not self._has("PARM", "Name", "Value"):
+            return []
+        rows = self.bodies("PARM")
+        return [(name.decode("latin-1"), float(value)) for name, value in zip(rows["Name"], rows["Value"], strict=True)]
+
+    def _has(self, name: str, *fields: str) -> bool:
+        return name in self._kinds and set(fields) <= set(self._layouts[self._kinds[name]].fields)
+
+    def _scan(self, content: mmap.mmap, request: Request) -> None:
+        lengths = [0] * 256
+        lengths[_FMT] = _FMT_LENGTH
+        head = struct.Struct("<HB").unpack_from
+        mark = int.from_bytes(_MARK, "little")
+        size, at, told, lost, places = len(content), 0, 0, 0, 0
+        latest: array | None = None
+        while at + 3 <= size:
+            found, kind = head(content, at)
+            length = lengths[kind]
+            if found == mark and length and at + length <= size:
+                if kind == _FMT:
+                    self._define(content[at + 3 : at + length], lengths)
+                offsets = self._offsets.get(kind)
+                if offsets is None:
+                    offsets = self._offsets[kind] = array("q")
+                offsets.append(at)
+                latest = offsets
+                at += length
+                if at - told > _EVERY:
+                    told = at
+                    _release(content, at)
+                    request.progress(at, size)
+                continue
+            start, at = at, _next_message(content, at + 1, lengths)
+            if at == size and _is_padding(content[start : start + _PAGE + 1]):
+                continue
+            if found != mark and latest is not None:
+                # A message that nothing follows was cut, and what stands in its place may be anything.
+                latest.pop()
+            if at == size:
+                self.notes.append(torn(start, size, "what follows is no whole message"))
+            else:
+                lost, places = lost + at - start, places + 1
+            latest = None
+        if at < size and not _is_padding(content[at:size][: _PAGE + 1]):
+            self.notes.append(torn(at, size, "the last message is cut short"))
+        request.progress(size, size)
+        if places:
+            self.notes.append(f"{lost} bytes at {places} places are no message; they were skipped")
+
+    def _define(self, body: bytes, lengths: list[int]) -> None:
+        """Take the layout of a type; the first one stays, because a later one that differs is damaged."""
+        kind, length, *texts = _FMT_BODY.unpack(body)
+        if kind in self._layouts:
+            return
+        try:
+            name, characters, columns = (text.split(b"\0")[0].decode("ascii") for text in texts)
+            told = [self._characters[character] for character in characters]
+            fields = columns.split(",") if columns else []
+            types = [f"S{code[:-1]}" if code.endswith("s") else f"<{code}" for code, *_ in told]
+            layout = np.dtype(list(zip(fields, types, strict=True)))
+        except (ValueError, KeyError, TypeError):
+            return
+        if layout.itemsize + 3 != length or not layout.itemsize:
+            return
+        scales = [1.0 if scale is None else round(1.0 / scale) for _, scale, _ in told]
+        self._layouts[kind] = Layout(name, length, tuple(fields), layout, dict(zip(fields, scales, strict=True)))
+        lengths[kind] = length
+
+    def _sensor_fields(self) -> dict[str, str]:
+        """Find the field that tells the sensor, by FMTU; by the usual names in logs that have no units."""
+        units = {}
+        if self._has("FMTU", "FmtType", "UnitIds"):
+            units = {int(row["FmtType"]): row["UnitIds"].decode("latin-1") for row in self.bodies("FMTU")}
+        found = {}
+        for name, kind in self._kinds.items():
+            fields, body = self._layouts[kind].fields, self._layouts[kind].body
+            place = units[kind].find(_SENSOR) if kind in units else 1 if fields[1:2] in (("I",), ("C",)) else -1
+            if 0 <= place < len(fields) and body[fields[place]].kind in "iu":
+                found[name] = fields[place]
+        return found
+
+
+def _next_message(content: mmap.mmap, at: int, lengths: list[int]) -> int:
+    """Find the next message that another one, or the end, follows; the size where there is none."""
+    size = len(content)
+    while True:
+        at = content.find(_MARK, at)
+        if at < 0 or at + 3 > size:
+            return size
+        length = lengths[content[at + 2]]
+        after = at + length
+        if length and (after == size or content[after : after + 2] == _MARK):
+            return at
+        at += 1
+
+
+def _release(content: mmap.mmap, size: int) -> None:
+    """Let go of the pages of a file that were read; the system reads them again where they are asked for."""
+    if hasattr(mmap, "MADV_DONTNEED"):
+        content.madvise(mmap.MADV_DONTNEED, 0, size)
+
+
+def _is_padding(rest: bytes) -> bool:
+    return len(rest) <= _PAGE and len(set(rest)) == 1
+
+
+def _matches(head: Head) -> bool:
+    return head.start.startswith(_MARK + bytes([_FMT])) and not head.gzipped
+
+
+def _read(head: Head, request: Request) -> Recording:
+    return ardupilot.recording(DataFlash(head.path, request), request, str(head.path))
+
+
+DATAFLASH = Format("ArduPilot DataFlash", _matches, _read, (".bin",), library="pymavlink")

@@ -1,0 +1,153 @@
+"""ArduPilot DataFlash logs as text (`.log`), a message a line, as ground stations convert them."""
+
+import mmap
+from array import array
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ....physics.frames import Array
+from ..base import Format, Head, Recording, Request
+from . import ardupilot
+from .autopilot import Table
+
+_TEXTS = frozenset("nNZaM")
+"""Format characters of fields that are no numbers."""
+_EVERY = 1 << 22
+
+
+class DataFlashText:
+    """The lines of a text log, found but not yet read into numbers; the values are scaled already.
+
+    Parameters
+    ----------
+    path : the file
+    request : told of the progress
+    """
+
+    def __init__(self, path: Path, request: Request) -> None:
+        self._fields: dict[str, dict[str, int]] = {}
+        self._numbers: dict[int, str] = {}
+        self._units: dict[str, str] = {}
+        self._lines: dict[str, array] = {}
+        self._read: dict[str, dict[str, Array]] = {}
+        self._path = path
+        self.notes: list[str] = []
+        told = start = 0
+        with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            while start < len(content):
+                end = content.find(b"\n", start)
+                end = len(content) if end < 0 else end
+                comma = content.find(b",", start, min(start + 8, end))
+                name = content[start:comma].decode("ascii", "replace") if comma > 0 else ""
+                if name == "FMT":
+                    self._define(_words(content[start:end]))
+                elif name == "FMTU":
+                    words = _words(content[start:end])
+                    if len(words) > 3 and words[2].isdecimal():
+                        self._units[self._numbers.get(int(words[2]), "")] = words[3]
+                elif name in self._fields:
+                    self._lines.setdefault(name, array("Q")).append(start)
+                start = end + 1
+                if start - told > _EVERY:
+                    told = start
+                    request.progress(start, len(content))
+
+    def names(self) -> tuple[str, ...]:
+        """Types of which the log has messages."""
+        return tuple(self._lines)
+
+    def fields(self, name: str) -> tuple[str, ...]:
+        """Numeric fields of a type of message, none when the log has no such message."""
+        return tuple(self._fields[name]) if name in self._lines else ()
+
+    def sensors(self, name: str) -> tuple[int, ...] | None:
+        """Tell the sensors or filters that the messages of a type are of; None for a type that tells none."""
+        field = self._sensor(name)
+        if field is None:
+            return None
+        found = self._columns(name)[field]
+        return tuple(int(number) for number in np.unique(found[np.isfinite(found)]))
+
+    def table(self, name: str, sensor: int | None = None, fields: Sequence[str] = ()) -> Table:
+        """Read the lines of a type, of one sensor where there are several; of the fields, all when none is named."""
+        read, field = self._columns(name), self._sensor(name)
+        columns = {key: read[key] for key in ardupilot.kept(tuple(read), fields)}
+        if sensor is None or field is None:
+            return ardupilot.table(name, name, columns)
+        own = read[field] == sensor
+        return ardupilot.table(f"{name}[{sensor}]", name, {key: value[own] for key, value in columns.items()})
+
+    def parameters(self) -> list[tuple[str, float]]:
+        """Give the PARM messages, in their order."""
+        found = []
+        for words in self._rows("PARM"):
+            # TimeUS, Name, Value and more; before 2015 Name and Value alone.
+            at = 1 if len(words) > 1 and not _is_number(words[1]) else 2
+            if len(words) > at + 1 and _is_number(words[at + 1]):
+                found.append((words[at], float(words[at + 1])))
+        return found
+
+    def _define(self, words: list[str]) -> None:
+        if len(words) < 6 or not words[1].isdecimal() or words[3] in self._fields:
+            return
+        columns = words[5:]
+        if len(columns) == len(words[4]):
+            places = {column: at for at, (column, code) in enumerate(zip(columns, words[4], strict=True), 1)}
+            texts = {column for column, code in zip(columns, words[4], strict=True) if code in _TEXTS}
+            self._fields[words[3]] = {column: at for column, at in places.items() if column not in texts}
+            self._numbers[int(words[1])] = words[3]
+
+    def _sensor(self, name: str) -> str | None:
+        place = self._units.get(name, "").find("#") + 1
+        fields = self._fields[name]
+        if place:
+            return next((field for field, at in fields.items() if at == place), None)
+        return next((field for field in ("I", "C") if fields.get(field) == 2 and name not in self._units), None)
+
+    def _rows(self, name: str) -> list[list[str]]:
+        if name not in self._lines:
+            return []
+        with self._path.open("rb") as file:
+            rows = []
+            for start in self._lines[name]:
+                file.seek(start)
+                rows.append(_words(file.readline(4096)))
+        return rows
+
+    def _columns(self, name: str) -> dict[str, Array]:
+        if name not in self._read:
+            self._read[name] = self._unpacked(name)
+        return self._read[name]
+
+    def _unpacked(self, name: str) -> dict[str, Array]:
+        fields = self._fields[name]
+        rows = [words for words in self._rows(name) if len(words) > max(fields.values(), default=0)]
+        return {
+            field: np.array([float(words[at]) if _is_number(words[at]) else np.nan for words in rows])
+            for field, at in fields.items()
+        }
+
+
+def _words(line: bytes) -> list[str]:
+    return [word.strip() for word in line.decode("utf-8", "replace").split(",")]
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _matches(head: Head) -> bool:
+    return head.start.startswith(b"FMT,") and not head.gzipped
+
+
+def _read(head: Head, request: Request) -> Recording:
+    return ardupilot.recording(DataFlashText(head.path, request), request, str(head.path))
+
+
+DATAFLASH_TEXT = Format("ArduPilot text", _matches, _read, (".log",))

@@ -1,0 +1,257 @@
+"""MAVLink telemetry logs (`.tlog`): what their messages mean, and the channels of each vehicle.
+
+Fields and units are those of MAVLink's common message set: `ATTITUDE` yaw [rad], yawspeed [rad/s];
+`LOCAL_POSITION_NED` x y [m], vx vy [m/s]; `GLOBAL_POSITION_INT` lat lon [1e-7 deg], vx vy [cm/s], hdg [0.01 deg];
+`SERVO_OUTPUT_RAW` servoN_raw [us]; `SCALED_IMU`, and `RAW_IMU` as ArduPilot fills it, xacc yacc [mG]; `PARAM_VALUE`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ....physics.errors import LogError
+from ....physics.frames import Array
+from ...geodesy import local_metres
+from ..base import Format, Head, Name, Recording, Request, Stream
+from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, servo_commands
+from .mavlink import Key, Telemetry, message_at
+
+_CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
+"""Field of the vehicle's own clock -> ticks per second."""
+_OUT_OF_STEP = 1.0
+"""A message whose clock differs by more than this [s] from the others' has another clock."""
+_GRAVITY = 9.80665
+"""Standard gravity [m/s^2]; accelerations come in thousandths of it."""
+_ARDUPILOT = 3
+"""MAV_AUTOPILOT of ArduPilot in HEARTBEAT."""
+_MOTION = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
+"""What only a vehicle sends."""
+_UNKNOWN_HEADING = 65535
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """One vehicle of a log: its system and its autopilot's component, and how its messages' topics begin."""
+
+    system: int
+    component: int
+    prefix: str
+
+
+def recording(log: Telemetry, request: Request, where: str) -> Recording:
+    """Turn the messages of a log into channels of its vehicles, and offer all others by name.
+
+    Raises
+    ------
+    LogError
+        when no vehicle tells its attitude or position.
+    """
+    numbers = {log.definition(key[2]).name: key[2] for key in log.messages()}
+    vehicles = _vehicles(log.messages(), [numbers[name] for name in _MOTION if name in numbers])
+    if not vehicles:
+        raise LogError(
+            f"{where}: expected {', '.join(_MOTION)} of a vehicle in this telemetry log, got "
+            f"{', '.join(sorted(numbers)[:8]) or 'no message'}. Was the vehicle connected while it was recorded?"
+        )
+    derived: list[Stream] = []
+    notes: list[str] = []
+    topics: dict[str, tuple[Vehicle, Key]] = {}
+    owners = {(vehicle.system, vehicle.component): vehicle for vehicle in vehicles}
+    readers = {vehicle: _Reader(log, vehicle, notes) for vehicle in vehicles}
+    for vehicle in vehicles:
+        derived += _channels(
+            readers[vehicle], {name: (vehicle.system, vehicle.component, numbers[name]) for name in numbers}
+        )
+    names: list[Name] = []
+    for key in log.messages():
+        told = log.definition(key[2])
+        owner = owners.get(key[:2])
+        topic = f"{owner.prefix if owner else f'sys{key[0]}/comp{key[1]}/'}{told.name}"
+        fields = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
+        names += raw_names(topic, f"mavlink/{told.name}", fields)
+        topics[topic] = owner or vehicles[0], key
+    if len(vehicles) > 1:
+        listed = ", ".join(vehicle.prefix.rstrip("/") for vehicle in vehicles)
+        notes.append(f"{len(vehicles)} vehicles in the log: {listed}")
+    chosen = assembled(derived, names, request, notes)
+    wanted = {name.topic for name in names if name in chosen.wanted}
+    read = []
+    for topic in (topic for topic in topics if topic in wanted):
+        owner, key = topics[topic]
+        table = readers[owner].table(key, topic)
+        read += [] if table is None else table.raw(chosen.wanted)
+    return Recording((*chosen.derived, *read), (*log.notes, *notes), chosen.recording(()).unread)
+
+
+def _vehicles(keys: Sequence[Key], telling: Sequence[int]) -> tuple[Vehicle, ...]:
+    """List the systems that tell a motion; of each, the component that tells most of it, the lowest one at a tie."""
+    told: dict[int, dict[int, int]] = {}
+    for system, component, number in keys:
+        if number in telling:
+            of = told.setdefault(system, {})
+            of[component] = of.get(component, 0) + 1
+    several = len(told) > 1
+    return tuple(
+        Vehicle(system, min(of, key=lambda component: (-of[component], component)), f"sys{system}/" if several else "")
+        for system, of in sorted(told.items())
+    )
+
+
+class _Reader:
+    """Unpacks messages of one vehicle on its own clock, and notes where it could not."""
+
+    def __init__(self, log: Telemetry, vehicle: Vehicle, notes: list[str]) -> None:
+        self._log, self.vehicle, self.notes = log, vehicle, notes
+        self._boot: float | None = None
+        self._restarts = False
+
+    def set_clock(self, keys: Mapping[str, Key]) -> None:
+        """Learn from the messages of the motion when the vehicle was switched on, as receive times count [s]."""
+        for name in _MOTION:
+            if name not in keys:
+                continue
+            body, received = self._log.rows(keys[name])
+            clock = _clock(body)
+            if clock is None or not clock.size:
+                continue
+            if not _runs_on(clock):
+                self._restarts = True
+                whose = self.vehicle.prefix.rstrip("/") or "the vehicle"
+                self.notes.append(f"the clock of {whose} starts anew during the log; receive times are used")
+            self._boot = float(received[0] if self._restarts else np.median(received - clock))
+            return
+
+    def table(self, key: Key, topic: str | None = None) -> Table | None:
+        """Unpack the messages of a key; None where the log has none whose checksum holds."""
+        told = self._log.definition(key[2])
+        body, received = self._log.rows(key)
+        if not received.size:
+            return None
+        time, clock = received - (self._boot or 0.0), _clock(body)
+        if clock is not None and not self._restarts and self._boot is not None:
+            if abs(float(np.median(received - clock)) - self._boot) < _OUT_OF_STEP and _runs_on(clock):
+                time = clock
+            else:
+                self.notes.append(f"{self.vehicle.prefix}{told.name}: has a clock of its own; receive times are used")
+        keep = in_order(time)
+        numeric = [field for field in told.fields if told.body[field].kind != "S" and field not in _CLOCKS]
+        columns = {field: numbers(body[field][keep]) for field in numeric}
+        return Table(topic or f"{self.vehicle.prefix}{told.name}", f"mavlink/{told.name}", time[keep], columns)
+
+    def rows(self, key: Key | None) -> Any:
+        """Give the bodies of the messages of a key, none where the log has no such."""
+        return () if key is None else self._log.rows(key)[0]
+
+
+def _clock(body: Any) -> Array | None:
+    """Seconds since the vehicle was switched on, continued where a counter of 32 bits started anew."""
+    for field, ticks in _CLOCKS.items():
+        if field in (body.dtype.names or ()):
+            raw = body[field].astype(float)
+            turns = np.cumsum(np.diff(raw, prepend=raw[:1]) < -(2.0**31)) if raw.size else raw
+            return (raw + 2.0**32 * turns) / ticks
+    return None
+
+
+def _runs_on(clock: Array) -> bool:
+    keep = in_order(clock)
+    return bool((np.diff(clock[keep]) >= 0).all())
+
+
+def _channels(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
+    """Heading, position, velocities, accelerations and commands of one vehicle."""
+    reader.set_clock(keys)
+    prefix, notes = reader.vehicle.prefix, reader.notes
+    tables = {name: reader.table(keys[name]) for name in _MOTION if name in keys}
+    attitude = tables.get("ATTITUDE")
+    heading = attitude.columns["yaw"] if attitude is not None else np.zeros(0)
+    streams = []
+    if attitude is not None:
+        streams += [attitude.stream("psi", heading), attitude.stream("r", attitude.columns["yawspeed"])]
+        notes.append(f"psi r: yaw and yawspeed of {attitude.topic}")
+    place, where, speed = None, (np.zeros(0), np.zeros(0)), (np.zeros(0), np.zeros(0))
+    local, earth = tables.get("LOCAL_POSITION_NED"), tables.get("GLOBAL_POSITION_INT")
+    if local is not None:
+        place, columns = local, local.columns
+        where, speed = (columns["x"], columns["y"]), (columns["vx"], columns["vy"])
+        notes.append(f"x y u v: {local.topic}, its vx vy turned into body axes by the heading")
+    elif earth is not None:
+        place, columns = earth, earth.columns
+        # Without a fix the vehicle sends zeros: a place off Africa, and a boat that stands still.
+        has = (columns["lat"] != 0.0) | (columns["lon"] != 0.0)
+        known = {name: np.where(has, columns[name], np.nan) for name in ("lat", "lon", "vx", "vy")}
+        north, east, origin = local_metres(known["lat"] / 1e7, known["lon"] / 1e7)
+        where, speed = (north, east), (known["vx"] / 100.0, known["vy"] / 100.0)
+        lost = f"; {np.count_nonzero(~has)} rows without a fix (0 degrees both) left out" if not has.all() else ""
+        notes.append(
+            f"x y u v: {earth.topic}: metres from the first position at {origin[0]:.7f}, {origin[1]:.7f} deg, and vx "
+            f"vy turned into body axes by the heading{lost}"
+        )
+        if attitude is None:
+            attitude = earth
+            heading = np.radians(np.where(columns["hdg"] == _UNKNOWN_HEADING, np.nan, columns["hdg"] / 100.0))
+            streams.append(earth.stream("psi", heading))
+            notes.append(f"psi: hdg of {earth.topic}, in radians")
+    if place is not None:
+        turned = heading_at(place.time, attitude, heading) if attitude is not None else np.full(place.time.size, np.nan)
+        found = planar(place, where, speed, turned)
+        streams += found if attitude is not None else found[:2]
+    streams += _accelerations(reader, keys)
+    return [*streams, *_commands(reader, keys, prefix)]
+
+
+def _accelerations(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
+    heartbeats = reader.rows(keys.get("HEARTBEAT"))
+    ardupilot = len(heartbeats) and bool((heartbeats["autopilot"] == _ARDUPILOT).any())
+    # RAW_IMU is what the sensor gave, unscaled, but for ArduPilot, which fills it like SCALED_IMU.
+    for name in (*(("RAW_IMU",) if ardupilot else ()), "SCALED_IMU", "SCALED_IMU2"):
+        imu = reader.table(keys[name]) if name in keys else None
+        if imu is not None:
+            reader.notes.append(f"ax ay: xacc and yacc of {imu.topic}, from thousandths of gravity")
+            values = {"ax": imu.columns["xacc"], "ay": imu.columns["yacc"]}
+            return [imu.stream(field, 1e-3 * _GRAVITY * value) for field, value in values.items()]
+    return []
+
+
+def _commands(reader: _Reader, keys: Mapping[str, Key], prefix: str) -> list[Stream]:
+    outputs = reader.table(keys["SERVO_OUTPUT_RAW"]) if "SERVO_OUTPUT_RAW" in keys else None
+    if outputs is None:
+        reader.notes.append(f"{prefix}the log has no SERVO_OUTPUT_RAW messages, so no thruster command")
+        return []
+    main = outputs.columns["port"] == 0
+    outputs = Table(
+        outputs.topic, outputs.kind, outputs.time[main], {name: value[main] for name, value in outputs.columns.items()}
+    )
+    names = {
+        int(name[len("servo") : -len("_raw")]): name
+        for name in outputs.columns
+        if name.startswith("servo") and name.endswith("_raw")
+    }
+    values = {
+        row["param_id"].decode("latin-1"): float(row["param_value"]) for row in reader.rows(keys.get("PARAM_VALUE"))
+    }
+    streams, notes = servo_commands(outputs, names, values)
+    reader.notes += notes
+    return streams
+
+
+def _matches(head: Head) -> bool:
+    """Whether messages follow each other from the first byte on: a telemetry log has no mark of its own."""
+    at = 0
+    for _ in range(3):
+        found = None if head.gzipped else message_at(head.start, at)
+        if found is None:
+            return False
+        at += found[0]
+        if at == len(head.start):
+            break
+    return True
+
+
+def _read(head: Head, request: Request) -> Recording:
+    return recording(Telemetry(head.path, request), request, str(head.path))
+
+
+TELEMETRY = Format("MAVLink telemetry", _matches, _read, (".tlog",), library="pymavlink")

@@ -1,0 +1,182 @@
+"""ROS 2 bags: a folder with metadata.yaml and its storage files (sqlite3 or MCAP, packed or not), or a bare .db3."""
+
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from ....physics.errors import LogError
+from ....physics.printable import listed
+from ....physics.reading import parse_yaml, read_bytes
+from ..base import Format, Head, Recording, Request, in_file
+from ..unpacking import ZSTD_MAGIC, Allowance, zstd
+from .mcap import MAGIC as MCAP_MAGIC
+from .mcap import McapWalk
+from .ros2_sqlite import MAGIC as SQLITE_MAGIC
+from .ros2_sqlite import SqliteWalk
+from .ros_messages import Collector
+
+METADATA = "metadata.yaml"
+_KEY = "rosbag2_bagfile_information"
+_LONGEST_METADATA = 16 * 2**20
+_STORAGE = re.compile(r"(?P<stem>.+?)(?:_(?P<split>\d+))?\.(?:db3|mcap)(?:\.zstd)?")
+_JOURNAL = re.compile(r".+\.db3-(?:wal|shm|journal)")
+_BLOCK = 2**20
+
+
+@dataclass(frozen=True, slots=True)
+class _Contents:
+    """What a bag's folder holds: storage files in order, distribution, whether messages are packed one by one."""
+
+    files: tuple[Path, ...]
+    distribution: str = ""
+    packed: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def _matches(head: Head) -> bool:
+    if head.entries is None:
+        return head.start.startswith(SQLITE_MAGIC) and not head.gzipped
+    if METADATA in head.entries and _KEY.encode() in _metadata(head.path):
+        return True
+    return _is_series([name for name in head.entries if not name.startswith(".") and name != METADATA])
+
+
+def _is_series(names: Sequence[str]) -> bool:
+    """Whether the files of a folder are one bag by their names: one file, or the splits NAME_0, NAME_1, ... of one.
+
+    A recorder that died has written no metadata. Anything else beside them makes the folder one of several logs.
+    """
+    found = [_STORAGE.fullmatch(name) for name in names if not _JOURNAL.fullmatch(name)]
+    if not all(found) or len({match["stem"] for match in found if match}) != 1:
+        return False
+    splits = {int(match["split"] or -1) for match in found if match}
+    return len(found) == 1 or (min(splits) == 0 and len(splits) == len(found))
+
+
+def _metadata(folder: Path) -> bytes:
+    """The text of the metadata; nothing for what is no file, or for one that no recorder writes so long."""
+    path = folder / METADATA
+    try:
+        return read_bytes(path, _LONGEST_METADATA)
+    except (OSError, ValueError):
+        return b""
+
+
+def _read(head: Head, request: Request) -> Recording:
+    contents = _Contents((head.path,)) if head.entries is None else _contents(head.path, head.entries)
+    collector = Collector(request, contents.distribution)
+    notes = list(contents.notes)
+    sizes = [path.stat().st_size if path.is_file() else 0 for path in contents.files]
+    total = sum(sizes)
+    for k, path in enumerate(contents.files):
+
+        def told(share: float, before: int = sum(sizes[:k]), size: int = sizes[k]) -> None:
+            request.progress(before + int(share * size), total)
+
+        with in_file(head.path):
+            collector.new_file(sizes[k])
+            found = _walk(path, collector, contents.packed, told)
+        notes += [f"{path.name}: {note}" for note in found] if len(contents.files) > 1 else found
+    request.progress(total, total)
+    with in_file(head.path):
+        return collector.recording(notes)
+
+
+def _walk(path: Path, collector: Collector, packed: bool, told: Callable[[float], None]) -> list[str]:
+    """Hand the messages of one storage file to the collector."""
+    if not path.is_file():
+        raise LogError(f"{path}: expected a storage file of a bag, got a pipe, a folder or a broken link.")
+    with path.open("rb") as file:
+        start = file.read(16)
+    if start.startswith(MCAP_MAGIC):
+        with path.open("rb") as file:
+            return McapWalk(collector, packed).read(file, path.stat().st_size, told)
+    if start.startswith(SQLITE_MAGIC):
+        return SqliteWalk(collector, packed).read(path, told)
+    if start.startswith(ZSTD_MAGIC):
+        with tempfile.TemporaryDirectory(prefix="undertow-") as folder:
+            inner = Path(folder) / path.stem
+            notes = _unpacked(path, inner)
+            with inner.open("rb") as file:
+                if file.read(4) == ZSTD_MAGIC:
+                    raise LogError(f"{path}: a packed file in a packed file. Copy the log again.")
+            return [*notes, *_walk(inner, collector, packed, told)]
+    raise LogError(f"{path}: expected an MCAP or sqlite3 file of a ROS 2 bag, got {start[:8]!r}. Copy the log again.")
+
+
+def _unpacked(path: Path, target: Path) -> list[str]:
+    """Unpack a storage file as far as it goes."""
+    unpacker = zstd().ZstdDecompressor()
+    allowance = Allowance(path.stat().st_size)
+    written, why = 0, ""
+    with path.open("rb") as source, target.open("wb") as file:
+        try:
+            while not unpacker.eof and not why:
+                block = source.read(_BLOCK) if unpacker.needs_input else b""
+                if not block and unpacker.needs_input:
+                    why = "it ends too early"
+                content = unpacker.decompress(block, _BLOCK)
+                written += len(content)
+                allowance.take(len(content))
+                if len(content) > shutil.disk_usage(target.parent).free:
+                    raise LogError(f"{path}: it unpacks to more than the disk holds. Unpack it elsewhere with zstd -d.")
+                file.write(content)
+        except zstd().ZstdError as error:
+            why = str(error)
+    if not written:
+        raise LogError(f"{path}: it cannot be unpacked ({why}). Copy the log again.")
+    return [f"{path.name} cannot be unpacked beyond {written / 1e6:.3f} MB ({why})"] if why else []
+
+
+def _contents(folder: Path, entries: Sequence[str]) -> _Contents:
+    """What the metadata says, checked against the folder; the folder alone where there is none, or none that is sound.
+
+    Raises
+    ------
+    LogError
+        when there is no storage file, or a packing that is not read.
+    """
+    present = sorted((entry for entry in entries if _STORAGE.fullmatch(entry)), key=_natural)
+    if METADATA not in entries:
+        note = f"no {METADATA} in the folder (the recorder did not close the bag); all {len(present)} files are read"
+        return _Contents(tuple(folder / name for name in present), notes=(note,))
+    try:
+        told = parse_yaml(_metadata(folder).decode())[_KEY]
+        names = [PurePosixPath(_text(name)).name for name in told["relative_file_paths"]]
+        mode, packing = (_text(told.get(key) or "").lower() for key in ("compression_mode", "compression_format"))
+        distribution = _text(told.get("ros_distro") or "")
+    except (KeyError, TypeError, AttributeError, ValueError):
+        if not present:
+            raise LogError(
+                f"{folder}: {METADATA} is broken and there is no storage file. Copy the log again."
+            ) from None
+        note = f"{METADATA} is broken; all {len(present)} storage files of the folder are read"
+        return _Contents(tuple(folder / name for name in present), notes=(note,))
+    if mode == "message" and packing not in ("", "zstd"):
+        raise LogError(f"{folder}: messages packed by '{packing}', expected zstd; convert it with ros2 bag convert.")
+    missing = [name for name in names if name not in entries]
+    notes = (f"files that {METADATA} names are missing: {listed(missing)}",) if missing else ()
+    # A file that the recorder was writing when it died is not in the metadata of the last split.
+    found = [name for name in names if name in entries] or present
+    if not found:
+        raise LogError(f"{folder}: the files that {METADATA} names are missing: {listed(missing)}.")
+    return _Contents(tuple(folder / name for name in found), distribution, mode == "message", notes)
+
+
+def _text(value: object) -> str:
+    """A text of the metadata; a list in its place may be one of aliases of aliases, endless when written out."""
+    if not isinstance(value, str):
+        raise TypeError(f"expected a text, got {type(value).__name__}")
+    return value
+
+
+def _natural(name: str) -> list[Any]:
+    """Order of splits: 2 before 10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
+
+
+ROS2_BAG = Format("ROS 2 bag", _matches, _read, (".db3",), library="rosbags")

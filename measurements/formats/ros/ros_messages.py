@@ -1,0 +1,231 @@
+"""From the raw messages of a bag to streams: chosen topics are unpacked, field by field, into plain arrays."""
+
+from array import array
+from collections.abc import Sequence
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from ....physics.errors import LogError
+from ..base import Name, Recording, Request, Stream
+from ..unpacking import Allowance
+from .json_messages import JsonTopic, json_topic
+from .ros_clock import CLOCK, ClockTopic, Stamps, agree, overtaken
+from .ros_table import Table
+from .ros_types import MessageType, message_type
+
+_MOST_SHAPES = 64
+_MOST_TOPICS = 10_000
+
+
+class Collector:
+    """Takes the messages of one bag, unpacks those that are chosen, and makes a `Recording` of them.
+
+    Parameters
+    ----------
+    request : what is asked; its `choose` picks the fields
+    distribution : ROS 2 distribution whose types are taken where the bag defines none
+    """
+
+    def __init__(self, request: Request, distribution: str = "") -> None:
+        self._request = request
+        self._distribution = distribution
+        self._topics: dict[tuple[str, str, str], _Taker | None] = {}
+        self._by_id: dict[int, _Taker] = {}
+        self._unread: dict[Name, None] = {}
+        self._unknown: dict[str, str] = {}
+        self._first: int | None = None
+        self._allowance = Allowance(0)
+        self._messages = 0
+
+    def new_file(self, packed: int) -> None:
+        """Forget the connection numbers of the last file; topics go on. `packed` is the new one's size on disk."""
+        self._by_id.clear()
+        self._allowance = Allowance(packed)
+        self._messages = 0
+
+    def connect(self, number: int, topic: str, kind: str, definition: str, language: str, encoding: str) -> bool:
+        """Learn of a topic of the file, and tell whether its messages are wanted.
+
+        Parameters
+        ----------
+        number : by which messages name it
+        topic, kind : names of the topic and of its type
+        definition, language : of the type, see `message_type`; a JSON Schema for json
+        encoding : of the messages: ros1, cdr, json, or another, which is not read
+
+        Raises
+        ------
+        LogError
+            for more topics than any robot has.
+        """
+        key = (topic, kind, definition)
+        if key not in self._topics:
+            if len(self._topics) >= _MOST_TOPICS:
+                raise LogError(f"expected at most {_MOST_TOPICS} topics, got more. Copy the log again, or cut it.")
+            self._topics[key] = self._new(topic, kind, definition, language, encoding)
+        found = self._topics[key]
+        if found is None:
+            self._by_id.pop(number, None)
+            return False
+        self._by_id[number] = found
+        return True
+
+    def unpacked(self, size: int) -> None:
+        """Count the bytes that the file unpacks to; see `unpacking.check_unpacked`."""
+        self._allowance.take(size)
+
+    def message(self, number: int, received: int, raw: bytes | memoryview) -> None:
+        """Take one message, received at a time [ns]; one that nobody wants is passed over."""
+        if self._first is None or received < self._first:
+            self._first = received
+        topic = self._by_id.get(number)
+        if topic is not None:
+            self._messages += 1
+            if self._messages > self._allowance.messages:
+                self._allowance.refuse_messages()
+            topic.take(received, raw)
+
+    def recording(self, notes: Sequence[str]) -> Recording:
+        """Make streams of all that came; `notes` are those of the file.
+
+        Raises
+        ------
+        LogError
+            when messages of a chosen topic came, and not one of all could be unpacked.
+        """
+        topics = [topic for topic in self._topics.values() if isinstance(topic, _Topic | JsonTopic)]
+        clocks = [topic.stamps for topic in self._topics.values() if isinstance(topic, ClockTopic)]
+        broken = [f"{t.name}: {t.broken} broken messages left out" for t in topics if t.broken]
+        taken = [topic for topic in topics if topic.stamps]
+        if topics and not taken and broken:
+            raise LogError(f"no message could be unpacked ({'; '.join(broken)}). Copy the log again.")
+        stamps = [each for topic in taken for each in topic.stamps]
+        times, first, clock, doubt = agree(stamps, self._first or 0, clocks)
+        streams, at = [], 0
+        for topic in taken:
+            count = len(topic.stamps)
+            streams += topic.streams(times[at : at + count])
+            at += count
+        unknown = [f"{topic}: left out, its type cannot be read ({why})" for topic, why in self._unknown.items()]
+        return Recording(tuple(streams), (*notes, *clock, *broken, *unknown), tuple(self._unread), first, doubt)
+
+    def _new(self, topic: str, kind: str, definition: str, language: str, encoding: str) -> "_Taker | None":
+        if encoding == "json":
+            return json_topic(topic, kind, definition, self._request, self._unread)
+        if encoding not in ("ros1", "cdr"):
+            self._unread[Name(topic, f"({encoding} messages)", kind)] = None
+            return None
+        try:
+            what = message_type(kind, definition, language, encoding, self._distribution)
+        except ImportError:
+            raise
+        except Exception as error:
+            # A definition is a little program in the file; a broken one makes the parser fail in any way.
+            return self._unreadable(topic, kind, error)
+        if kind == CLOCK:
+            return ClockTopic(topic, what.unpack)
+        names = {path: Name(topic, path, kind) for path in what.scalars}
+        names |= {path: Name(topic, f"{path}[]", kind) for path, _ in what.arrays}
+        names |= {path: Name(topic, f"{path}[]", kind) for path in what.sequences}
+        chosen = self._request.choose(list(names.values()))
+        self._unread |= dict.fromkeys(name for name in names.values() if name not in chosen)
+        wanted = [path for path, name in names.items() if name in chosen]
+        if not wanted:
+            return None
+        try:
+            what.compiled()
+        except Exception as error:
+            # The code that rosbags makes of a definition may fail as the definition itself.
+            return self._unreadable(topic, kind, error)
+        return _Topic(topic, what, wanted)
+
+    def _unreadable(self, topic: str, kind: str, error: Exception) -> None:
+        """Take note of a topic whose type cannot be read."""
+        self._unread[Name(topic, "(type not readable)", kind)] = None
+        self._unknown[topic] = f"{kind}: {str(error)[:120] or type(error).__name__}"
+
+
+class _Topic:
+    """One topic that is read: its type, and what came, in one table for every shape of its messages.
+
+    Messages of one topic may differ in the lengths of their sequences, or in the names of their joints; those of one
+    shape have the same columns.
+    """
+
+    def __init__(self, name: str, what: MessageType, wanted: Sequence[str]) -> None:
+        self.name = name
+        self.broken = 0
+        self._what = what
+        self._wanted = set(wanted)
+        self._tables: dict[Any, Table] = {}
+        self._sequences = [path for path in what.sequences if path in self._wanted]
+        self._only: Table | None = None
+        self._rows = 0
+
+    @property
+    def stamps(self) -> list[Stamps]:
+        """When the messages came, and when they say that they were sent; one for each table."""
+        return [table.stamps(self.name) for table in self._filled]
+
+    @property
+    def _filled(self) -> list[Table]:
+        return [table for table in self._tables.values() if len(table.received)]
+
+    def take(self, received: int, raw: bytes | memoryview) -> None:
+        """Unpack one message; a broken one is counted."""
+        try:
+            message = self._what.unpack(raw)
+            table = self._only or self._table(message)
+            row = array("d", table.get(message))
+        except Exception:
+            # rosbags meets wrong bytes with struct.error, IndexError, MemoryError and others; all say the same.
+            self.broken += 1
+            return
+        self._rows += 1
+        table.received.append(received)  # first, for it refuses a stamp that is no whole number
+        table.rows += row
+        table.number.append(self._rows)
+
+    def streams(self, times: Sequence[np.ndarray]) -> list[Stream]:
+        """Make the streams, with the stamps [s] of each table."""
+        parts: dict[str, list[tuple[np.ndarray, np.ndarray, np.ndarray, str]]] = {}
+        for table, time in zip(self._filled, times, strict=True):
+            order = overtaken(time)
+            row = np.frombuffer(table.number, np.int64)
+            time, row = (time, row) if order is None else (time[order], row[order])
+            for field, value in table.columns().items():
+                value = value.copy() if order is None else value[order]
+                parts.setdefault(field, []).append((time, value, row, table.frame(field)))
+            table.rows = array("d")
+        made = []
+        for field, found in parts.items():
+            time, value, row, frame = found[0]
+            if len(found) > 1:
+                time, value, row = (np.concatenate([part[k] for part in found]) for k in range(3))
+                order = np.argsort(row, kind="stable")
+                again = overtaken(time[order])
+                order = order if again is None else order[again]
+                time, value, row = time[order], value[order], row[order]
+            made.append(Stream(self.name, field, time, value, row, self._what.kind, frame))
+        return made
+
+    def _table(self, message: Any) -> Table:
+        """The table that a message belongs to; a new one for a message of a new shape."""
+        if not self._sequences:
+            shape: Any = ()
+        elif self._what.has_names:
+            shape = (tuple(message.name), *(len(attrgetter(path)(message)) for path in self._sequences))
+        else:
+            shape = tuple(len(attrgetter(path)(message)) for path in self._sequences)
+        if shape not in self._tables:
+            if len(self._tables) >= _MOST_SHAPES:
+                raise ValueError("messages of too many shapes")
+            self._tables[shape] = Table(message, self._what, self._wanted)
+            if not self._sequences:
+                self._only = self._tables[shape]
+        return self._tables[shape]
+
+
+_Taker = _Topic | JsonTopic | ClockTopic

@@ -1,0 +1,1 @@
+"""Tables: long and wide CSV, Parquet and MATLAB files."""

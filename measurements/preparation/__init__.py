@@ -1,0 +1,1 @@
+"""From channels to motions on an even time base: which are needed, resampled, derived, split and standardised."""

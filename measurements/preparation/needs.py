@@ -1,0 +1,142 @@
+"""Which channels a vehicle needs of a log, and what to say when one is not there."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...physics.errors import LogError
+from ...physics.vehicle import Vehicle
+from ..canonical import COMMAND_UNITS, Channel, command_kind, unit_of
+from ..channels.channel_map import Entry, map_text
+from ..channels.mapping import some
+from ..log import Log
+
+_COMMAND = re.compile(
+    r"rcou|rc/?out|servo|pwm|thrust|motor|throttle|actuator|prop|rpm|cmd|command|esc\b", re.IGNORECASE
+)
+"""Words in the names of streams that may be commands of thrusters."""
+
+
+def command_channels(vehicle: Vehicle | None) -> tuple[str, ...]:
+    """Names of the command channels of a vehicle, `<command>_<thruster>`, in its order; none without a vehicle."""
+    return tuple(thruster.channel for thruster in vehicle.thrusters) if vehicle else ()
+
+
+def problems(log: Log, vehicle: Vehicle | None) -> list[str]:
+    """Everything that keeps a log from being used for a vehicle, as sentences without the file name."""
+    found = []
+    have = log.channels
+    if "psi" not in have:
+        found.append(f"expected a heading (psi or a quaternion), got only {_listed(log)}. Map it with a channel map.")
+    elif have["psi"].time.size < 2:
+        found.append("expected at least 2 samples of psi, got 1.")
+    else:
+        found += _angle_problems(have["psi"], have.get("r"))
+    velocities = [name for name in ("u", "v") if name not in have]
+    if velocities and not {"x", "y"} <= set(have):
+        found.append(
+            f"expected u and v (or x and y, to derive them), but {' and '.join(velocities)} and a position are "
+            f"missing; got {_listed(log)}. Map them with a channel map."
+        )
+    missing = [name for name in command_channels(vehicle) if name not in have]
+    told = _numbered(log, missing)
+    found += [told] if told else [_command_problem(log, name) for name in missing]
+    found += [
+        f"{name} has one sample in {channel.period:g} s (at least one in 2 s is needed). Is the time column in seconds?"
+        for name, channel in have.items()
+        if command_kind(name) is None and name not in ("ax", "ay") and channel.period > 2.0
+    ]
+    return found
+
+
+def require(log: Log, vehicle: Vehicle | None) -> None:
+    """Refuse a log that cannot be used for a vehicle.
+
+    Raises
+    ------
+    LogError
+        with the first of `problems`.
+    """
+    found = problems(log, vehicle)
+    if found:
+        raise LogError(f"{log.path}: {found[0]}")
+
+
+def _listed(log: Log) -> str:
+    return " ".join(log.channels) or "no channel"
+
+
+def _numbered(log: Log, missing: Sequence[str]) -> str:
+    """What to say where commands are missing and the log has as many of their kind, by number; else empty."""
+    kinds = {(command_kind(name) or ("", ""))[0] for name in missing}
+    spare = [
+        channel
+        for name, channel in sorted(log.channels.items(), key=lambda item: _natural(item[0]))
+        if (kind := command_kind(name)) and kind[0] in kinds and kind[1].isdigit()
+    ]
+    if len(kinds) != 1 or len(spare) < len(missing):
+        return ""
+    pairs = zip(missing, spare, strict=False)
+    lines = map_text({name: log.entries.get(channel.name, Entry(channel.origin)) for name, channel in pairs})
+    names = " ".join(channel.name for channel in spare)
+    return (
+        f"missing command channel {' '.join(missing)}; the log has {names}, by number of the output, and does not say "
+        "which thruster each one drives. Say so in a channel map (--map channels.yaml), a line for each, such as "
+        f"{' and '.join(lines.splitlines())} (if these are the outputs); 'undertow inspect' with that map then tells "
+        "whether sides and directions are right."
+    )
+
+
+def _natural(name: str) -> tuple[int, str]:
+    """Order of numbered names: 2 before 10."""
+    return len(name), name
+
+
+def _command_problem(log: Log, name: str) -> str:
+    kind, thruster = command_kind(name) or ("", name)
+    unit = COMMAND_UNITS.get(kind, "?")
+    others = [other for other in log.channels if (command_kind(other) or ("", ""))[1] == thruster]
+    if others:
+        other = (command_kind(others[0]) or ("", ""))[0]
+        return (
+            f"wrong command kind: the vehicle wants {name} [{unit}] for thruster '{thruster}', the log has "
+            f"{' '.join(others)} [{unit_of(others[0])}]. Give the thruster 'command: {other}' with its curve in the "
+            f"vehicle file, or map a stream of kind {kind} to {name}."
+        )
+    commands = [other for other in log.channels if command_kind(other)]
+    likely = [stream for stream in log.unused if _COMMAND.search(stream)]
+    cure = f"map a stream to {name}, such as {some(likely, 6)}" if likely else f"map a stream to {name}"
+    return (
+        f"missing command channel {name} of thruster '{thruster}'; commands in the log: "
+        f"{' '.join(commands) or 'none'}; all channels: {_listed(log)}. "
+        f"{'Rename the thruster, or m' if commands else 'M'}{cure[1:]}."
+    )
+
+
+def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
+    """Degrees where radians are due: never converted silently, always refused."""
+    steps = np.abs(np.diff(heading.value))
+    jumps = (steps > 340.0) & (steps < 361.0) & (np.diff(heading.time) < 2.0)
+    cure = "Map it with 'scale: 0.017453292519943'."
+    if jumps.any():
+        return [f"psi ({heading.origin}) must be in radians, but it jumps by 360 as degrees do. {cure}"]
+    if rate is None or rate.time.size < 20 or heading.time.size < 20:
+        return []
+    measured = np.interp(heading.time, rate.time, rate.value)
+    # Degrees are torn where they are unwrapped as radians: the reading that follows the yaw rate is the right one.
+    readings = [np.gradient(np.unwrap(heading.value, period=p), heading.time) for p in (2.0 * np.pi, 360.0)]
+    if min(measured.std(), *(reading.std() for reading in readings)) < 1e-6:
+        return []
+    alike = [abs(np.corrcoef(reading, measured)[0, 1]) for reading in readings]
+    if max(alike) < 0.5:
+        return []
+    turning = readings[int(np.argmax(alike))]
+    ratio = abs(float(turning @ measured / (measured @ measured)))
+    if 30.0 < ratio < 120.0:
+        return [
+            f"psi ({heading.origin}) turns {ratio:.0f} times as fast as r ({rate.origin}): psi is in degrees. {cure}"
+        ]
+    if 1 / 120.0 < ratio < 1 / 30.0:
+        return [f"r ({rate.origin}) is {1 / ratio:.0f} times the turning of psi: r is in degrees per second. {cure}"]
+    return []

@@ -1,0 +1,213 @@
+"""Preparation: logs become motions on one even time base, gap-free, in the grammar of `Motion`."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ...physics.averages import area_average
+from ...physics.errors import LogError, RequestError, expect
+from ...physics.frames import Array, body_to_earth, earth_to_body
+from ...physics.motion import RUN_UP, Motion
+from ...physics.vehicle import Vehicle
+from ..canonical import Channel
+from ..log import Log
+from .dataset import PAPER, WEAK, DataSet, Recipe
+from .derive import smooth
+from .needs import command_channels, require
+from .resampling import Span, derivative, even_grid, gap_limit, gaps, is_logged_on_change, samples, segments
+
+__all__ = ["PAPER", "WEAK", "DataSet", "Recipe", "native_rate", "prepare", "usable_spans"]
+
+LEAST_SECONDS = 20.0
+"""A log with less than this of usable motion [s] is refused."""
+LEAST_SEGMENT = 5.0
+"""A stretch between two gaps shorter than this [s] is dropped."""
+FASTEST_NATIVE = 20.0
+"""Cap of the native rate [Hz]."""
+_WIND = ("wind_u", "wind_v")
+
+
+def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe = PAPER) -> DataSet:
+    """Resample logs to an even time base and, if the recipe says so, filter the velocities.
+
+    Velocity, position and heading are interpolated linearly; commands are averaged over the step centred on each
+    stamp. Nothing is interpolated across a gap: the log falls into several motions there. What is missing but
+    follows from the rest is derived, with a note: u and v from x, y and psi; r from psi; x and y from u, v and psi.
+
+    Parameters
+    ----------
+    logs : one log or several
+    vehicle : whose thrusters name the command channels, `<command>_<name>`; None for motions without commands
+    recipe : rate, filter, gaps
+
+    Returns
+    -------
+    DataSet
+        To divide it into parts for fitting and judging, give it to `split`, which filters each part on its own.
+
+    Raises
+    ------
+    LogError
+        when a log lacks a channel, its commands are of another kind, or it has less than 20 s of usable motion.
+    RequestError
+        when no log is given, or one is given twice.
+    """
+    expect("prepare: logs", logs, (Log, Iterable), "undertow.read_log(PATH) reads one")
+    logs = (logs,) if isinstance(logs, Log | str) else tuple(logs)
+    for log in logs:
+        expect("prepare: logs", log, Log, "undertow.read_log(PATH) reads one")
+    if vehicle is not None:
+        expect("prepare: vehicle", vehicle, Vehicle, "undertow.load_vehicle(PATH) reads one")
+    _check_distinct(logs)
+    for log in logs:
+        require(log, vehicle)
+    rates = [native_rate(log) for log in logs]
+    rate = recipe.rate or min(rates)
+    notes: list[str] = []
+    raw: list[Motion] = []
+    for log, own in zip(logs, rates, strict=True):
+        found = list(log.notes)
+        raw += _motions(log, vehicle, recipe, 1.0 / rate, found)
+        if own < 0.99 * rate:
+            found.append(f"sampled at {own:.3g} Hz, interpolated to {rate:g} Hz")
+        notes += [f"{log.name}: {note}" for note in found] if len(logs) > 1 else found
+    if recipe.rate is None and max(rates) > 1.01 * rate:
+        notes.append(f"the logs differ in rate, all are resampled to the slowest, {rate:.4g} Hz")
+    if recipe.cutoff is None:
+        return DataSet(tuple(raw), tuple(notes), recipe)
+    filtered = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in raw)
+    return DataSet(filtered, tuple(notes), recipe, tuple(raw))
+
+
+def native_rate(log: Log) -> float:
+    """Tell the rate of the log's own odometry [Hz], at most 20 Hz."""
+    period = round(_reference(log).period, 9)
+    rate = min(FASTEST_NATIVE, 1.0 / period) if period > 0 else FASTEST_NATIVE
+    # Jitter moves the median step a little; a log of 19.98 Hz was meant to have 20.
+    return float(round(rate)) if abs(rate - round(rate)) < 0.005 * rate else rate
+
+
+def usable_spans(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> tuple[list[Span], list[str]]:
+    """The stretches [s] in which every needed channel is there, those under 5 s left out, and notes on the rest."""
+    notes = []
+    start, end, holes = -np.inf, np.inf, []
+    for channel in _needed(log, vehicle):
+        command = channel.name in command_channels(vehicle)
+        start = max(start, float(channel.time[0]))
+        if command and recipe.commands == "hold" and is_logged_on_change(channel):
+            notes.append(f"{channel.name}: logged on change ({channel.time.size} samples), held; its gaps do not count")
+            continue
+        found = gaps(channel, gap_limit(channel, recipe.max_gap))
+        if found:
+            at, back = max(found, key=lambda hole: hole[1] - hole[0])
+            notes.append(f"{channel.name}: {len(found)} gaps, the longest {back - at:.2f} s at t = {at:.2f} s")
+        holes += found
+        end = min(end, float(channel.time[-1]) + (channel.period if command else 0.0))
+    spans = segments(start, end, holes) if start < end else []
+    kept = [span for span in spans if span[1] - span[0] >= LEAST_SEGMENT]
+    if len(kept) < len(spans):
+        lost = sum(high - low for low, high in spans if high - low < LEAST_SEGMENT)
+        notes.append(f"{len(spans) - len(kept)} stretches under {LEAST_SEGMENT:g} s dropped, {lost:.1f} s in all")
+    if len(kept) > 1:
+        notes.append(f"gaps cut the log into {len(kept)} stretches; nothing is interpolated across a gap")
+    return kept, notes
+
+
+def shortfall(log: Log, spans: Sequence[Span], notes: Sequence[str]) -> str | None:
+    """Say why the stretches `spans` are too little to work with, None when they are enough; `notes` are the reasons."""
+    usable = sum(high - low for low, high in spans)
+    # One sample of tolerance: 200 rows at 10 Hz last 19.9 s.
+    if usable >= LEAST_SECONDS - _reference(log).period - 1e-6:
+        return None
+    detail = "; ".join(notes) or "the needed channels do not overlap for longer"
+    return (
+        f"expected at least {LEAST_SECONDS:g} s of usable log, got {usable:.1f} s ({detail}). "
+        "Record longer, or allow longer gaps with max_gap."
+    )
+
+
+def _check_distinct(logs: tuple[Log, ...]) -> None:
+    if not logs:
+        raise RequestError("prepare: expected at least one log, got none.")
+    seen = set()
+    for log in logs:
+        path = log.path.resolve()
+        if path in seen:
+            raise RequestError(f"{log.path} is given twice; held-out rows would also be training rows. Give it once.")
+        seen.add(path)
+
+
+def _reference(log: Log) -> Channel:
+    return next(log.channels[name] for name in ("u", "x", "psi") if name in log.channels)
+
+
+def _needed(log: Log, vehicle: Vehicle | None) -> list[Channel]:
+    wind = _WIND if set(_WIND) <= set(log.channels) else ()
+    motion = [log.channels[name] for name in ("x", "y", "psi", "u", "v", "r", *wind) if name in log.channels]
+    return motion + [log.channels[name] for name in command_channels(vehicle)]
+
+
+def _motions(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, notes: list[str]) -> list[Motion]:
+    spans, found = usable_spans(log, vehicle, recipe)
+    notes += found
+    short = shortfall(log, spans, found)
+    if short:
+        raise LogError(f"{log.path}: {short}")
+    for name, origin in (("u", "x, y and psi"), ("v", "x, y and psi"), ("r", "psi"), ("x", "u, v and psi")):
+        if name not in log.channels or (name == "x" and "y" not in log.channels):
+            notes.append(f"{'position' if name == 'x' else name}: not in the log, derived from {origin}")
+    if len(set(_WIND) & set(log.channels)) == 1:
+        notes.append("wind_u and wind_v: only one of them is in the log, which is not used")
+    return [_motion(log, vehicle, recipe, step, span) for span in spans]
+
+
+def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span: Span) -> Motion:
+    grid = even_grid(_reference(log).time, span, step)
+    part = {channel.name: samples(channel, span) for channel in _needed(log, None)}
+    psi_time, psi = part["psi"][0], np.unwrap(part["psi"][1])
+    psi = psi - 2.0 * np.pi * np.round(psi[0] / (2.0 * np.pi))
+    heading = np.interp(grid, psi_time, psi)
+    rate = np.interp(grid, *part["r"]) if "r" in part else np.interp(grid, psi_time, derivative(psi_time, psi))
+    surge, sway = _body_velocity(part, grid, heading)
+    if "x" in part and "y" in part:
+        position = np.column_stack([np.interp(grid, *part[name]) for name in ("x", "y")])
+    else:
+        position = _integrated(heading, surge, sway, step)
+    air = None
+    if "wind_u" in part:
+        ahead, starboard = (np.interp(grid, *part[name]) for name in _WIND)
+        air = np.column_stack(body_to_earth(heading, ahead + surge, starboard + sway))
+    channels = [log.channels[name] for name in command_channels(vehicle)]
+    earliest = max((float(channel.time[0]) for channel in channels), default=grid[0])
+    steps_back = round(min(RUN_UP, max(grid[0] - earliest, 0.0)) / step)
+    wide = grid[0] + step * np.arange(-steps_back, grid.size)
+    averages = [area_average(c.time, c.value, wide, step, hold=recipe.commands == "hold") for c in channels]
+    commands = np.column_stack(averages) if averages else np.zeros((wide.size, 0))
+    return Motion(
+        time=grid,
+        position=position,
+        heading=heading,
+        velocity=np.column_stack((surge, sway, rate)),
+        commands=commands[steps_back:],
+        thrusters=tuple(thruster.name for thruster in vehicle.thrusters) if vehicle else (),
+        source=str(log.path),
+        run_up=commands[:steps_back] if steps_back else None,
+        air=air,
+        out_of_step=log.out_of_step,
+    )
+
+
+def _body_velocity(part: dict[str, tuple[Array, Array]], grid: Array, heading: Array) -> tuple[Array, Array]:
+    if "u" in part and "v" in part:
+        return np.interp(grid, *part["u"]), np.interp(grid, *part["v"])
+    north, east = (np.interp(grid, part[name][0], derivative(*part[name])) for name in ("x", "y"))
+    surge, sway = earth_to_body(heading, north, east)
+    surge = np.interp(grid, *part["u"]) if "u" in part else surge
+    sway = np.interp(grid, *part["v"]) if "v" in part else sway
+    return surge, sway
+
+
+def _integrated(heading: Array, surge: Array, sway: Array, step: float) -> Array:
+    velocity = np.column_stack(body_to_earth(heading, surge, sway))
+    steps = 0.5 * step * (velocity[1:] + velocity[:-1])
+    return np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))

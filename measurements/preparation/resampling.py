@@ -1,0 +1,81 @@
+"""From samples at any instants to an even time base: gaps, stretches, stamps, derivatives."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...physics.frames import Array
+from ..canonical import Channel
+
+Span = tuple[float, float]
+
+_LEAST_GAP = 0.5
+_GAP_PERIODS = 5.0
+
+
+def gap_limit(channel: Channel, max_gap: float | None) -> float:
+    """Return the longest bridged step of a channel [s]: `max_gap`, or the larger of 0.5 s and five sample periods."""
+    return max_gap if max_gap is not None else max(_LEAST_GAP, _GAP_PERIODS * channel.period)
+
+
+def is_logged_on_change(channel: Channel) -> bool:
+    """Whether a command was logged only when it changed, so that silence means "as before" and not a gap.
+
+    Such a stream never repeats a value and has no beat: less than half of its steps are near the median step.
+    """
+    if channel.time.size < 3:
+        return True
+    steps = np.diff(channel.time)
+    beat = np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5)
+    repeats = np.mean(np.diff(channel.value) == 0.0)
+    return bool(repeats < 0.01 and beat < 0.5)
+
+
+def gaps(channel: Channel, limit: float) -> list[Span]:
+    """Find the steps of a channel longer than `limit` [s], as (start, end)."""
+    found = np.flatnonzero(np.diff(channel.time) > limit * (1.0 + 1e-9))
+    return [(float(channel.time[i]), float(channel.time[i + 1])) for i in found]
+
+
+def segments(start: float, end: float, holes: Sequence[Span]) -> list[Span]:
+    """List the stretches of `start` to `end` [s] that no hole touches, in order.
+
+    >>> segments(0.0, 10.0, [(4.0, 6.0), (5.0, 7.0)])
+    [(0.0, 4.0), (7.0, 10.0)]
+    """
+    found = []
+    for low, high in sorted(holes):
+        if high <= start:
+            continue
+        if low > start:
+            found.append((start, min(low, end)))
+        start = max(start, high)
+        if start >= end:
+            break
+    if start < end:
+        found.append((start, end))
+    return found
+
+
+def even_grid(anchors: Array, span: Span, step: float) -> Array:
+    """Lay even stamps of `step` [s] within `span`, from the first of the stamps `anchors` that lies in it."""
+    start, end = span
+    first = np.searchsorted(anchors, start - 1e-9)
+    origin = float(anchors[first]) if first < anchors.size and anchors[first] <= end else start
+    count = max(0, int(np.floor((end - origin) / step + 1e-6)) + 1)
+    return origin + step * np.arange(count, dtype=np.float64)
+
+
+def samples(channel: Channel, span: Span) -> tuple[Array, Array]:
+    """Return the samples of a channel from the last before `span` to the first after it."""
+    start, end = span
+    first = max(0, int(np.searchsorted(channel.time, start, "right")) - 1)
+    last = min(channel.time.size, int(np.searchsorted(channel.time, end, "left")) + 1)
+    return channel.time[first:last], channel.value[first:last]
+
+
+def derivative(time: Array, value: Array) -> Array:
+    """Central differences at uneven stamps; (n,) per second."""
+    if time.size < 2:
+        return np.zeros(time.size)
+    return np.gradient(value, time)

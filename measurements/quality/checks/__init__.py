@@ -1,0 +1,1 @@
+"""One file for every check of a log's quality."""

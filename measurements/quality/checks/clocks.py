@@ -1,0 +1,309 @@
+"""Whether compass, gyro, receiver, accelerometer and commands are in step."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, final
+
+import numpy as np
+
+from ....physics.frames import Array, earth_to_body
+from ...canonical import Channel
+from ..finding import Channels, Check, Finding, Fix, Reach
+from ..lags import Lag, Response, lag_of, quick
+from ..record import RATE, Record, Stretch
+from ..response import COARSE, SLOW, trials
+from .neutral import centre_of
+
+_STEP = 1.0 / RATE
+_IN_STEP = 0.03
+_PITCHING = 0.05
+"""Offset up to which records are in step [s]; a boat that pitches as it speeds up holds its accelerometer back."""
+_ALIKE = (0.8, 1.25)
+"""Slope of one record over the other between which they are records of one quantity; a filter makes it smaller."""
+_NEARLY = 0.1
+"""Offset that must be ruled out before records are said to be in step [s]."""
+_REACH = (-0.6, 1.0)
+"""Delays about the one that explains the commands' answer best in which it is looked for closely [s]."""
+_FAR = (-5.0, 5.0)
+"""Delays between records of one quantity that are looked for [s]: clocks that were set by hand are seconds apart."""
+_APART = 0.3
+"""Delay from which a record that forces are made of tells of another manoeuvre than the rest of the log [s]: a third of
+the shortest period of a command, and more than any lag of a receiver."""
+_FOLLOWS = 0.6
+_ANSWERS = 0.5
+"""Share of a record that the other must explain, in the band of their comparison, before its delay means anything."""
+_STRETCHES = 8
+"""Stretches of 10 s from which an answer to the commands is believed: its model is a coarse one."""
+_UNSURE = 0.06
+_SURE = 0.02
+"""Standard errors above which a delay is not known, and above which it is not told for a single log of several [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Comparison:
+    """Two records of one quantity: how they are made of a record, and what a delay between them does.
+
+    Beyond the delays `fatal` [s], every finding would be about the clocks.
+    """
+
+    late: str
+    reference: str
+    channels: tuple[str, ...]
+    needs: frozenset[str]
+    response: Callable[[Record, Stretch], Response]
+    consequence: str
+    tolerance: float = _IN_STEP
+    fatal: tuple[float, float] = (-np.inf, np.inf)
+    alike: tuple[float, float] = _ALIKE
+
+
+def _turning(record: Record, stretch: Stretch) -> Response:
+    motion = stretch.motion
+    return Response(motion.velocity[:, 2], np.gradient(motion.heading, _STEP)[:, None], np.zeros((motion.time.size, 0)))
+
+
+def _surging(record: Record, stretch: Stretch) -> Response:
+    """The accelerometer tilts with speed, and gravity leaks into it: the trim is allowed for."""
+    motion = stretch.motion
+    surge, sway, rate = motion.velocity.T
+    measured = on_grid(record, "ax", motion.time)
+    return Response(measured, (np.gradient(surge, _STEP) - sway * rate)[:, None], _trim(surge))
+
+
+def _made_good(record: Record, stretch: Stretch) -> Response:
+    motion = stretch.motion
+    north, east = np.gradient(motion.position, _STEP, axis=0).T
+    ahead, _ = earth_to_body(motion.heading, north, east)
+    return Response(motion.velocity[:, 0], ahead[:, None], np.zeros((motion.time.size, 0)))
+
+
+def _trim(surge: Array) -> Array:
+    return np.column_stack([surge, surge * np.abs(surge)])
+
+
+_COMPARISONS = (
+    _Comparison(
+        "the gyro",
+        "the compass",
+        ("r",),
+        frozenset({"psi", "r"}),
+        _turning,
+        "yaw rate and heading tell of different instants; a thruster lag of that size is no finding",
+        fatal=(-_APART, _APART),
+    ),
+    _Comparison(
+        "the surge speed",
+        "the position",
+        ("u", "v"),
+        frozenset({"x", "y", "psi", "u"}),
+        _made_good,
+        "speeds and positions tell of different instants; a lag of that size is no finding",
+        alike=(0.4, 1.25),
+        fatal=(-np.inf, _APART),  # a position that is late is no force's concern
+    ),
+    _Comparison(
+        "the accelerometer",
+        "the speed over ground",
+        ("ax", "ay"),
+        frozenset({"psi", "ax"}),
+        _surging,
+        "an accelerometer that is late makes a lag of the thrusters that is not there",
+        _PITCHING,
+        (0.5, 2.0),
+    ),
+)
+
+
+@final
+class Clocks(Check):
+    """Finds the delay between records of one quantity, and between commands and what they do."""
+
+    name: ClassVar[str] = "clocks"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: one finding for each pair of records that the logs have, and one for the commands."""
+        found, gyro = [], 0.0
+        for pair in _COMPARISONS:
+            having = [record for record in records if pair.needs <= set(record.log.channels)]
+            if not having:
+                continue
+            lags = [_lag([pair.response(record, s) for s in record.stretches]) for record in having]
+            every = [pair.response(record, s) for record in having for s in record.stretches]
+            lag = lags[0] if len(having) == 1 else _lag(every)
+            finding = _compared(pair, lag, [one for one in lags if one is not None and _sure(one, _FOLLOWS, _SURE)])
+            if pair.channels == ("r",) and finding.fix is not None and lag is not None:
+                gyro = lag.seconds
+            found.append(finding)
+        return [*found, *_commanded(records, gyro)]
+
+
+def _lag(responses: Sequence[Response]) -> Lag | None:
+    """The delay of a record, looked for nearby first, so that short stretches count, and then far away."""
+    near = lag_of(responses, _STEP)
+    if near is not None and near.explained >= _FOLLOWS:
+        return near
+    return lag_of(responses, _STEP, reach=_FAR) or near
+
+
+def on_grid(record: Record, name: str, time: Array) -> Array:
+    """A channel at other stamps."""
+    channel = record.log.channels[name]
+    return np.interp(time, channel.time, channel.value)
+
+
+def _sure(lag: Lag | None, explained: float, error: float = _UNSURE) -> bool:
+    return lag is not None and lag.explained >= explained and lag.error <= error
+
+
+def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag]) -> Finding:
+    names = (*pair.channels[:1],)
+    if lag is None or not _sure(lag, _FOLLOWS) or not pair.alike[0] <= lag.slope <= pair.alike[1]:
+        text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
+        return Finding("clocks", "cannot tell", text, unit="s", channels=names)
+    low, high = lag.ci95
+    if low <= pair.tolerance and high >= -pair.tolerance:
+        if max(high, -low) > _NEARLY:
+            text = f"{pair.late} may be {low:+.2f} to {high:+.2f} s after {pair.reference}: too little motion to tell"
+            return Finding("clocks", "cannot tell", text, lag.seconds, "s", lag.ci95, names)
+        text = f"{pair.late} is in step with {pair.reference} ({lag.seconds:+.3f} s)"
+        return Finding("clocks", "ok", text, lag.seconds, "s", lag.ci95, names)
+    spread = [one.seconds for one in each]
+    between = f" ({min(spread):.2f} to {max(spread):.2f} s over the logs)" if len(spread) > 1 else ""
+    order = "after" if lag.seconds > 0 else "before"
+    text = f"{pair.late} tells of a motion {abs(lag.seconds):.2f} s {order} {pair.reference} does{between}"
+    shifts = dict.fromkeys(pair.channels, -lag.seconds)
+    apart = low > pair.fatal[1] or high < pair.fatal[0]
+    return Finding(
+        "clocks",
+        "defect" if apart else "warning",
+        text,
+        lag.seconds,
+        "s",
+        lag.ci95,
+        names,
+        pair.consequence,
+        f"move {' and '.join(pair.channels)} by {-lag.seconds:+.2f} s",
+        Fix(f"stamps of {' and '.join(pair.channels)} moved by {-lag.seconds:+.3f} s", _move(shifts)),
+        short=f"{pair.late} is {abs(lag.seconds):.2f} s {order} {pair.reference}",
+        reach=Reach.LOG if apart else Reach.NUMBERS,
+    )
+
+
+def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
+    """Whether the boat answers before it is told to; that it answers later is its nature, up to `SLOW`."""
+    names = sorted({name for record in records for name in record.commands})
+    if not names:
+        return []
+    channels = tuple(names)
+    found = trials(records)
+    far = [one.best.seconds for one in found if not one.best.in_step]
+    if far and not all(one.late for one in found):
+        text = f"the boat may answer its commands {_when(far[0])}, or in step: the log is explained alike"
+        return [Finding("clocks", "cannot tell", text, far[0], "s", None, channels)]
+    pooled = _answer(records, gyro, float(np.median(far)) if far else 0.0)
+    if pooled is None and far:
+        pooled = float(np.median(far)), COARSE
+    if pooled is None:
+        text = "the commands say too little about the motion to tell whether they are in step with it"
+        return [Finding("clocks", "cannot tell", text, unit="s", channels=channels)]
+    seconds, error = pooled
+    ends = seconds - 1.96 * error, seconds + 1.96 * error
+    if seconds > SLOW and far:
+        return [_early(seconds, ends, channels)]
+    # A command in a row of 0.1 s was given up to 0.1 s before it.
+    row = max(record.log.channels[name].period for record in records for name in names if name in record.log.channels)
+    if ends[1] >= -_IN_STEP - 0.5 * row:
+        if ends[0] < -_NEARLY - 0.5 * row:
+            text = f"the boat may answer its commands {ends[0]:+.2f} to {ends[1]:+.2f} s after them: too little to tell"
+            return [Finding("clocks", "cannot tell", text, seconds, "s", ends, channels)]
+        text = f"the boat answers its commands, {_when(seconds, 2)}"
+        if seconds < 0.0:
+            text = f"{text}, which is in step for rows of {row:.2g} s"
+        return [Finding("clocks", "ok", text, seconds, "s", ends, channels)]
+    return [
+        Finding(
+            "clocks",
+            "defect" if far else "warning",
+            f"the motion leads the command by {-seconds:.2f} s: the boat cannot know, the stamps are late",
+            seconds,
+            "s",
+            ends,
+            channels,
+            "a delay of the thrusters comes out too small or negative, and damping with it",
+            f"move the commands by {seconds:+.2f} s or more",
+            Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds))),
+            short=f"the motion leads the command by {-seconds:.2f} s",
+            reach=Reach.LOG,
+        )
+    ]
+
+
+def _early(seconds: float, ends: tuple[float, float], channels: tuple[str, ...]) -> Finding:
+    """The commands are stamped early, or the boat is slower than any; which of the two, a person knows."""
+    return Finding(
+        "clocks",
+        "warning",
+        f"the boat answers its commands {seconds:.2f} s after them: no thruster is that slow, the stamps are early",
+        seconds,
+        "s",
+        ends,
+        channels,
+        f"no delay beyond {SLOW:.0f} s is looked for, so what is found explains it by something else",
+        f"move the commands by {seconds:+.2f} s or less",
+        short=f"the boat answers its commands {seconds:.1f} s after them",
+    )
+
+
+def _when(seconds: float, digits: int = 1) -> str:
+    return f"{abs(seconds):.{digits}f} s {'after' if seconds >= 0.0 else 'before'} them"
+
+
+def _answer(records: Sequence[Record], gyro: float, about: float) -> tuple[float, float] | None:
+    """The delay of surge and yaw after the commands near one [s], its standard error [s]; None if neither tells."""
+    names = {name for record in records for name in record.commands}
+    centre = {name: centre_of(records, name) for name in names}
+    lags = []
+    for response in (_surge_answer, _yaw_answer):
+        every = [response(record, s, centre, gyro) for record in records for s in record.stretches if record.commands]
+        lag = lag_of(every, _STEP, quick, (about + _REACH[0], about + _REACH[1]))
+        if lag is not None and lag.stretches >= _STRETCHES and _sure(lag, _ANSWERS):
+            lags.append(lag)
+    if not lags:
+        return None
+    weight = np.array([1.0 / max(lag.error, 0.005) ** 2 for lag in lags])
+    seconds = float(weight @ np.array([lag.seconds for lag in lags]) / weight.sum())
+    return seconds, float(1.0 / np.sqrt(weight.sum()))
+
+
+def _drive(record: Record, stretch: Stretch, centre: Mapping[str, float]) -> Array:
+    """Each command ahead and astern of its neutral, linear and quadratic: any thruster's curve is near one of these."""
+    middle = np.array([centre[name] for name in record.commands])
+    deviation = stretch.commands - middle
+    # A command that is silent in this stretch has no size; fmax passes over what is no number without complaint.
+    scale = np.fmax.reduce(np.abs(deviation), axis=0, initial=0.0)
+    deviation = deviation / np.where(scale > 0.0, scale, 1.0)
+    ahead, astern = np.maximum(deviation, 0.0), np.minimum(deviation, 0.0)
+    return np.column_stack([ahead, astern, ahead**2, astern**2])
+
+
+def _surge_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
+    surge = stretch.motion.velocity[:, 0]
+    return Response(np.gradient(surge, _STEP), _drive(record, stretch, centre), _trim(surge))
+
+
+def _yaw_answer(record: Record, stretch: Stretch, centre: Mapping[str, float], gyro: float) -> Response:
+    motion = stretch.motion
+    surge, _, rate = motion.velocity.T
+    rate = np.interp(motion.time + gyro, motion.time, rate)
+    besides = np.column_stack([rate, np.abs(surge) * rate, np.abs(rate) * rate])
+    return Response(np.gradient(rate, _STEP), _drive(record, stretch, centre), besides)
+
+
+def _move(seconds: Mapping[str, float]) -> Callable[[Channels], dict[str, Channel]]:
+    def apply(channels: Channels) -> dict[str, Channel]:
+        return {
+            name: replace(channel, time=channel.time + seconds[name]) if name in seconds else channel
+            for name, channel in channels.items()
+        }
+
+    return apply

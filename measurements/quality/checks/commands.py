@@ -1,0 +1,75 @@
+"""Whether there is a command of a thruster, and nothing else that steers."""
+
+import re
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+from ..finding import Check, Finding
+from ..record import Record
+
+_RUDDER = re.compile(r"rudder|\bhelm|\bfin_angle|azimuth", re.IGNORECASE)
+
+
+@final
+class Commands(Check):
+    """Looks for thruster commands, and for rudders among what was not recognised."""
+
+    name: ClassVar[str] = "commands"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`."""
+        names = tuple(sorted({name for record in records for name in record.commands}))
+        rudders = sorted({name for record in records for name in record.log.unused if _RUDDER.search(name)})
+        found = []
+        if rudders:
+            found.append(
+                Finding(
+                    self.name,
+                    "warning",
+                    f"the log has a rudder ({', '.join(rudders)}); the vehicles and effects of undertow have none",
+                    float(len(rudders)),
+                    "1",
+                    consequence="what the rudder does would be laid at the door of hull, current or thrusters",
+                    remedy="look the log over here, but fit no vehicle to it",
+                    short="it is steered by a rudder, which no vehicle file has",
+                )
+            )
+        if not names:
+            found.append(
+                Finding(
+                    self.name,
+                    "warning",
+                    "no command of a thruster is recognised",
+                    0.0,
+                    "1",
+                    consequence="no vehicle can be judged; only the motion can be looked at",
+                    remedy="map the commands with a channel map (--map), for example 'pwm_port: COLUMN'",
+                    short="no thruster command is recognised",
+                )
+            )
+        for source, fed in sorted(_shared(records).items()):
+            found.append(
+                Finding(
+                    self.name,
+                    "warning",
+                    f"{source} is the command of {len(fed)} thrusters: {', '.join(fed)}",
+                    float(len(fed)),
+                    "1",
+                    None,
+                    fed,
+                    "the thrusters cannot be told apart, and a command that the boat had may be missing",
+                    "if each thruster has its own, name each in the channel map (--map); keep it if one drives both",
+                    short=f"{source} is the command of {len(fed)} thrusters",
+                )
+            )
+        text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
+        return found or [Finding(self.name, "ok", text, float(len(names)), "1", channels=names)]
+
+
+def _shared(records: Sequence[Record]) -> dict[str, tuple[str, ...]]:
+    """Streams that a channel map takes for several commands, and these."""
+    fed: dict[str, set[str]] = {}
+    for record in records:
+        for name in record.commands:
+            fed.setdefault(record.log.channels[name].origin, set()).add(name)
+    return {source: tuple(sorted(names)) for source, names in fed.items() if len(names) > 1}

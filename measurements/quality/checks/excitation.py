@@ -1,0 +1,54 @@
+"""What the boat did, and what the log can therefore tell."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+from ...activity import excitation_of
+from ..finding import Check, Finding
+from ..record import Record
+
+_LITTLE = 60.0
+"""Usable motion below which little can be learned [s]."""
+
+
+@final
+class Excitation(Check):
+    """Says what the log cannot identify, see `activity.excitation_of`."""
+
+    name: ClassVar[str] = "excitation"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: one finding for each thing that cannot be told, or one that says that the log has it all."""
+        motions = tuple(stretch.motion for record in records for stretch in record.stretches)
+        if not motions:
+            why = next((record.why_not for record in records if record.why_not), "there is no motion in it")
+            text = f"no motion can be made of the log: {why}"
+            return [Finding(self.name, "cannot tell", text, 0.0, "s")]
+        seen = excitation_of(motions)
+        parts = {
+            "astern": seen.astern,
+            "turning_to_starboard": seen.turning_to_starboard,
+            "turning_to_port": seen.turning_to_port,
+        }
+        found = [
+            Finding(
+                self.name,
+                "note",
+                sentence.rstrip("."),
+                seen.seconds,
+                "s",
+                None,
+                ("u",) if "astern" in sentence else ("r",),
+                "a model fitted to this log says nothing about it",
+                "record it, or give a log in which the boat does it",
+                parts=parts,
+            )
+            for sentence in seen.sentences
+        ]
+        if seen.seconds < _LITTLE:
+            text = f"only {seen.seconds:.0f} s of usable motion"
+            remedy = "give several logs together, or record five minutes"
+            wrong = "few effects can be told apart"
+            found.append(Finding(self.name, "note", text, seen.seconds, "s", None, (), wrong, remedy, parts=parts))
+        text = f"{seen.seconds:.0f} s ahead and astern, turning to both sides"
+        return found or [Finding(self.name, "ok", text, seen.seconds, "s", parts=parts)]

@@ -1,0 +1,55 @@
+"""Whether positions are new in every row: a receiver of 5 Hz on a grid of 10 Hz repeats itself."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+
+from ...canonical import Channel
+from ..finding import Channels, Check, Finding, Fix
+from ..fixes import LEAST, fixes_of, taken_at
+from ..record import Record
+
+
+@final
+class HeldFixes(Check):
+    """Counts how often a position is new."""
+
+    name: ClassVar[str] = "held fixes"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`."""
+        if not any({"x", "y"} <= set(record.log.channels) for record in records):
+            return []
+        every = [fixes_of(record.log.channels) for record in records]
+        found = [fixes for fixes in every if fixes is not None and np.count_nonzero(fixes.moving) >= LEAST]
+        if not found:
+            text = "the boat moves too little to tell how often its position is measured"
+            return [Finding(self.name, "cannot tell", text, channels=("x", "y"))]
+        beat, step, rows = (
+            float(np.median([part(fixes) for fixes in found]))
+            for part in (lambda f: f.beat, lambda f: f.step, lambda f: f.rows)
+        )
+        if rows < 2:
+            text = f"positions are new in every row, {1.0 / beat:.3g} a second"
+            return [Finding(self.name, "ok", text, 1.0 / beat, "Hz", channels=("x", "y"))]
+        return [
+            Finding(
+                self.name,
+                "warning",
+                f"positions are measured {1.0 / beat:.3g} times a second and held in between, over {rows:.0f} rows of "
+                f"{step:.3g} s",
+                1.0 / beat,
+                "Hz",
+                channels=("x", "y"),
+                consequence="a speed taken from row to row is zero, then too large",
+                remedy="use a position only where it is new",
+                fix=Fix("rows that repeat a position dropped from x and y", _fresh),
+                short=f"positions are held over {rows:.0f} rows",
+            )
+        ]
+
+
+def _fresh(channels: Channels) -> dict[str, Channel]:
+    fixes = fixes_of(channels)
+    return dict(channels) if fixes is None else taken_at(channels, fixes, fixes.time)

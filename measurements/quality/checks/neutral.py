@@ -1,0 +1,237 @@
+"""The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, final
+
+import numpy as np
+
+from ....physics.frames import Array
+from ....physics.thrusters import resting_commands
+from ...canonical import LIMITS, Channel, command_kind
+from ..finding import Channels, Check, Finding, Fix
+from ..record import Record
+
+USUAL = 1500.0
+"""The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""
+_SLOW = 0.1
+"""Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
+_SLOW_FLOOR = (0.1, 0.03)
+_SETTLED = 2.0
+"""A command that is neutral stays for this long [s]."""
+_LEAST = 3.0
+"""Rest from which a neutral can be told [s]."""
+_STATED = re.compile(r"(?P<name>pwm_\w+): .*\bneutral (?P<neutral>[\d.]+) us")
+"""The note of a reader that found the neutral among the log's parameters."""
+_SAME = 0.6
+"""Share of the rest during which the command must be the same."""
+_OFF = 3.0
+"""Distance from the usual neutral from which it matters [us]: one per cent of the thrust command is 4 to 5."""
+_AT_END = 0.05
+"""Share of the range of the commands within which a neutral is at its end: an ESC that drives one way only."""
+
+
+@final
+class Neutral(Check):
+    """Finds the value at which each PWM stays while nothing moves."""
+
+    name: ClassVar[str] = "neutral"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: one finding for all PWM channels."""
+        names = sorted(
+            {name for record in records for name in record.commands if (command_kind(name) or ("",))[0] == "pwm"}
+        )
+        if not names:
+            return []
+        found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
+        if not found:
+            text = "the boat is never at rest with a steady command; the neutral PWM is not known"
+            return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
+        zeros = _zeros(records, found)
+        if zeros:
+            return [_compared(found, zeros, _range(records, names))]
+        off = {name: value for name, value in found.items() if abs(value - USUAL) >= _OFF}
+        told = _listed(found)
+        parts = dict(found)
+        lows, highs = _range(records, names)
+        parts |= {"lowest": lows, "highest": highs}
+        value = float(np.median(list((off or found).values())))
+        if not off:
+            text = f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}"
+            return [Finding(self.name, "ok", text, value, "us", None, tuple(found), parts=parts)]
+        least = min(abs(end - value) for end in (lows, highs))
+        curve = f"set the curve's zero in the vehicle file to {value:g}"
+        if least <= _AT_END * (highs - lows):
+            return [
+                Finding(
+                    self.name,
+                    "warning",
+                    f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
+                    value,
+                    "us",
+                    None,
+                    tuple(off),
+                    f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
+                    curve,
+                    None,
+                    parts,
+                    f"neutral PWM is {value:g} us",
+                )
+            ]
+        low, high = LIMITS["pwm"]
+        fits = all(low <= lows + USUAL - one and highs + USUAL - one <= high for one in off.values())
+        shift = Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off))
+        return [
+            Finding(
+                self.name,
+                "warning",
+                f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
+                value,
+                "us",
+                None,
+                tuple(off),
+                f"a model with its zero at {USUAL:.0f} pushes with {100.0 * abs(value - USUAL) / least:.1f} % of the "
+                "command at rest, and ahead and astern seem unlike",
+                f"map each with 'offset: {USUAL - value:+g}', or {curve}" if fits else curve,
+                shift if fits else None,
+                parts,
+                f"neutral PWM is {value:g} us",
+            )
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class _Zero:
+    """Where neutral should be: between two values of a channel, in which words, and whether the vehicle says so."""
+
+    low: float
+    high: float
+    words: str
+    by_vehicle: bool
+
+    def off(self, value: float) -> float:
+        """How far a neutral is beside it."""
+        return max(self.low - value, value - self.high)
+
+    @property
+    def middle(self) -> float:
+        """Its middle."""
+        return 0.5 * (self.low + self.high)
+
+    def __str__(self) -> str:
+        return f"{self.low:.4g}" if self.low == self.high else f"{self.low:.4g} to {self.high:.4g}"
+
+
+def _zeros(records: Sequence[Record], found: Mapping[str, float]) -> dict[str, _Zero]:
+    """What says where neutral is, by channel: the vehicle's curve, or else the log's parameters."""
+    zeros: dict[str, _Zero] = {}
+    for record in records:
+        own = {t.channel: resting_commands(t) for t in record.vehicle.thrusters} if record.vehicle else {}
+        for name in found:
+            stated = next((s for note in record.log.notes if (s := _STATED.match(note)) and s["name"] == name), None)
+            ends = own.get(name)
+            if ends is not None:
+                zeros[name] = _Zero(*ends, "the vehicle's curve has its zero", True)
+            elif stated:
+                value = float(stated["neutral"])
+                zeros.setdefault(name, _Zero(value, value, "the log's parameters have it", False))
+    return zeros
+
+
+def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tuple[float, float]) -> Finding:
+    """The neutral beside what says where it must be. Nothing is shifted: which of the two is right, a person knows."""
+    parts = dict(found) | {"lowest": ends[0], "highest": ends[1]}
+    off = {n: value for n, value in found.items() if n in zeros and zeros[n].off(value) >= _OFF}
+    name = next(iter(off or zeros))
+    value, zero = found[name], zeros[name]
+    text = f"neutral PWM is {_listed(found)}, range {ends[0]:.0f} to {ends[1]:.0f}"
+    if off:
+        moves = ", ".join(f"{n} by 'offset: {zeros[n].middle - v:+.4g}'" for n, v in off.items())
+        text = f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; range {ends[0]:.0f} to {ends[1]:.0f}"
+        return Finding(
+            Neutral.name,
+            "warning",
+            text,
+            value,
+            "us",
+            None,
+            tuple(off),
+            "a model pushes at rest, and ahead and astern seem unlike",
+            f"set the curve's zero in the vehicle file to {value:g}, or map {moves} if the log was not shifted already",
+            None,
+            parts,
+            f"neutral PWM is {value:g} us, not {zero}",
+        )
+    if zero.by_vehicle or abs(value - USUAL) < _OFF:
+        return Finding(Neutral.name, "ok", f"{text}; {zero.words} there", value, "us", None, tuple(found), parts=parts)
+    remedy = f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells whether it is"
+    return Finding(
+        Neutral.name, "note", f"{text}; {zero.words} there", value, "us", None, tuple(found), "", remedy, None, parts
+    )
+
+
+def neutral_of(records: Sequence[Record], name: str) -> float | None:
+    """The value at which a command stays while the boat lies at rest, in its unit; None where that is not seen."""
+    rest = [one for record in records if (one := _resting(record, name)).size]
+    values = np.concatenate(rest) if rest else np.zeros(0)
+    # The motions are at 20 Hz.
+    if values.size < 20.0 * _LEAST:
+        return None
+    levels, counts = np.unique(values, return_counts=True)
+    best = int(np.argmax(counts))
+    return float(levels[best]) if counts[best] >= _SAME * values.size else None
+
+
+def centre_of(records: Sequence[Record], name: str) -> float:
+    """The neutral of a command, or its median where no rest shows it, in its unit."""
+    neutral = neutral_of(records, name)
+    if neutral is not None:
+        return neutral
+    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    return float(np.median(np.concatenate(values)))
+
+
+def _resting(record: Record, name: str) -> Array:
+    """Values of a command (m,) where the boat lies at rest and the command has been steady for a while."""
+    if name not in record.commands:
+        return np.zeros(0)
+    column = record.commands.index(name)
+    speeds = [np.abs(s.motion.velocity) for s in record.stretches]
+    if not speeds:
+        return np.zeros(0)
+    top = np.quantile(np.concatenate(speeds), 0.99, axis=0)
+    found = []
+    for stretch, speed in zip(record.stretches, speeds, strict=True):
+        command = stretch.commands[:, column]
+        window = max(1, round(_SETTLED / stretch.motion.time_step))
+        same = np.concatenate(([0], np.cumsum(np.diff(command) != 0.0)))
+        steady = np.zeros(command.size, dtype=bool)
+        steady[window:] = same[window:] == same[:-window]
+        still = (np.hypot(speed[:, 0], speed[:, 1]) < max(_SLOW * np.hypot(*top[:2]), _SLOW_FLOOR[0])) & (
+            speed[:, 2] < max(_SLOW * top[2], _SLOW_FLOOR[1])
+        )
+        found.append(command[steady & still & np.isfinite(command)])
+    return np.concatenate(found)
+
+
+def _range(records: Sequence[Record], names: Sequence[str]) -> tuple[float, float]:
+    values = [record.log.channels[name].value for record in records for name in names if name in record.log.channels]
+    return float(min(v.min() for v in values)), float(max(v.max() for v in values))
+
+
+def _listed(values: Mapping[str, float]) -> str:
+    if len(set(values.values())) == 1 and len(values) > 1:
+        return f"{next(iter(values.values())):g} us on all {len(values)} thrusters"
+    return ", ".join(f"{value:g} us ({name})" for name, value in values.items())
+
+
+def _shift(off: Mapping[str, float]) -> Callable[[Channels], dict[str, Channel]]:
+    def apply(channels: Channels) -> dict[str, Channel]:
+        return {
+            name: replace(channel, value=channel.value + USUAL - off[name]) if name in off else channel
+            for name, channel in channels.items()
+        }
+
+    return apply

@@ -1,0 +1,122 @@
+"""Whether the time stamps run forward: repeated ones, and ones that go back."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+from ...canonical import Channel
+from ...clock import APART
+from ..finding import Channels, Check, Finding, Fix
+from ..record import Record
+
+_MANY = 0.01
+_TOLD = 3
+
+
+@final
+class Stamps(Check):
+    """Counts what reading had to drop or sort, see `cleaning.Cleaner`."""
+
+    name: ClassVar[str] = "stamps"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: a finding for repeated stamps, one for backward stamps, or one that says that all is well."""
+        channels = [channel for record in records for channel in record.log.channels.values()]
+        rows = sum(channel.time.size for channel in channels)
+        repeated = sum(channel.lost.repeated for channel in channels)
+        backward = sum(channel.lost.backward for channel in channels)
+        found = [*_set(channels), *_astray(channels, rows)]
+        if backward:
+            names = _names([c.name for c in channels if c.lost.backward])
+            share = backward / rows
+            found.append(
+                Finding(
+                    self.name,
+                    "defect",
+                    f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
+                    share,
+                    "1",
+                    None,
+                    names,
+                    "derivatives change sign there; other verbs refuse the log",
+                    "sort the rows by time",
+                    Fix(f"rows of {', '.join(names)} sorted by time ({backward} were out of order)", _as_read),
+                )
+            )
+        if repeated:
+            names = _names([c.name for c in channels if c.lost.repeated])
+            share = repeated / (rows + repeated)
+            found.append(
+                Finding(
+                    self.name,
+                    "warning" if share > _MANY else "note",
+                    f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
+                    share,
+                    "1",
+                    None,
+                    names,
+                    "two values at one instant have no derivative; the last of them is taken",
+                    "find out why the logger wrote them, or whether its stamps are rounded",
+                    Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept", _as_read),
+                )
+            )
+        return found or [Finding(self.name, "ok", "every time stamp is later than the one before", 0.0, "1")]
+
+
+def _set(channels: Sequence[Channel]) -> list[Finding]:
+    """A clock that was set: what follows is a stretch of its own."""
+    sets = tuple(dict.fromkeys(each for channel in channels for each in channel.lost.sets))
+    if not sets:
+        return []
+    back = any(by < 0.0 for _, by in sets)
+    told = ", ".join(
+        f"{'back' if by < 0.0 else 'forward'} by {abs(by):.6g} s at t = {at:.2f} s" for at, by in sets[:_TOLD]
+    )
+    more = f" and {len(sets) - _TOLD} times more" if len(sets) > _TOLD else ""
+    return [
+        Finding(
+            "stamps",
+            "defect" if back else "warning",
+            f"the clock was set {told}{more}",
+            sets[0][1],
+            "s",
+            None,
+            _names([channel.name for channel in channels if channel.lost.sets]),
+            f"the pieces are put {APART:g} s apart, each a stretch of its own"
+            + ("; other verbs refuse the log until that is written" if back else ""),
+            "keep the clock as it is while logging, or stamp by a clock that is never set",
+            Fix(f"pieces between which the clock was set put {APART:g} s apart", _as_read),
+            short="the clock was set back" if back else "the clock was set",
+        )
+    ]
+
+
+def _astray(channels: Sequence[Channel], rows: int) -> list[Finding]:
+    """Stamps that are wrong alone: their rows are dropped."""
+    names = _names([channel.name for channel in channels if channel.lost.astray])
+    count = sum(channel.lost.astray for channel in channels)
+    if not count:
+        return []
+    share = count / (rows + count)
+    return [
+        Finding(
+            "stamps",
+            "warning" if share > _MANY else "note",
+            f"{count} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
+            share,
+            "1",
+            None,
+            names,
+            "their rows are left out",
+            "find out what wrote these stamps",
+            Fix(f"{count} values with a stamp that is astray dropped", _as_read),
+        )
+    ]
+
+
+def _names(every: Sequence[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(every))
+
+
+def _as_read(channels: Channels) -> dict[str, Channel]:
+    """Reading has done it already."""
+    return dict(channels)

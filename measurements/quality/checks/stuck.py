@@ -1,0 +1,186 @@
+"""Whether a sensor repeats itself: a value that stays exactly the same while it should move."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+
+from ....physics.frames import Array
+from ...canonical import Channel
+from ...log import Log
+from ..axes import track_of
+from ..finding import Check, Finding, Reach
+from ..fixes import fixes_of
+from ..record import Record
+
+_PLACE = ("x", "y")
+_SENSORS: tuple[tuple[str, ...], ...] = (
+    _PLACE,
+    ("psi",),
+    ("u",),
+    ("v",),
+    ("r",),
+    ("ax",),
+    ("ay",),
+    ("wind_u",),
+    ("wind_v",),
+)
+_GOES_ON = ("x", "psi")
+"""What the motion carries on while the sensor sleeps: it jumps at the end of the stay."""
+_JUMP = 3.0
+"""Times the last step that such a jump has at least."""
+_LEAST = 1.0
+"""A value that stays for less than this is not called stuck [s]."""
+_BEFORE, _BEFORE_SECONDS = 10, 0.5
+"""Steps before a stay that tell whether the value was on the move, and the time that they take at least [s]: a log
+that was interpolated to a fine grid has ten rows on one line."""
+_DIGITS = 3.0
+"""Steps on the move are at least this many times the last digit of the channel."""
+_MUCH = 0.05
+_MOST = 0.3
+"""Share of the time from which what is left of a stuck sensor's log is no log of it."""
+_TURNS, _RUNS = 0.5, 3.0
+"""Turning [rad] and way [m] from which the rest of the log says that the boat moved."""
+_NO_DRIFT = 2e-4
+"""Share of a track, about that of rounding, that is left by heading and speed where a boat does not drift."""
+_DRIVES = {"psi": "turns", "r": "turns", "v": "turns", "u": "runs", "x": "runs", "ax": "runs", "ay": "turns"}
+"""What the boat must do for a record to change: a hull that turns drifts, one that runs straight need not."""
+
+
+@final
+class Stuck(Check):
+    """Looks for values that stop dead in the middle of a motion."""
+
+    name: ClassVar[str] = "stuck"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`: one finding for each channel that is stuck, or one that says that none is."""
+        spans: dict[tuple[str, ...], list[float]] = {}
+        times: dict[tuple[str, ...], float] = {}
+        for record in records:
+            held = fixes_of(record.log.channels)
+            for names in _SENSORS:
+                if not set(names) <= set(record.log.channels):
+                    continue
+                channels = [record.log.channels[name] for name in names]
+                time = channels[0].time
+                if time.size < 3 or any(channel.time.size != time.size for channel in channels):
+                    continue
+                usual = held.rows if held is not None and names == _PLACE else 1
+                spans.setdefault(names, []).extend(high - low for low, high in _stays(channels, usual))
+                times[names] = times.get(names, 0.0) + float(time[-1] - time[0])
+        found = [finding for names in _SENSORS if (finding := _never(records, names)) is not None]
+        for names, lengths in spans.items():
+            if not lengths:
+                continue
+            share, longest = sum(lengths) / times[names], max(lengths)
+            found.append(
+                Finding(
+                    self.name,
+                    "defect" if share > _MUCH else "warning",
+                    f"{' and '.join(names)} {'are' if len(names) > 1 else 'is'} stuck in mid-motion "
+                    f"{_times(len(lengths))}, for up to {longest:.2g} s",
+                    longest,
+                    "s",
+                    None,
+                    names,
+                    "the boat seems to stop, and to jump when the sensor wakes up",
+                    "drop those rows, so that they are a gap; look at the sensor's own status",
+                    parts={"share": share},
+                    reach=Reach.LOG if share > _MOST else Reach.SECONDS,
+                )
+            )
+        return found or [Finding(self.name, "ok", "no sensor repeats a value in mid-motion", 0.0, "s")]
+
+
+def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
+    """The finding that a record never changes although the rest of the log does."""
+    having = [record for record in records if set(names) <= set(record.log.channels)]
+    every = [record.log.channels[name] for record in having for name in names]
+    if not every or any(channel.time.size < 3 or np.ptp(channel.value) > 0.0 for channel in every):
+        return None
+    drive = _DRIVES.get(names[0])
+    if drive is None or not any(_moves(record, drive, names) for record in having):
+        return None
+    if names[0] == "v" and _follows([record.log for record in having]):
+        return None
+    value = every[0].value[0]
+    many, first = len(names) > 1, every[0].name
+    listed = " and ".join(names)
+    text = f"{listed} never {'change' if many else 'changes'} ({value:g} {every[0].unit} in every row)"
+    text = f"{text} although the boat {drive}"
+    wrong = "a record that was never measured is taken for a measurement"
+    remedy = f"leave it out with '{first}: null' in a channel map, so that it is derived where that can be"
+    short = f"{listed} never change{'' if many else 's'}"
+    reach = Reach.NUMBERS if first in ("ax", "ay") else Reach.LOG
+    return Finding(
+        "stuck", "defect", text, float(value), every[0].unit, None, names, wrong, remedy, short=short, reach=reach
+    )
+
+
+def _follows(logs: Sequence[Log]) -> bool:
+    """Whether the track is what heading and speed alone make it: then the boat does not drift indeed."""
+    track = track_of(logs)
+    return track is not None and track.certain and track.left < _NO_DRIFT
+
+
+def _moves(record: Record, drive: str, but: tuple[str, ...]) -> bool:
+    """Whether records other than those in question say that the boat turns, or runs unevenly."""
+    channels = {name: c for name, c in record.log.channels.items() if name not in but}
+    if drive == "turns":
+        r, psi = channels.get("r"), channels.get("psi")
+        by_rate = r is not None and float(np.ptp(np.cumsum(np.diff(r.time) * r.value[1:]))) > _TURNS
+        by_heading = psi is not None and float(np.ptp(np.unwrap(psi.value))) > _TURNS
+        return bool(by_rate or by_heading)
+    x, y, u = channels.get("x"), channels.get("y"), channels.get("u")
+    by_place = x is not None and y is not None and float(np.hypot(np.ptp(x.value), np.ptp(y.value))) > _RUNS
+    by_speed = u is not None and float(np.abs(np.diff(u.time) @ u.value[1:])) > _RUNS
+    return bool(by_place or by_speed)
+
+
+def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]:
+    """Stays of all channels together that begin in mid-motion, as (start, end) [s].
+
+    A boat comes to rest little by little, so that the steps before an honest stay are near the last digit.
+    """
+    first, time = channels[0], channels[0].time
+    values = np.column_stack([np.unwrap(c.value) if c.name == "psi" else c.value for c in channels])
+    steps = np.hypot.reduce(np.diff(values, axis=0), axis=1)
+    digit = _last_digit(steps)
+    if digit is not None and first.name == "x":
+        # Steps of a boat at an even pace are all alike, and tell nothing of the last digit of its position.
+        digit = min(digit, _resolution(values))
+    if digit is None:
+        return []
+    same = np.concatenate(([False], steps == 0.0, [False]))
+    starts, ends = np.flatnonzero(same[1:] & ~same[:-1]), np.flatnonzero(same[:-1] & ~same[1:])
+    found = []
+    before_rows = max(_BEFORE * usual, round(_BEFORE_SECONDS / first.period) if first.period > 0.0 else 0)
+    for start, end in zip(starts, ends, strict=True):
+        length = float(time[end] - time[start])
+        if length < max(_LEAST, 5.0 * usual * first.period) or start < before_rows:
+            continue
+        before = steps[start - before_rows : start]
+        moving = before[before > 0.0]
+        if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _DIGITS * digit:
+            continue
+        if first.name in _GOES_ON and end < steps.size and steps[end] < _JUMP * np.median(moving):
+            continue
+        found.append((float(time[start]), float(time[end])))
+    return found
+
+
+def _last_digit(steps: Array) -> float | None:
+    """The smallest step that the channel shows more than by chance, None where it never moves."""
+    moved = steps[steps > 0.0]
+    return float(np.quantile(moved, 0.01)) if moved.size else None
+
+
+def _resolution(values: Array) -> float:
+    """The usual difference between positions (n, 2) that are next to each other in size."""
+    gaps = [np.diff(np.unique(np.asarray(column, dtype=float))) for column in values.T]
+    return float(np.hypot.reduce([float(np.median(gap)) if gap.size else 0.0 for gap in gaps]))
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

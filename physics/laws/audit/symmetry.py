@@ -1,0 +1,69 @@
+"""Mirror symmetry: what holds to starboard holds to port."""
+
+from typing import ClassVar, final
+
+import numpy as np
+
+from ...vehicle import Vehicle
+from .base import Law, Ruling, in_words
+from .witness import Witness
+
+SHARE = 0.1
+"""Difference between the sides, as a share of full thrust, from which a boat is called lopsided."""
+_SIGNS = np.array([1.0, -1.0, -1.0])
+
+
+@final
+class MirrorSymmetry(Law):
+    """The force at mirrored velocities and commands is the mirrored force, up to a tenth of full thrust.
+
+    It does not count: a worn propeller, a bent rudder or weed on one side are physics, and a model is right to have
+    them. The verdict tells how lopsided the model is.
+    """
+
+    name: ClassVar[str] = "mirror symmetry"
+    counts: ClassVar[bool] = False
+
+    def judge(self, witness: Witness) -> Ruling:
+        """See `Law.judge`."""
+        states = witness.states
+        mirrored = states * np.append(_SIGNS, 1.0)
+        pairs = mirror_pairs(witness.vehicle)
+        rng = np.random.default_rng([witness.seed, 5])
+        driven = None if pairs is None else witness.commands[rng.integers(0, witness.commands.shape[0], len(states))]
+        swapped = None if driven is None or pairs is None else driven[:, pairs]
+        one, other = (witness.relative(x, c) @ witness.mass.T for x, c in ((states, driven), (mirrored, swapped)))
+        values = np.abs(one - other * _SIGNS) / witness.full_force
+        if pairs is not None:
+            coast = [x @ witness.mass.T for x in (witness.coasting, witness.relative(mirrored))]
+            values = np.maximum(values, np.abs(coast[0] - coast[1] * _SIGNS) / witness.full_force)
+        worst = values.max(axis=1)
+        k = int(np.argmax(worst))
+        at, value, axis = witness.place(states[k]), float(worst[k]), ("surge", "sway", "yaw")[int(np.argmax(values[k]))]
+        told = f"{100.0 * value:.2g} % of full thrust, in {axis}"
+        return self.rule(
+            value=value,
+            limit=SHARE,
+            unit="share of full thrust",
+            at=at,
+            share=float((worst > SHARE).mean()),
+            proof="search",
+            kept=(f"Port and starboard differ by at most {told}" if value > 1e-6 else "Port and starboard are alike")
+            + (" (hull alone)." if pairs is None else "."),
+            broken=f"Port and starboard differ by {told}, at {in_words(at)}. A real boat may; the law does not count.",
+        )
+
+
+def mirror_pairs(vehicle: Vehicle) -> list[int] | None:
+    """For each thruster the number of the one at its mirrored place; None where one has no such partner."""
+    found = []
+    for t in vehicle.thrusters:
+        partner = [
+            k
+            for k, o in enumerate(vehicle.thrusters)
+            if abs(o.x - t.x) + abs(o.y + t.y) + abs(o.angle + t.angle) < 1e-6 and o.command == t.command
+        ]
+        if len(partner) != 1:
+            return None
+        found.append(partner[0])
+    return found

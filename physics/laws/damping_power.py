@@ -1,0 +1,213 @@
+"""The laws of a hull in water: damping takes energy out at every state of an envelope, and mass is positive.
+
+A law stands here once. Discovery keeps it by construction (`discovery/lawful/refit.py`), and anyone may check any
+vehicle against it. Coriolis forces do no work (`matrices.coriolis_matrix`), a wake memory with positive gains stores
+and loses energy, and thrust, wind, current and trim are forces from outside; what must dissipate is the hydrodynamic
+force of every damping, coupling and unnamed term: nu_r^T F(nu_r) <= 0 (Fossen 2021, section 6.4 and property 6.3).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import isfinite
+
+import numpy as np
+
+from ..errors import RequestError
+from ..forces import relative_velocity
+from ..frames import Array
+from ..matrices import active_terms, damping_matrix, mass_matrix
+from ..motion import Motion
+from ..vehicle import Vehicle
+
+_LEAST = (1e-3, 1e-3, 1e-3)
+"""Smallest reach of an envelope on an axis [m/s, m/s, rad/s]."""
+_OTHER_WAY = 0.05
+"""A measured envelope reaches at least this share of its longer side to the other side of rest."""
+_DIGITS = 3
+
+State = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Envelope:
+    """A box of velocities relative to the water, with rest inside or on its border.
+
+    Attributes
+    ----------
+    lower, upper : ends on u, v [m/s] and r [rad/s]
+
+    Raises
+    ------
+    RequestError
+        when an end is not finite, rest is outside, or the box is flat.
+    """
+
+    lower: State
+    upper: State
+
+    def __post_init__(self) -> None:
+        ends = list(zip(self.lower, self.upper, strict=True))
+        if not all(isfinite(low) and isfinite(high) and low <= 0.0 <= high and low < high for low, high in ends):
+            raise RequestError(
+                f"envelope: expected lower <= 0 <= upper and lower < upper on u, v and r, got {ends}; "
+                "an envelope reaches from rest to the fastest motion"
+            )
+
+    @property
+    def orthants(self) -> tuple[State, ...]:
+        """The far corner of every part of the box in which no velocity changes its sign, at most eight."""
+        sides = [tuple(x for x in (high, low) if x != 0.0) for low, high in zip(self.lower, self.upper, strict=True)]
+        return tuple((u, v, r) for u, v, r in product(*sides))
+
+    def to_dict(self) -> dict[str, list[float]]:
+        """As the files write it: [lower, upper] by velocity."""
+        return {name: [low, high] for name, low, high in zip("uvr", self.lower, self.upper, strict=True)}
+
+    def contains(self, velocity: Array, slack: float = 1e-9) -> np.ndarray:
+        """True where velocities (..., 3) lie inside, (...)."""
+        x = np.asarray(velocity, dtype=float)
+        return np.all((x >= np.array(self.lower) - slack) & (x <= np.array(self.upper) + slack), axis=-1)
+
+
+def envelope_of(motions: Sequence[Motion], vehicle: Vehicle, share: float = 1.0) -> Envelope:
+    """The envelope of measured motions: `share` times the extremes of velocity relative to the vehicle's water.
+
+    Rest belongs to it, and a little of the other direction on every axis (a twentieth of the longer side), because a
+    boat that goes ahead is sometimes pushed astern. Ends are rounded outwards to 0.001.
+
+    Raises
+    ------
+    RequestError
+        when there is no motion.
+    """
+    if not motions:
+        raise RequestError("envelope: expected at least one motion, got none")
+    states = np.concatenate(
+        [np.stack(relative_velocity(vehicle, m.heading, tuple(m.velocity.T)), axis=-1) for m in motions]
+    )
+    low = np.minimum(share * states.min(axis=0), 0.0)
+    high = np.maximum(share * states.max(axis=0), 0.0)
+    longest = np.maximum(np.maximum(-low, high), _LEAST)
+    low, high = np.minimum(low, -_OTHER_WAY * longest), np.maximum(high, _OTHER_WAY * longest)
+    unit = 10.0**-_DIGITS
+    lower, upper = (
+        np.round(f(x / unit - s) * unit, _DIGITS) for f, x, s in ((np.floor, low, -1e-9), (np.ceil, high, 1e-9))
+    )
+    return Envelope(_state(lower), _state(upper))
+
+
+def damping_power(vehicle: Vehicle, velocity: Array) -> Array:
+    """Power nu_r^T F(nu_r) [W] that damping, coupling and unnamed terms put into the hull, (...) for (..., 3)."""
+    u, v, r = state = np.moveaxis(np.asarray(velocity, dtype=float), -1, 0)
+    power = np.zeros_like(u)
+    for value, axis, form in active_terms(vehicle):
+        power = power + value * form(u, v, r) * state[axis]
+    return power
+
+
+@dataclass(frozen=True, slots=True)
+class Vertices:
+    """The damping matrix at the corners of every orthant of an envelope.
+
+    Attributes
+    ----------
+    states : (orthants, 8, 3) corners [m/s, m/s, rad/s]
+    matrices : (orthants, 8, 3, 3) D + D^T there, with the moduli's signs of the orthant
+    """
+
+    states: Array
+    matrices: Array
+
+    @property
+    def least(self) -> float:
+        """Smallest eigenvalue of all; where it is not negative, damping that is affine in speeds dissipates."""
+        return float(np.linalg.eigvalsh(self.matrices).min())
+
+
+def dissipation_vertices(vehicle: Vehicle, envelope: Envelope) -> Vertices:
+    """D + D^T at the corners of each orthant of the envelope (Boyd et al. 1994, section 4.3).
+
+    Where D is affine in the velocities and their moduli, as for every damping and coupling term of the catalogue,
+    D + D^T >= 0 at these corners proves dissipation on the whole envelope. It is not necessary: products u v r may
+    stand in any column. `certificate.py` moves them freely, and takes terms of higher degree.
+    """
+    ends = np.array(envelope.orthants)
+    states = ends[:, None, :] * np.array(list(product((0.0, 1.0), repeat=3)))
+    matrix = damping_matrix(vehicle, states)
+    return Vertices(states, matrix + np.swapaxes(matrix, -1, -2))
+
+
+@dataclass(frozen=True, slots=True)
+class WorstPower:
+    """The state at which damping puts the most power into the hull: `power` [W] at `state` (u, v, r)."""
+
+    power: float
+    state: State
+
+
+def worst_dissipation(
+    vehicle: Vehicle, envelope: Envelope, samples: int = 100_000, seed: int = 0, refinements: int = 20
+) -> WorstPower:
+    """Random search of the envelope for the largest power of the damping force; at rest it is 0 W.
+
+    Half of the states are drawn evenly over the box, a quarter on its faces, a quarter along rays at all scales, since
+    linear terms show at low and cubic ones at high speed. The best by power, and the best by power over squared
+    speed (else rest, where there is no power, would hide all else), are then moved at random, ever less.
+    """
+    rng = np.random.default_rng(seed)
+    low, high = np.array(envelope.lower), np.array(envelope.upper)
+    states = low + (high - low) * rng.random((samples, 3))
+    quarter = samples // 4
+    face = np.arange(quarter)
+    axis = rng.integers(0, 3, quarter)
+    states[face, axis] = np.where(rng.random(quarter) < 0.5, low[axis], high[axis])
+    states[quarter : 2 * quarter] *= 10.0 ** rng.uniform(-3.0, 0.0, (quarter, 1))
+
+    def share(where: Array) -> Array:
+        return damping_power(vehicle, where) / np.maximum(((where / (high - low)) ** 2).sum(axis=-1), 1e-12)
+
+    found = [states]
+    for worth in (share, lambda where: damping_power(vehicle, where)):
+        pool = np.concatenate(found)
+        best = pool[np.argsort(-worth(pool))[:64]]
+        reach = 0.1 * (high - low)
+        for _ in range(refinements):
+            trial = np.clip(best[:, None, :] + reach * rng.normal(size=(best.shape[0], 16, 3)), low, high)
+            trial = np.concatenate([best[:, None, :], trial], axis=1)
+            best = trial[np.arange(best.shape[0]), np.argmax(worth(trial), axis=1)]
+            reach = 0.7 * reach
+        found.append(best)
+    states = np.concatenate(found)
+    power = damping_power(vehicle, states)
+    k = int(np.argmax(power))
+    if power[k] <= 0.0:
+        return WorstPower(0.0, (0.0, 0.0, 0.0))
+    return WorstPower(float(power[k]), _state(states[k]))
+
+
+def mass_margin(vehicle: Vehicle) -> float:
+    """Smallest eigenvalue of M scaled to a unit diagonal of the rigid body; positive where kinetic energy is.
+
+    M is symmetric by construction (N_vdot = Y_rdot, Fossen 2021, property 6.1).
+    """
+    least = min(vehicle.mass, vehicle.inertia_z)
+    if least <= 0.0:  # a rigid body has mass; added mass cannot make up for it
+        return float(np.sign(least))
+    size = np.sqrt([vehicle.mass, vehicle.mass, vehicle.inertia_z])
+    return float(np.linalg.eigvalsh(mass_matrix(vehicle) / np.outer(size, size)).min())
+
+
+def state_in_words(state: State) -> str:
+    """Velocities with units.
+
+    >>> state_in_words((1.954, 0.0, -0.0001))
+    'u = 1.95 m/s, v = 0.00 m/s, r = 0.00 rad/s'
+    """
+    u, v, r = (round(x, 2) + 0.0 for x in state)
+    return f"u = {u:.2f} m/s, v = {v:.2f} m/s, r = {r:.2f} rad/s"
+
+
+def _state(values: Array) -> State:
+    u, v, r = (float(x) for x in values)
+    return u, v, r

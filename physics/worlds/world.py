@@ -1,0 +1,242 @@
+"""Worlds: a vehicle with a hidden effect drives a programme, and sensors write the log that undertow is to explain."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+
+import numpy as np
+
+from ..averages import area_average
+from ..errors import RequestError, expect
+from ..forces import apparent_wind
+from ..frames import Array
+from ..motion import Motion
+from ..simulation import SPEED_LIMIT, simulate_motion
+from ..vehicle import Vehicle
+from .hidden_effects import Values, apply_effects, parse_effect
+from .manoeuvres import COMMAND_STEP, programme
+from .simulated_log import SimulatedLog
+from .typical_effects import random_hull, typical_effect
+from .waves import in_waves
+
+__all__ = [
+    "NOISE",
+    "Sensors",
+    "SimulatedLog",
+    "World",
+    "apply_effects",
+    "parse_effect",
+    "random_hull",
+    "simulate_world",
+    "typical_effect",
+]
+
+FINE_STEP = 0.02
+"""Step of the simulation [s]; it divides the command step."""
+DURATIONS = (1.0, 86400.0)
+"""Shortest and longest world [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors:
+    """What the log of a world suffers: standard deviations of white noise, losses, and waves.
+
+    Attributes
+    ----------
+    speed : of u and v [m/s]
+    yaw_rate : of r [rad/s]
+    heading : of psi [rad]
+    position : of north and east [m]
+    jitter : of the time stamps [s], cut at 0.4 of the channel's step, so that stamps always increase
+    dropouts : share of odometry rows that are lost
+    odometry_rate : [Hz]
+    waves : significant amplitude of the waves' orbital velocity [m/s]; see `waves.in_waves`
+    wind : of each component of the apparent wind [m/s], where there is an anemometer
+    """
+
+    speed: float = 0.0
+    yaw_rate: float = 0.0
+    heading: float = 0.0
+    position: float = 0.0
+    jitter: float = 0.0
+    dropouts: float = 0.0
+    odometry_rate: float = 20.0
+    waves: float = 0.0
+    wind: float = 0.0
+
+
+NOISE: dict[str, Sensors] = {
+    "clean": Sensors(),
+    "field": Sensors(speed=0.015, yaw_rate=0.006, heading=0.005, position=0.05, jitter=0.001, dropouts=0.01, wind=0.2),
+    "rough": Sensors(speed=0.04, yaw_rate=0.015, heading=0.015, position=0.2, jitter=0.004, dropouts=0.01, wind=0.5),
+}
+"""The noise presets."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """A true vehicle and the programme that it drives, from rest, on a heading that the seed draws.
+
+    Attributes
+    ----------
+    vehicle : the true vehicle, hidden effects included
+    programme : one of `manoeuvres.PROGRAMMES`
+    duration : [s], 1 to 86400
+    seed : decides the programme's order, the start heading and (apart) the noise
+    wind : steady velocity of the air, towards north and east [m/s], which an anemometer on board sees. None:
+        where the vehicle feels wind, 4 to 8 m/s from anywhere, drawn from the seed; else neither wind nor anemometer
+    becomes, changes_at : the true vehicle from an instant on [s], as a hull that is fouled or a propeller that is hit;
+        it has the same thrusters and takes the motion over as it is, its wake memory at rest in that motion. None for
+        a vehicle that stays as it is
+    """
+
+    vehicle: Vehicle
+    programme: str = "rich"
+    duration: float = 300.0
+    seed: int = 0
+    wind: tuple[float, float] | None = None
+    becomes: Vehicle | None = None
+    changes_at: float = 0.0
+
+    def run(self, sensors: Sensors) -> SimulatedLog:
+        """Simulate the world and log it.
+
+        Raises
+        ------
+        RequestError
+            for an unknown programme, a duration outside 1 to 86400 s, waves of no finite amplitude, a change that does
+            not fall within the world or brings other thrusters, or a world whose motion diverges.
+        """
+        shortest, longest = DURATIONS
+        if not shortest <= self.duration <= longest:
+            raise RequestError(
+                f"simulate: expected a duration of {shortest:g} to {longest:g} s, got {self.duration:g} s"
+            )
+        if not 0.0 <= sensors.waves < np.inf:
+            raise RequestError(f"simulate: expected waves of 0 m/s or more, got {sensors.waves:g} m/s")
+        self._check_change()
+        held = programme(self.vehicle, self.programme, self.duration, self.seed)
+        stamps = COMMAND_STEP * np.arange(held.shape[0], dtype=float)
+        truth = self._truth(stamps, held)
+        rng = np.random.default_rng([self.seed, 3])
+        period = 1.0 / sensors.odometry_rate
+        time = period * np.arange(int(truth.time[-1] / period + 1e-6) + 1, dtype=float)
+        sensed = in_waves(truth, sensors.waves, np.random.default_rng([self.seed, 4])) if sensors.waves else truth
+        exact = np.column_stack([sensed.position, sensed.heading, sensed.velocity])
+        deviation = np.array([sensors.position] * 2 + [sensors.heading] + [sensors.speed] * 2 + [sensors.yaw_rate])
+        state = np.column_stack([np.interp(time, truth.time, column) for column in exact.T])
+        state = state + deviation * rng.standard_normal(state.shape)
+        seen = None
+        if sensed.air is not None:
+            blows = np.column_stack(apparent_wind(sensed.heading, tuple(sensed.velocity.T[:2]), tuple(sensed.air.T)))
+            seen = np.column_stack([np.interp(time, truth.time, column) for column in blows.T])
+            seen = seen + sensors.wind * np.random.default_rng([self.seed, 6]).standard_normal(seen.shape)
+        kept = rng.random(time.size) >= sensors.dropouts
+        kept[[0, -1]] = True
+        logged = _jittered(time, sensors.jitter, rng)[kept]
+        wind = None if seen is None else seen[kept]
+        return SimulatedLog(
+            self.vehicle, truth, logged, state[kept], _jittered(stamps, sensors.jitter, rng), held, wind
+        )
+
+    def _air(self, rows: int) -> Array | None:
+        """Velocity of the air at each row (rows, 2), None in a world without wind."""
+        wind = self.wind
+        if wind is None and any(self.vehicle.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n")):
+            rng = np.random.default_rng([self.seed, 7])
+            speed, angle = rng.uniform(4.0, 8.0), rng.uniform(-np.pi, np.pi)
+            wind = (float(speed * np.cos(angle)), float(speed * np.sin(angle)))
+        return None if wind is None else np.tile(wind, (rows, 1))
+
+    def _truth(self, stamps: Array, held: Array) -> Motion:
+        time = FINE_STEP * np.arange(int(self.duration / FINE_STEP + 1e-6) + 1, dtype=float)
+        n = time.size
+        heading = np.full(n, np.random.default_rng([self.seed, 2]).uniform(-np.pi, np.pi))
+        start = Motion(
+            time,
+            np.zeros((n, 2)),
+            heading,
+            np.zeros((n, 3)),
+            area_average(stamps, held, time, FINE_STEP),
+            tuple(t.name for t in self.vehicle.thrusters),
+            f"simulated: {self.vehicle.name}, {self.programme}, seed {self.seed}",
+            air=self._air(n),
+        )
+        truth = self._driven(start)
+        if np.abs(truth.velocity).max() >= SPEED_LIMIT:
+            raise RequestError(f"simulate: the motion of {self.vehicle.name} diverges; make the hidden effect smaller")
+        return truth
+
+    def _check_change(self) -> None:
+        if self.becomes is None:
+            return
+        if not 0.0 < self.changes_at < self.duration:
+            raise RequestError(
+                f"simulate: expected a change within the {self.duration:g} s of the world, got {self.changes_at:g} s"
+            )
+        names = [[t.channel for t in v.thrusters] for v in (self.vehicle, self.becomes)]
+        if names[0] != names[1]:
+            raise RequestError(
+                f"simulate: expected a vehicle with the thrusters {' '.join(names[0])} after the change, got "
+                f"{' '.join(names[1])}"
+            )
+
+    def _driven(self, start: Motion) -> Motion:
+        """The motion from the first state of `start`, by one vehicle or by two in turn."""
+        first = simulate_motion(self.vehicle, start)
+        row = max(1, round(self.changes_at / FINE_STEP))
+        if self.becomes is None or row >= start.time.size - 1:
+            return first
+        rest = simulate_motion(self.becomes, first.slice(row, first.time.size))
+        return replace(
+            first,
+            position=np.concatenate([first.position[:row], rest.position]),
+            heading=np.concatenate([first.heading[:row], rest.heading]),
+            velocity=np.concatenate([first.velocity[:row], rest.velocity]),
+        )
+
+
+def simulate_world(
+    vehicle: Vehicle,
+    effects: Mapping[str, Values],
+    *,
+    programme: str = "rich",
+    duration: float = 300.0,
+    noise: str = "field",
+    waves: float = 0.0,
+    seed: int = 0,
+    wind: tuple[float, float] | None = None,
+) -> SimulatedLog:
+    """The log of a world in which `vehicle` has hidden `effects`.
+
+    Parameters
+    ----------
+    effects : by name or symbol, as `apply_effects` takes them; empty for a world without a secret
+    programme : `rich`, `zigzag` or `gentle`
+    duration : [s], 1 to 86400
+    noise : `clean`, `field` or `rough` (see `NOISE`)
+    waves : significant amplitude of orbital velocity that the sensors see on top [m/s]
+    wind : steady velocity of the air, towards north and east [m/s], and an anemometer; see `World`
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, programme or noise preset, a duration or waves out of range, values that give no sound
+        vehicle, or a diverging motion.
+    """
+    expect("simulate_world: vehicle", vehicle, Vehicle, "undertow.load_vehicle(PATH) reads one")
+    expect(
+        "simulate_world: effects", effects, Mapping, 'give values by name, such as {"surge_quadratic_damping": -9.0}'
+    )
+    if noise not in NOISE:
+        near = get_close_matches(noise, NOISE, n=1, cutoff=0.0)
+        raise RequestError(f"unknown noise {noise!r}: did you mean {near[0]!r}? There are: {', '.join(NOISE)}")
+    world = World(apply_effects(vehicle, effects), programme, duration, seed, wind)
+    return world.run(replace(NOISE[noise], waves=waves))
+
+
+def _jittered(stamps: Array, deviation: float, rng: np.random.Generator) -> Array:
+    limit = 0.4 * float(stamps[1] - stamps[0])
+    noise = np.clip(deviation * rng.standard_normal(stamps.size), -limit, limit)
+    noise[0] = abs(noise[0])
+    return stamps + noise

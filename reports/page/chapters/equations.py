@@ -1,0 +1,146 @@
+"""The corrected model in formulas: the momentum balance of each axis with its numbers, what is new in it marked."""
+
+from collections.abc import Mapping
+
+from ....physics.effects import EFFECTS, PARAMETERS
+from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
+from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
+from ....workflows.run_folder.read import RunFolder
+from ...wording import MINUS, interval, listing, trimmed, unit_text
+from .. import mathml
+from ..figures.figure_data import coefficient_rows, vehicle_value
+from ..markup import Html, element, render, table
+
+UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
+Intervals = Mapping[str, tuple[float, float]]
+
+
+def equations(run: RunFolder) -> Html:
+    """The momentum balance of the corrected vehicle, axis by axis, then what acts on thrust, water and memory."""
+    ends = intervals_of(run)
+    cards = [_axis(line, run, ends) for line in balances(run.corrected)]
+    changed = [symbol for symbol, value in run.corrected.values.items() if _moved(run, symbol, value)]
+    removed = [
+        symbol
+        for symbol in changed
+        if symbol in PARAMETERS and run.corrected.value(symbol) == PARAMETERS[symbol].null != run.nominal.value(symbol)
+    ]
+    notes = [
+        "Blue terms are new or changed." if changed else "The corrected model has the numbers of the nominal one.",
+        "Below a term stand symbol and unit of its coefficient and, where it was fitted, the 95 % interval.",
+        _axes_note(run.corrected),
+    ]
+    if removed:
+        notes.append(f"No longer there: {listing(removed)}.")
+    beside = _beside(run, ends)
+    return render(
+        element("h2", "The corrected model in equations"),
+        element(
+            "div", *cards, *beside, *(element("p", note, cls="facts") for note in notes if note), cls="card balances"
+        ),
+    )
+
+
+def intervals_of(run: RunFolder) -> dict[str, tuple[float, float]]:
+    """The 95 % interval of the value in the corrected vehicle, by symbol, for every number that was fitted."""
+    findings = run.findings
+    rows = coefficient_rows(findings.candidates, findings.missing, run.nominal, run.corrected)
+    found = {row.symbol: row.interval for row in rows if row.interval[0] < row.interval[1]}
+    told = [(item.symbol, item.ci95) for item in findings.calibrated]
+    told += [(term.symbol or f"{term.axis}:{term.form}", term.ci95) for term in findings.unnamed]
+    for name, ends in told:
+        if ends is not None and ends.lower < ends.upper:
+            found.setdefault(name, (ends.lower, ends.upper))
+    return found
+
+
+def _axis(line: Balance, run: RunFolder, ends: Intervals) -> Html:
+    words = f"{line.axis.capitalize()} [{UNITS[line.axis]}]"
+    parts = [*_side(line.inertia, run, ends), element("span", mathml.formula(mathml.sign("=")), cls="term")]
+    parts += _side(line.force, run, ends) or [element("span", mathml.formula(mathml.number("0")), cls="term")]
+    return render(
+        element("h3", words),
+        element("div", *parts, cls="balance", attributes={"role": "math", "aria-label": plain(line)}),
+    )
+
+
+def plain(line: Balance) -> str:
+    """The balance of one axis as text, for those who hear the page."""
+    return f"{_plain_side(line.inertia)} = {_plain_side(line.force) or '0'}"
+
+
+def _plain_side(terms: tuple[BalanceTerm, ...]) -> str:
+    texts = []
+    for k, term in enumerate(terms):
+        amount = " ".join([trimmed(abs(term.coefficient)), *(name.replace("T:", "T_") for name in term.factors)])
+        minus = term.coefficient < 0
+        texts.append((f"{MINUS} " if minus else "+ ") + amount if k else MINUS * minus + amount)
+    return " ".join(texts)
+
+
+def _side(terms: tuple[BalanceTerm, ...], run: RunFolder, ends: Intervals) -> list[Html]:
+    return [_term(term, k == 0, run, ends) for k, term in enumerate(terms)]
+
+
+def _term(term: BalanceTerm, first: bool, run: RunFolder, ends: Intervals) -> Html:
+    """A summand over the name of its coefficient and the interval of that."""
+    parts = [] if first else [mathml.sign(MINUS if term.coefficient < 0 else "+")]
+    amount = term.coefficient if first else abs(term.coefficient)
+    if amount != 1.0 or not term.factors:
+        parts.append(mathml.number(trimmed(amount)))
+    parts.append(mathml.product(term.factors))
+    within = [symbol for name in term.factors for symbol in _of_thruster(name)]
+    moved = any(_moved(run, name, vehicle_value(run.corrected, name)) for name in (*term.symbols, *within))
+    below = []
+    if len(term.symbols) == 1:
+        name = term.symbols[0]
+        label = [mathml.formula(mathml.symbol(name))] if ":" not in name else ["no name"]
+        below.append(element("small", *label, f" [{unit_text(run.corrected.parameter(name).unit)}]"))
+        below += [element("small", interval(list(ends[name])))] if name in ends else []
+    elif moved and term.symbols:
+        named = [name for name in term.symbols if _moved(run, name, vehicle_value(run.corrected, name))]
+        below.append(element("small", *[mathml.formula(mathml.symbol(name)) for name in named]))
+    return element("span", mathml.formula(*parts), *below, cls="term new" if moved else "term")
+
+
+def _of_thruster(factor: str) -> tuple[str, ...]:
+    """The parameters that act on the force of a thruster; none for any other factor."""
+    return (f"{factor[2:]}_scale", *SHARED_THRUSTER_KEYS) if factor.startswith("T:") else ()
+
+
+def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
+    """What acts within a factor: gains and lags of the thrusters, the current, the time of the memory."""
+    rows = []
+    for name in beside_the_balance(run.corrected):
+        after, before = run.corrected.value(name), vehicle_value(run.nominal, name)
+        parameter = run.corrected.parameter(name)
+        law = next((effect.equation for effect in EFFECTS if parameter in effect.parameters), "")
+        was = "" if before == after else f"was {trimmed(before)}"
+        amount = element("b" if was else "span", f"{trimmed(after)} {unit_text(parameter.unit)}".rstrip())
+        span = interval(list(ends[name])) if name in ends else ""
+        rows.append((element("code", name), amount, span, was, element("code", law)))
+    if not rows:
+        return []
+    head = ("within the terms", "value", "95 % interval", "", "what it does")
+    return [element("h3", "Thrust, water and memory"), element("div", table(head, rows, "lrrll"), cls="wordy")]
+
+
+def _axes_note(vehicle: Vehicle) -> str:
+    """What the letters mean, as far as they stand there."""
+    factors = {name for line in balances(vehicle) for term in line.force for name in term.factors}
+    moving = vehicle.value("current_north") or vehicle.value("current_east")
+    told = ["u, v: surge and sway speed" + " relative to the water" * bool(moving) + " [m/s]", "r: yaw rate [rad/s]"]
+    if any(name.startswith("T:") for name in factors):
+        told.append("T: force of a thruster [N]")
+    if any(name.endswith("psi") for name in factors):
+        told.append("\N{GREEK SMALL LETTER PSI}: heading [rad]")
+    if factors & {"u_a", "v_a"}:
+        told.append("u_a, v_a, V_a: apparent wind [m/s]")
+    if factors & {"q_v", "q_r"}:
+        told.append("q: a velocity as the water remembers it")
+    return f"{'; '.join(told)}. Coefficients are in SI units."
+
+
+def _moved(run: RunFolder, symbol: str, after: float) -> bool:
+    before = vehicle_value(run.nominal, symbol)
+    return abs(after - before) > 1e-9 * max(abs(after), abs(before))

@@ -1,0 +1,113 @@
+"""The section of the report page that names the missing effects and ranks every effect that was tried."""
+
+from collections.abc import Sequence
+
+from ....discovery.findings import FoundEffect, FoundTerm
+from ....workflows.run_folder.read import RunFolder
+from ...wording import MINUS, added_to, effect_words, interval, listing, percent, twins, unit_text, within
+from ..figures.figure_data import coefficient_rows
+from ..figures.figures import coefficients, ranked_effects
+from ..markup import Html, element, figure, lines, render, table
+
+
+def missing_effects(run: RunFolder) -> Html:
+    """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
+    findings = run.findings
+    candidates, missing, unnamed = findings.candidates, findings.missing, findings.unnamed
+    chosen = [item for item in candidates if item.effect in missing]
+    parts = [element("h2", "What is missing" if chosen else "Nothing is missing that this log can show")]
+    parts += [element("div", *map(_effect, chosen), cls="columns")] * bool(chosen)
+    drawings = []
+    if candidates:
+        caption = "The share of held-out error that each effect removes, and how sure that is. Blue effects were added."
+        drawings.append(figure([ranked_effects(candidates)], caption))
+    rows = coefficient_rows(candidates, missing, run.nominal, run.corrected)
+    if rows:
+        caption = (
+            "From the nominal value (ring) to the corrected one (dot) with its 95 % interval (band). Each row has its "
+            "own scale; the line is zero."
+        )
+        drawings.append(figure([coefficients(rows)], caption))
+    parts.append(element("div", *drawings, cls="columns"))
+    if candidates:
+        parts.append(
+            element("div", element("h3", "Every effect that was tried, best first"), *_tried(candidates), cls="card")
+        )
+    if unnamed:
+        parts.append(element("div", *_unnamed(unnamed), cls="card"))
+    return render(*parts)
+
+
+def _effect(item: FoundEffect) -> Html:
+    values = [element("div", element("b", _value(term)), f"  (95 %: {interval(term.ci95)})") for term in item.terms]
+    removed, sure = percent(item.error_drop, minus=MINUS), percent(item.confidence)
+    others = twins(item)
+    return element(
+        "div",
+        element("h3", effect_words(item).capitalize()),
+        element("p", unit_text(item.sentence)),
+        *[element("div", item.equation, cls="equation")] * bool(item.equation),
+        *values,
+        *[element("p", f"{added_to(item)} value.", cls="facts")] * bool(added_to(item)),
+        element("p", f"Removes {removed} of the held-out error; confidence {sure}.", cls="facts"),
+        *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
+        cls="card effect",
+    )
+
+
+def _tried(candidates: Sequence[FoundEffect]) -> list[Html]:
+    """What has evidence, or cannot be judged; then what has none, folded away."""
+    without = [item for item in candidates if item.verdict == "no evidence"]
+    others = [item for item in candidates if item.verdict != "no evidence"]
+    parts = [_candidates(others)] * bool(others)
+    if without:
+        summary = element("summary", f"{len(without)} effects without evidence")
+        parts.append(element("details", summary, _candidates(without)))
+    return parts
+
+
+def _candidates(candidates: Sequence[FoundEffect]) -> Html:
+    rows = []
+    for item in candidates:
+        unseen, terms, verdict = item.cannot_tell, item.terms, item.verdict
+        rows.append(
+            (
+                effect_words(item),
+                element(
+                    "span",
+                    "cannot tell" if unseen else verdict,
+                    cls=f"tag {verdict}" if verdict in ("missing", "possible") else "tag",
+                ),
+                render(*lines(map(_value, terms))),
+                render(*lines(interval(term.ci95) for term in terms)),
+                "" if unseen else percent(item.error_drop, minus=MINUS),
+                "" if unseen else percent(item.confidence),
+                render(*lines(twins(item))),
+            )
+        )
+    head = ("effect", "verdict", "value", "95 % interval", "error removed", "confidence", "not to be told from")
+    return table(head, rows, "llllrrl")
+
+
+def _unnamed(terms: Sequence[FoundTerm]) -> list[Html]:
+    body = [
+        (
+            term.axis,
+            term.form,
+            within(term.value, term.ci95),
+            interval(term.ci95),
+            percent(term.inclusion, blank=""),
+        )
+        for term in terms
+    ]
+    note = "What no named effect explains, as the fewest monomials that do. A term here is a hint, not a cause. "
+    note += "The last column says in how many of a hundred draws of parts of the log it is selected."
+    return [
+        element("h3", "Terms without a name"),
+        element("p", note, cls="facts"),
+        table(("axis", "form", "value [SI]", "95 % interval", "selected in"), body, "llrrr"),
+    ]
+
+
+def _value(term: FoundTerm) -> str:
+    return f"{term.symbol} = {within(term.value, term.ci95)} {unit_text(term.unit)}".rstrip()

@@ -1,0 +1,204 @@
+"""All models side by side: error and laws in one picture, then the figures, with marks where a difference is sure."""
+
+import math
+from collections.abc import Sequence
+
+from ....comparison.differences import PairedRecord
+from ....comparison.facts import ComparedModel, Comparison, Domain
+from ....residuals.scores import ByAxis, RolloutRecord
+from ....workflows.run_folder.read import RunFolder
+from ...wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, goodness, interval, typeset, unit_text, within
+from ..figures.model_figures import trust
+from ..markup import Html, element, figure, lines, render, table
+from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
+
+KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
+ paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} cannot be told apart on
+ these rows, which is not to say equal, {MARKS["too short to tell"]} too short to tell.""".replace("\n", "")
+MEANING = {
+    "zero acceleration": "body velocities stay as they are",
+    "hold velocity": "velocity over ground and turn rate stay as they are",
+}
+
+
+def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
+    """The picture, then the tables, with every paired difference folded away; without tables where `short_of` a run."""
+    comparison = run.comparison
+    horizon, reference = hero_horizon(comparison), reference_of(comparison)
+    shown = rivals(comparison, run.audit)
+    paired = any(rival.interval for rival in shown)
+    caption = (
+        "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. The model to trust is in "
+        "bold. An orange diamond breaks one, a grey ring was not asked; a mark grows with the number of fitted values. "
+        "At the right, one column a law: a dot is kept, a cross is broken, a ring is broken but noted only, a dash "
+        "does not apply."
+    )
+    if paired:
+        caption += (
+            f" Bands are 95 % intervals of the difference to the {reference} model, on the same stretches of "
+            "the log: where a band reaches that model's mark, the log cannot tell the two apart."
+        )
+    best = comparison.best
+    told = [element("p", unit_text(best.sentence), cls="verdict")] if best.sentence else []
+    return render(
+        element(title, "Which model to trust"),
+        *told,
+        figure([trust(shown, horizon, best.model, short_of)], caption, cls="wide"),
+        *([] if short_of else [element("div", *_tables(comparison), cls="card")]),
+    )
+
+
+def _tables(comparison: Comparison) -> list[Html]:
+    models = comparison.models
+    base = _table_reference(comparison)
+    notes = [f"Errors on the {comparison.split} part, root mean square unless said otherwise."]
+    if comparison.differences:
+        notes.append(f"{KEY} The reference is the {base} model.")
+    notes += [f"{name}: {text}." for name, text in MEANING.items() if any(m.name == name for m in models)]
+    notes += comparison.notes
+    parts = [
+        element("h3", "Models compared: predictions"),
+        _rollouts(comparison, base),
+        element("h3", "Models compared: accelerations"),
+        _accelerations(comparison, base),
+        element("h3", "Models compared: size, time, laws"),
+        _costs(models),
+        *(element("p", note, cls="facts") for note in notes),
+    ]
+    if any(model.acceleration.mae != ByAxis() for model in models):
+        parts.append(element("details", element("summary", "mean absolute errors"), _mean_errors(models)))
+    if comparison.differences:
+        parts.append(
+            element("details", element("summary", "every paired difference"), *_differences(comparison.differences))
+        )
+    return parts
+
+
+def _table_reference(comparison: Comparison) -> str:
+    """The marks tell against the nominal model, which a reader knows, where that was asked."""
+    against = {item.against for item in comparison.differences}
+    return "nominal" if "nominal" in against else reference_of(comparison)
+
+
+def _rollouts(comparison: Comparison, base: str) -> Html:
+    models = comparison.models
+    horizons = sorted({key for model in models for key in model.rollout}, key=float)
+    hero = hero_horizon(comparison)
+    head = ["model", *(f"position, {seconds} s [m]" for seconds in horizons)]
+    head += [f"{axis}, {hero} s [{ROLLOUT_UNITS[axis]}]" for axis in AXES] + ["ran away"]
+    rows = []
+    for model in models:
+        name, scores = model.name, {s: model.rollout.get(s) or RolloutRecord() for s in horizons}
+
+        def cell(seconds: str, axis: str, name: str = name, scores: dict[str, RolloutRecord] = scores) -> str:
+            errors = scores.get(seconds) or RolloutRecord()
+            value = typeset(errors.of(axis), blank="diverged" if errors.diverged else "n/a")
+            return _marked(value, difference(comparison.differences, name, base, "rollout", axis, seconds))
+
+        away, starts = [scores[s].diverged for s in horizons], [scores[s].starts for s in horizons]
+        ran = [f"{a} of {n}, {s} s" for a, n, s in zip(away, starts, horizons, strict=True) if a]
+        rows.append(
+            [
+                name,
+                *(cell(seconds, "position") for seconds in horizons),
+                *(cell(hero, axis) for axis in AXES),
+                render(*lines(ran)) if ran else ("none" if any(n for n in starts) else ""),
+            ]
+        )
+    return table(head, rows)
+
+
+def _accelerations(comparison: Comparison, base: str) -> Html:
+    models = comparison.models
+    domain = any(m.domain and m.domain.outside.rows and m.domain.inside.rows for m in models)
+    units = {axis: unit_text(ACCELERATION_UNITS[axis]) for axis in AXES}
+    head = ["model", *(f"{axis} [{units[axis]}]" for axis in AXES), *(f"R², {axis}" for axis in AXES)]
+    head += [f"{axis}, outside / inside" for axis in AXES] * domain
+    rows = []
+    for model in models:
+        score = model.acceleration
+        told = [difference(comparison.differences, model.name, base, "acceleration", axis) for axis in AXES]
+        rmse = [_marked(typeset(score.rmse.of(axis)), item) for axis, item in zip(AXES, told, strict=True)]
+        row = [model.name, *rmse, *(goodness(score.r2.of(axis)) for axis in AXES)]
+        rows.append(row + [_domain(model, axis) for axis in AXES] * domain)
+    note = _domain_note(models)
+    return render(table(head, rows), *[element("p", note, cls="facts")] * bool(note))
+
+
+def _domain(model: ComparedModel, axis: str) -> str:
+    """The error outside of what the training part spans, beside that inside."""
+    known = model.domain or Domain()
+    errors = (math.nan if side.rmse is None else side.rmse.of(axis) for side in (known.outside, known.inside))
+    return " / ".join(typeset(error, blank="none") for error in errors)
+
+
+def _domain_note(models: Sequence[ComparedModel]) -> str:
+    """What inside and outside mean, with the number of rows; nothing where that was not asked."""
+    told = next((model.domain for model in models if model.domain), None)
+    if told is None:
+        return ""
+    outside, inside = told.outside.rows, told.inside.rows
+    if not outside:
+        return "Every judged row lies within the speeds and thrusts that the training part spans."
+    if not inside:
+        return "Every judged row leaves the speeds and thrusts that the training part spans."
+    return (
+        f"Outside: {outside} rows with speeds or thrusts that the training part does not span, against {inside} rows "
+        "inside. A model that knows the physics errs alike on both."
+    )
+
+
+def _costs(models: Sequence[ComparedModel]) -> Html:
+    """Size, times and laws; a time that no model knows has no column."""
+    times = {
+        "time to fit [s]": [model.seconds_to_fit for model in models],
+        "time to evaluate [s]": [model.seconds_to_evaluate for model in models],
+    }
+    times = {title: taken for title, taken in times.items() if any(one is not None for one in taken)}
+    rows = [
+        (
+            model.name,
+            model.kind,
+            typeset(model.parameters),
+            *(typeset(taken[k], blank="not recorded") for taken in times.values()),
+            model.audit,
+        )
+        for k, model in enumerate(models)
+    ]
+    return table(("model", "kind", "fitted values", *times, "laws"), rows, "ll")
+
+
+def _mean_errors(models: Sequence[ComparedModel]) -> Html:
+    rows = [(model.name, *(typeset(model.acceleration.mae.of(axis)) for axis in AXES)) for model in models]
+    return table(("model", *(f"{axis} [{unit_text(ACCELERATION_UNITS[axis])}]" for axis in AXES)), rows)
+
+
+def _differences(differences: Sequence[PairedRecord]) -> list[Html]:
+    rows = []
+    for item in differences:
+        seconds = f", {item.horizon} s" if item.horizon else ""
+        rows.append(
+            (
+                item.model,
+                item.against,
+                f"{item.quantity}, {item.axis}{seconds}",
+                f"{within(item.difference, item.ci95)} {unit_text(item.unit)}",
+                interval(item.ci95),
+                item.verdict,
+                typeset(item.blocks, blank=""),
+            )
+        )
+    head = ("model", "against", "error", "difference", "95 % interval", "verdict", "blocks")
+    note = (
+        "Blocks: how many stretches of the log, each drawn as a whole, the interval rests on; on two or three it is "
+        'rough. "No difference" is one that cannot be told on these rows, not equality.'
+    )
+    return [element("p", note, cls="facts"), table(head, rows, "lllrrlr")]
+
+
+def _marked(value: str, told: PairedRecord | None) -> str:
+    sign = mark(told)
+    if told is None or not sign:
+        return value
+    cls = {"better": "mark better", "worse": "mark worse"}.get(told.verdict, "mark")
+    return render(value, " ", element("span", sign, cls=cls, attributes={"title": told.verdict}))

@@ -1,0 +1,168 @@
+"""The sections of the report page around the verdict: corrected parameters, the log."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ....physics.errors import VehicleError
+from ....physics.vehicle import Vehicle
+from ....workflows.run_folder.read import RunFolder
+from ...wording import MINUS, energy_lines, energy_verdict, finite, interval, listing, number, trimmed, unit_text, words
+from ..markup import Html, element, render, table
+
+
+def parameter_table(run: RunFolder) -> Html:
+    """The vehicle before and after: what changed on top, what stayed folded away."""
+    before, after = run.nominal.values, run.corrected.values
+    changed, same = [], []
+    for symbol in dict.fromkeys((*before, *after)):
+        old, new = (vehicle.get(symbol, 0.0) for vehicle in (before, after))
+        unit = unit_text(_unit(run.corrected if symbol in after else run.nominal, symbol))
+        if abs(new - old) > 1e-9 * max(abs(old), abs(new)):
+            change = f"{100.0 * (new / old - 1.0):+.0f} %".replace("-", MINUS) if old else "new"
+            changed.append((symbol, trimmed(old), element("b", trimmed(new)), unit, change))
+        elif old:
+            same.append((symbol, trimmed(old), unit))
+    parts = [element("h2", "Corrected parameters")]
+    if changed:
+        inner = [table(("symbol", "nominal", "corrected", "unit", "change"), changed, "lrrl")]
+    else:
+        inner = [element("p", "The corrected vehicle has the same parameters as the nominal one.")]
+    if same:
+        kept = table(("symbol", "value", "unit"), same, "lrl")
+        inner.append(element("details", element("summary", f"{len(same)} parameters kept as they were"), kept))
+    return render(*parts, element("div", *inner, cls="card"))
+
+
+def calibrated(run: RunFolder) -> Html:
+    """The parameters that were calibrated while effects were judged, those that were not, and why."""
+    found = run.findings
+    rows = [
+        (
+            item.symbol,
+            trimmed(item.before),
+            element("b", trimmed(item.after)),
+            "at its limit" if item.at_limit else interval(item.ci95) + " *" * item.held_by_law,
+            unit_text(item.unit),
+        )
+        for item in found.calibrated
+    ]
+    if not rows:
+        return Html("")
+    notes = [f"{item.symbol} stays as it was: {item.why}." for item in found.left]
+    absorbed = [words(name) for name in found.absorbed]
+    if absorbed:
+        notes.append(f"Not judged beside the calibration, which would do the same: {listing(absorbed)}.")
+    if any(item.held_by_law for item in found.calibrated):
+        notes.append("* Held by the law of dissipation; the interval is what the log alone asks for.")
+    text = (
+        "These parameters were free in every model, so that a number that is merely wrong is not taken for an effect "
+        "that is missing."
+    )
+    head = ("symbol", "nominal", "calibrated", "95 % interval", "unit")
+    inner = [element("p", text, cls="facts"), table(head, rows, "lrrll"), *bullets(notes)]
+    return render(element("h2", "Calibrated parameters"), element("div", *inner, cls="card"))
+
+
+def energy(run: RunFolder) -> Html:
+    """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
+    passivity = run.findings.passivity
+    if passivity is None:
+        return Html("")
+    return render(
+        element("h2", f"Energy: {energy_verdict(passivity)}"),
+        element("div", *(element("p", text) for text in energy_lines(passivity)), cls="card"),
+    )
+
+
+def data(run: RunFolder) -> Html:
+    """What the log is: rows, seconds, split, notes, and the quality of each log where it was inspected."""
+    about = run.findings.data
+    counts = run.series["part"].value_counts()
+    shares = ", ".join(f"{part} {counts[part]}" for part in ("train", "validation", "test") if part in counts)
+    facts = [
+        ("logs", ", ".join(run.comparison.logs)),
+        ("rows", number(len(run.series) if about.rows is None else about.rows, 6)),
+        ("length", f"{number(about.seconds, 4)} s"),
+        ("split", about.split),
+        ("rows by part", shares),
+        ("vehicle", run.nominal.name),
+    ]
+    rows = [(name, value) for name, value in facts if value]
+    inner = [table(("the log", ""), rows, "ll"), *bullets(list(about.notes))]
+    if run.inspections:
+        inner.append(_quality(run.inspections))
+    for inspection in run.inspections:
+        inner.append(element("details", element("summary", f"inspection of {inspection['path']}"), *_tree(inspection)))
+    return render(element("h2", "The log"), element("div", *inner, cls="card"))
+
+
+def _unit(vehicle: Vehicle, symbol: str) -> str:
+    try:
+        return vehicle.parameter(symbol).unit
+    except VehicleError:
+        return ""
+
+
+def plain(value: Any) -> str:
+    """Any plain data as text."""
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return trimmed(value)
+    if isinstance(value, Mapping):
+        return "; ".join(f"{words(str(name))} {plain(inner)}" for name, inner in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(plain, value))
+    return "n/a" if value is None else str(value)
+
+
+def bullets(texts: list[str]) -> list[Html]:
+    """A list of sentences; nothing for none."""
+    return [element("ul", *(element("li", text) for text in texts))] if texts else []
+
+
+def _quality(inspections: Sequence[Mapping[str, Any]]) -> Html:
+    """The quality of the measured motion, one row a log; of several channels or comparisons the worst counts."""
+    noisy = {"u": "m/s", "v": "m/s", "r": "rad/s"}
+    rows = []
+    for log in inspections:
+        channels = {str(channel.get("name")): channel for channel in log.get("channels") or []}
+        motion = [channels[name] for name in ("x", "y", "psi", "u", "v", "r") if name in channels]
+        gaps = max(_numbers(motion, "gaps"), default=0.0)
+        facts = (
+            (log.get("excitation") or {}).get("seconds"),
+            min(_numbers(motion, "rate"), default=None),
+            max(_numbers(motion, "longest_gap"), default=None),
+            max(map(abs, _numbers(log.get("alignment") or [], "offset")), default=None),
+            *(channels.get(name, {}).get("noise") for name in noisy),
+        )
+        stretches = len((log.get("plan") or {}).get("segments") or [])
+        rows.append((str(log["path"]), str(stretches), f"{gaps:.0f}", *(number(fact, blank="") for fact in facts)))
+    noise = (f"noise of {name} {unit}" for name, unit in noisy.items())
+    head = ("", "stretches", "gaps", "usable s", "rate Hz", "longest gap s", "out of step s", *noise)
+    return table(head, rows, caption="quality of the measured motion")
+
+
+def _numbers(records: Sequence[Mapping[str, Any]], key: str) -> list[float]:
+    values = (finite(record.get(key)) for record in records)
+    return [value for value in values if not math.isnan(value)]
+
+
+def _tree(inspection: Mapping[str, Any]) -> list[Html]:
+    """Any inspection as tables: a list of records becomes one table, everything else a row of facts."""
+    facts, tables = [], []
+    for name, value in inspection.items():
+        records = (
+            value
+            if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value)
+            else None
+        )
+        if records:
+            head = list(dict.fromkeys(str(key) for item in records for key in item))
+            body = [[plain(item.get(key, "")) for key in head] for item in records]
+            align = "".join(
+                "l" if any(isinstance(item.get(key), str | Mapping | list) for item in records) else "r" for key in head
+            )
+            tables.append(table([words(key) for key in head], body, align, caption=words(str(name))))
+        elif name != "schema":
+            facts.append((words(str(name)), plain(value)))
+    return [*([table(("", ""), facts, "ll")] if facts else []), *tables]

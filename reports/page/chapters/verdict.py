@@ -1,0 +1,111 @@
+"""The first sections of the report page: the verdict, and the error falling step by step."""
+
+from collections.abc import Sequence
+
+from ....workflows.run_folder.read import RunFolder
+from ...wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, listing, percent, step_words, typeset, unit_text, words
+from ..figures.figures import step_bars
+from ..markup import Html, element, lines, render
+from ..outcome import hero, outcome
+
+ARROW = "\N{RIGHTWARDS ARROW}"
+LEGEND = (("measured", "measured"), ("before", "before: the nominal model"), ("after", "after: the corrected model"))
+LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
+
+
+def headline(run: RunFolder, *, title: str = "h1") -> Html:
+    """The verdict in at most three sentences, and the rollout error before and after as big figures."""
+    findings, steps = run.findings, run.findings.steps
+    before, after, horizon, metric, _ = hero_errors(run)
+    missing = [words(name) for name in findings.missing]
+    lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
+    sentences = []
+    sentences += [did] if (did := outcome(findings, run.comparison)) else []
+    best = run.comparison.best.sentence
+    if best:
+        sentences.append(unit_text(best))
+    for place in findings.failures[: 0 if best else 1]:
+        share = f"{percent(place.share_of_error)} of the {place.axis} error"
+        sentences.append(f"The nominal model fails most here: {place.where} ({share}).")
+    changed = len(steps) > 1
+    figures = [_big(before, ROLLOUT_UNITS[metric], "before", "before" if changed else "the nominal model")]
+    if changed:
+        figures += [element("span", ARROW, cls="arrow"), _big(after, ROLLOUT_UNITS[metric], "after", "after")]
+    ends = (steps[0], steps[-1])[: 1 + changed]
+    by_axis = []
+    for axis in AXES:
+        errors = (typeset(step.rollout(horizon).of(axis), 2) for step in ends)
+        by_axis.append(f"{axis} {f' {ARROW} '.join(errors)} {ROLLOUT_UNITS[axis]}")
+    what = element(
+        "div",
+        element("strong", f"{metric} error of {horizon} s predictions"),
+        *lines(["root mean square, open loop, on held-out data"]),
+        element("div", *(element("span", text) for text in by_axis), cls="axes"),
+        cls="what",
+    )
+    return render(
+        *(element("p", unit_text(text), cls="warn") for text in findings.warnings),
+        element(title, findings.headline or lacking),
+        *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
+        element("div", *figures, what, cls="card numbers"),
+    )
+
+
+def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
+    """The error that the page leads with: before, after, the horizon [s], what it is of, and its unit."""
+    steps = run.findings.steps
+    horizon, metric = hero(steps)
+    before, after = (step.rollout(horizon).of(metric) for step in (steps[0], steps[-1]))
+    return before, after, horizon, metric, ROLLOUT_UNITS[metric]
+
+
+def falling_error(run: RunFolder) -> Html:
+    """Rollout and acceleration errors after each added effect."""
+    steps = run.findings.steps
+    horizon, _ = hero(steps)
+    names = ["nominal model", *(step_words(step) for step in steps[1:])]
+    names = [
+        name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names
+    ]
+
+    def rollout(axis: str) -> list[float]:
+        return [step.rollout(horizon).of(axis) for step in steps]
+
+    def pointwise(axis: str) -> list[float]:
+        return [step.acceleration_rmse.of(axis) for step in steps]
+
+    top = [step_bars("position", "m", rollout("position"), names)]
+    top += [step_bars(axis, ROLLOUT_UNITS[axis], rollout(axis)) for axis in AXES]
+    bottom = [step_bars(axis, ACCELERATION_UNITS[axis], pointwise(axis)) for axis in AXES]
+    side = element(
+        "div",
+        element("b", "Acceleration error"),
+        *lines(["along the measured motion,", "after the same steps"]),
+        cls="side",
+    )
+    drawing = element(
+        "figure",
+        element("h3", f"Error of {horizon} s predictions"),
+        element("div", *top, cls="plots steps"),
+        element("div", side, *bottom, cls="plots steps"),
+        element(
+            "figcaption",
+            "Read downwards: each row adds one effect, and shorter is better. Every column has its own scale. "
+            "Predictions run open loop from measured states; all errors are root mean squares on held-out data.",
+        ),
+        cls="card",
+    )
+    return render(
+        element("h2", "The error, step by step" if len(steps) > 1 else "The error of the nominal model"), drawing
+    )
+
+
+def legend(roles: Sequence[str] = ("measured", "before", "after")) -> Html:
+    """What the colours mean."""
+    return element(
+        "div", *(element("span", element("i"), text, cls=role) for role, text in LEGEND if role in roles), cls="key"
+    )
+
+
+def _big(value: float, unit: str, cls: str, label: str) -> Html:
+    return element("div", element("b", f"{typeset(value, 2)} {unit}"), element("small", label), cls=f"big {cls}")

@@ -1,0 +1,1 @@
+"""The figures of the page, one file a subject: matplotlib drawings as inline SVG."""

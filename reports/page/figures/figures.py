@@ -1,0 +1,229 @@
+"""The figures of the report: matplotlib drawings as inline SVG whose colours are the page's CSS variables."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from ....discovery.findings import FoundEffect
+from ...wording import MINUS, finite, number, percent, unit_text, words
+from ..markup import Html
+from .figure_data import CoefficientRow, rollouts
+from .svg import ROLES, STYLE, Look, canvas, drawn, panel
+
+SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
+LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
+BESIDE: Look = {"xycoords": "data", "textcoords": "offset points", "va": "center"}
+REGIME_TITLES = {"surge speed": "by surge speed [m/s]", "yaw rate": "by yaw rate [rad/s], starboard positive"}
+REGIME_LABELS = {
+    "thrusters idle": "idle",
+    "thruster idle": "idle",
+    "both thrusters ahead": "both\nahead",
+    "all thrusters ahead": "all\nahead",
+    "both thrusters astern": "both\nastern",
+    "all thrusters astern": "all\nastern",
+    "thrusters opposed to turn": "opposed,\nturning",
+    "thrust against the motion": "against\nthe motion",
+    **{f"{side}-{way}": f"{side}-\n{way}" for side in ("north", "south") for way in ("east", "west")},
+}
+
+
+def step_bars(title: str, unit: str, values: Sequence[Any], names: Sequence[str] | None = None) -> Html:
+    """Horizontal bars, one per step of the correction, the nominal model on top.
+
+    Parameters
+    ----------
+    title, unit : str
+        What is measured, and its unit.
+    values : sequence
+        One error per step, in `unit`; null where the rollout diverged.
+    names : sequence of str, optional
+        The step names; bare step numbers without them.
+    """
+    left, width = (214, 472) if names else (22, 162)
+    height = 34 + 27 * len(values)
+    with matplotlib.rc_context(STYLE):
+        figure = canvas(width, height)
+        axes = panel(figure, left, 30, width - left - 52, height - 34)
+        shown = np.array([finite(value) for value in values])
+        lengths = np.nan_to_num(shown)
+        colours = [ROLES["before"], *[ROLES["between"]] * (len(values) - 2), ROLES["after"]][: len(values)]
+        axes.barh(np.arange(len(values)), lengths, height=0.62, color=colours)
+        for index, value in enumerate(shown):
+            strong = "bold" if index in (0, len(values) - 1) else "normal"
+            text = number(value, 2, minus=MINUS, blank="diverged")
+            axes.annotate(text, (lengths[index], index), (5, 0), **BESIDE, weight=strong)
+            if names:
+                axes.annotate(names[index], (0, index), (-24, 0), **BESIDE, ha="right", weight=strong)
+        axes.set(
+            ylim=(len(values) - 0.5, -0.5), xlim=(0.0, max(lengths.max(), 1e-12)), xticks=[], yticks=range(len(values))
+        )
+        axes.grid(visible=False)
+        axes.spines["bottom"].set_visible(False)
+        figure.text(left / width, 1 - 18 / height, f"{title} [{unit_text(unit)}]", color=ROLES["muted"])
+        return drawn(figure, f"{title} error after each step, {unit}")
+
+
+def speeds(series: pd.DataFrame) -> Html:
+    """Measured and predicted surge speed, sway speed and yaw rate over time, predictions restarted every 10 s."""
+    width, height, left, tall = 960, 494, 52, 124
+    runs = rollouts(series)
+    restarts = runs.loc[runs["restart"], "time"]
+    with matplotlib.rc_context(STYLE):
+        figure = canvas(width, height)
+        for row, (name, title, unit) in enumerate(SPEEDS):
+            axes = panel(figure, left, 22 + row * (tall + 32), width - left - 8, tall)
+            for role, suffix, thickness in LINES:
+                axes.plot(runs["time"], runs[f"{name}{suffix}"], color=ROLES[role], linewidth=thickness)
+            _limit(axes, runs, name)
+            axes.vlines(restarts, 0, 1, ROLES["muted"], (0, (1, 3)), transform=axes.get_xaxis_transform(), lw=0.9)
+            axes.set_xlim(runs["time"].min(), runs["time"].max())
+            axes.grid(visible=False, axis="x")
+            axes.set_title(f"{title} [{unit}]", loc="left", fontsize=12, pad=6)
+            axes.locator_params(axis="y", nbins=5)
+            if row < 2:
+                axes.set_xticklabels([])
+        axes.set_xlabel("time in the log [s]")
+        return drawn(figure, "measured and predicted speeds over time")
+
+
+def track(series: pd.DataFrame) -> Html:
+    """Measured and predicted track, east to the right and north up, predictions restarted every 10 s."""
+    width, height = 460, 420
+    runs = rollouts(series)
+    north, east = runs["north"].mean(), runs["east"].mean()
+    with matplotlib.rc_context(STYLE):
+        figure = canvas(width, height)
+        axes = panel(figure, 56, 6, width - 62, height - 52)
+        for role, suffix, thickness in LINES:
+            axes.plot(runs[f"east{suffix}"], runs[f"north{suffix}"], color=ROLES[role], linewidth=thickness)
+        starts = runs[runs["restart"]]
+        axes.plot(starts["east"], starts["north"], "o", color=ROLES["surface"], mec=ROLES["ink"], ms=6)
+        span = max(np.ptp(runs["north"].dropna()), np.ptp(runs["east"].dropna()), 1.0)
+        # A diverged prediction must not shrink the boat's own track to a dot.
+        axes.set_aspect("equal", adjustable="datalim")
+        if max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 3.0 * span:
+            axes.set(xlim=(east - span, east + span), ylim=(north - span, north + span))
+        axes.locator_params(nbins=6)
+        axes.set(xlabel="east [m]", ylabel="north [m]")
+        return drawn(figure, "measured and predicted track")
+
+
+def regime_bars(before: pd.DataFrame, after: pd.DataFrame) -> list[Html]:
+    """Acceleration error by regime, before and after: one drawing per quantity, a row of bars per axis.
+
+    Parameters
+    ----------
+    before, after : DataFrame
+        Tables of `regimes.regime_table`; every drawing has the same scale per axis, so they can be compared.
+    """
+    tops = {axis: 1.08 * max(before_rows["rmse"].max(), 1e-12) for axis, before_rows in before.groupby("axis")}
+    for axis, rows in after.groupby("axis"):
+        tops[axis] = max(tops[axis], 1.08 * rows["rmse"].max())
+    with matplotlib.rc_context(STYLE):
+        return [
+            _regime_drawing(by, before[before["by"] == by], after[after["by"] == by], tops)
+            for by in pd.unique(before["by"])
+        ]
+
+
+def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Mapping[Any, float]) -> Html:
+    width, left, tall, height = 460, 46, 62, 332
+    figure = canvas(width, height)
+    for row, (axis, rows) in enumerate(before.groupby("axis", sort=False)):
+        axes = panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
+        places = np.arange(len(rows))
+        axes.bar(places - 0.2, rows["rmse"], 0.38, color=ROLES["before"])
+        axes.bar(places + 0.2, after.loc[after["axis"] == axis, "rmse"], 0.38, color=ROLES["after"])
+        axes.set(xlim=(-0.5, len(rows) - 0.5), ylim=(0.0, tops[axis]), xticks=[])
+        axes.locator_params(axis="y", nbins=3)
+        title = f"{axis} [{unit_text(rows['unit'].iloc[0])}]"
+        axes.set_title(title, loc="left", fontsize=11, color=ROLES["muted"], pad=4)
+        if row == 2:
+            _regime_labels(axes, rows)
+    figure.text(2 / width, 1 - 16 / height, REGIME_TITLES.get(by, f"by {by}"), weight="bold", fontsize=12.5)
+    return drawn(figure, f"acceleration error by {by}, before and after")
+
+
+def _regime_labels(axes: Axes, rows: pd.DataFrame) -> None:
+    """Edges between numeric bins, names under the others, and under each its share of the time."""
+    under = {
+        "xycoords": ("data", "axes fraction"),
+        "textcoords": "offset points",
+        "ha": "center",
+        "va": "top",
+        "size": 10.5,
+    }
+    numeric = bool(rows["low"].notna().all())
+    if numeric:
+        # Low enough that the first edge clears the zero of the axis beside it.
+        for place, edge in enumerate([*rows["low"], rows["high"].iloc[-1]]):
+            axes.annotate(f"{edge:g}".replace("-", MINUS), (place - 0.5, 0), (0, -9), **under)
+    for place, (label, share) in enumerate(zip(rows["regime"], rows["share_of_rows"], strict=True)):
+        if not numeric:
+            axes.annotate(REGIME_LABELS.get(str(label), str(label)), (place, 0), (0, -4), linespacing=1.0, **under)
+        axes.annotate(percent(share), (place, 0), (0, -23 if numeric else -32), color=ROLES["muted"], **under)
+
+
+def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
+    """The best-ranked effects that the log can judge, with the share of held-out error each removes, and how sure."""
+    shown = [item for item in candidates if not item.cannot_tell][:most]
+    left, width, height = 190, 460, 34 + 24 * len(shown)
+    colours = {"missing": ROLES["after"], "possible": ROLES["between"]}
+    drops = np.nan_to_num(np.array([item.error_drop for item in shown]))
+    with matplotlib.rc_context(STYLE):
+        figure = canvas(width, height)
+        axes = panel(figure, left, 30, width - left - 112, height - 34)
+        fill = [colours.get(item.verdict, ROLES["grid"]) for item in shown]
+        axes.barh(np.arange(len(shown)), np.maximum(drops, 0.0), height=0.56, color=fill)
+        for index, item in enumerate(shown):
+            edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
+            bold: Look = {**edge, "weight": "bold" if item.verdict == "missing" else "normal"}
+            axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
+            axes.annotate(percent(drops[index], minus=MINUS), (1, index), (48, 0), **bold)
+            sure = percent(item.confidence, blank="")
+            axes.annotate(sure, (1, index), (110, 0), color=ROLES["muted"], **edge)
+        axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])
+        axes.grid(visible=False)
+        axes.spines["bottom"].set_visible(False)
+        for place, text in ((-64, "error removed"), (-2, "sure")):
+            figure.text(1 + place / width, 1 - 18 / height, text, ha="right", color=ROLES["muted"], size=11)
+        return drawn(figure, "effects ranked by the held-out error they remove")
+
+
+def coefficients(rows: Sequence[CoefficientRow]) -> Html:
+    """Coefficients before and after, with 95 % intervals of the value after; each row on its own scale from zero."""
+    width, height = 460, 8 + 52 * len(rows)
+    with matplotlib.rc_context(STYLE):
+        figure = canvas(width, height)
+        axes = panel(figure, 2, 4, width - 4, height - 8)
+        lowest = highest = 0.0
+        for index, row in enumerate(rows):
+            reach = max(abs(value) for value in (row.before, row.after, *row.interval)) or 1.0
+            before, after, band = row.before / reach, row.after / reach, np.array(row.interval) / reach
+            lowest, highest = min(lowest, before, after, *band), max(highest, before, after, *band)
+            axes.plot([before, after], [index, index], color=ROLES["muted"], lw=1.0)
+            axes.plot(band, [index, index], color=ROLES["after"], lw=7, alpha=0.4)
+            axes.plot(before, index, "o", color=ROLES["surface"], mec=ROLES["before"], mew=2.0, ms=8)
+            axes.plot(after, index, "o", color=ROLES["after"], ms=8)
+            edge: Look = {"xycoords": axes.get_yaxis_transform()}
+            change = f"{number(row.before, minus=MINUS)} \N{RIGHTWARDS ARROW} {number(row.after, minus=MINUS)}"
+            axes.annotate(row.symbol, (0, index), (2, 20), **BESIDE | edge, weight="bold")
+            axes.annotate(f"{change} {unit_text(row.unit)}", (1, index), (-2, 20), **BESIDE | edge, ha="right")
+        axes.axvline(0.0, color=ROLES["grid"], lw=1.2, zorder=0)
+        margin = 0.05 * (highest - lowest)
+        axes.set(ylim=(len(rows) - 0.65, -0.65), xlim=(lowest - margin, highest + margin), xticks=[], yticks=[])
+        axes.grid(visible=False)
+        axes.spines[:].set_visible(False)
+        return drawn(figure, "coefficients before and after with 95 % intervals")
+
+
+def _limit(axes: Axes, runs: pd.DataFrame, name: str) -> None:
+    """Keep the measured line readable where a prediction runs away."""
+    low, high = runs[name].min(), runs[name].max()
+    margin = max(0.6 * (high - low), 1e-3)
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(max(bottom, low - margin), min(top, high + margin))

@@ -1,0 +1,116 @@
+"""Drawings as inline SVG whose colours are the page's CSS variables.
+
+Colours stand for roles throughout: measured, before (the nominal model), after (the corrected one). A role is drawn
+in a placeholder colour and replaced by `var(--role)`, so one drawing reads well on paper and on a dark screen.
+"""
+
+import io
+import re
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from ....physics.printable import printable
+from ..markup import Html, escaped
+
+Look = dict[str, Any]
+"""How matplotlib is to draw something: its keyword arguments, of many types."""
+
+ROLES = {
+    "ink": "#010101",
+    "muted": "#020202",
+    "grid": "#030303",
+    "surface": "#040404",
+    "measured": "#050505",
+    "before": "#060606",
+    "after": "#070707",
+    "between": "#080808",
+    # Error from small to large, on maps: steps of lightness, so that they can be told apart without colour.
+    **{f"heat{step}": f"#0{step}0{step}1{step}" for step in range(1, 7)},
+}
+HEAT = tuple(f"heat{step}" for step in range(1, 7))
+STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "text.parse_math": False,
+    "font.family": ["DejaVu Sans"],
+    "font.size": 12.0,
+    "text.color": ROLES["ink"],
+    "axes.edgecolor": ROLES["grid"],
+    "axes.labelcolor": ROLES["muted"],
+    "axes.facecolor": "none",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.unicode_minus": True,
+    "grid.color": ROLES["grid"],
+    "grid.linewidth": 0.6,
+    "xtick.color": ROLES["grid"],
+    "ytick.color": ROLES["grid"],
+    "xtick.labelcolor": ROLES["muted"],
+    "ytick.labelcolor": ROLES["muted"],
+    "xtick.labelsize": 11.0,
+    "ytick.labelsize": 11.0,
+    "xtick.major.size": 0.0,
+    "ytick.major.size": 0.0,
+    "lines.solid_capstyle": "round",
+}
+
+
+def canvas(width: int, height: int) -> Figure:
+    """A figure whose SVG user unit is one pixel of the page; draw it within `matplotlib.rc_context(STYLE)`."""
+    figure = Figure(figsize=(width / 72.0, height / 72.0), facecolor="none")
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def panel(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
+    """Axes placed in pixels from the upper left corner."""
+    wide, tall = figure.get_size_inches() * 72.0
+    return figure.add_axes((left / wide, 1.0 - (top + height) / tall, width / wide, height / tall))
+
+
+def drawn(figure: Figure, label: str) -> Html:
+    """The figure as part of a page; `label` says what it shows, and keeps its names apart from another figure's."""
+    stream = io.StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": label}):
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    return inline(stream.getvalue(), label)
+
+
+def inline(text: str, label: str) -> Html:
+    """Make a matplotlib SVG file part of a page.
+
+    Parameters
+    ----------
+    text : str
+        The file, drawn with `STYLE` in the placeholder colours of `ROLES`.
+    label : str
+        What the drawing shows, for those who cannot see it.
+
+    Returns
+    -------
+    Html
+        One `svg` element without metadata, namespaces or unused names: nothing in it points outside the page.
+    """
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    box = re.search(r'viewBox="([^"]+)"', text)
+    referenced = set(re.findall(r'(?:href="#|url\(#)([^")]+)', text))
+    text = re.sub(r' id="([^"]+)"', lambda match: match[0] if match[1] in referenced else "", text)
+    tag = f'<svg viewBox="{box[1] if box else ""}" role="img" aria-label="{escaped(label)}">'
+    text = tag + text[text.index(">") + 1 :]
+    text = re.sub(r"<[^>]*>", lambda tag: re.sub(r"-?\d+\.\d{3,}", _shorter, tag[0]), text)
+    text = re.sub(r"'DejaVu Sans'[^;\"]*", "var(--font)", text)
+    for role, colour in ROLES.items():
+        text = text.replace(colour, f"var(--{role})")
+    return Html(printable(re.sub(r"\n\s*", "\n", text)).strip())
+
+
+def _shorter(number: re.Match[str]) -> str:
+    """A coordinate to a hundredth of a pixel."""
+    return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")

@@ -1,0 +1,103 @@
+"""Several runs side by side: which effects they share, which are of one boat, and whether their values agree."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ...discovery.findings import FoundEffect
+from ...workflows.run_folder.read import RunFolder
+from ..wording import effect_words
+from .figures.figure_data import CoefficientRow, coefficient_rows
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """One effect over several runs.
+
+    Attributes
+    ----------
+    effect : its name in words, with the thruster where it concerns one
+    values : of each run, the coefficients of the corrected vehicle where the effect is missing there; else none
+    verdicts : of each run: missing, possible, cannot tell, no evidence, or not judged
+    """
+
+    effect: str
+    values: tuple[tuple[CoefficientRow, ...], ...]
+    verdicts: tuple[str, ...]
+
+    @property
+    def found_in(self) -> tuple[int, ...]:
+        """Indices of the runs that miss it."""
+        return tuple(k for k, verdict in enumerate(self.verdicts) if verdict == "missing")
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Its coefficients, in the order in which they were found."""
+        return tuple(dict.fromkeys(row.symbol for rows in self.values for row in rows))
+
+    def of(self, symbol: str) -> tuple[CoefficientRow | None, ...]:
+        """A coefficient in each run."""
+        return tuple(next((row for row in rows if row.symbol == symbol), None) for rows in self.values)
+
+    def agree(self, symbol: str) -> bool | None:
+        """True when the 95 % intervals of the coefficient have a value in common; None with fewer than two."""
+        known = [row.interval for row in self.of(symbol) if row is not None]
+        if len(known) < 2:
+            return None
+        return max(low for low, _ in known) <= min(high for _, high in known)
+
+
+def shared_effects(runs: Sequence[RunFolder]) -> list[Shared]:
+    """Every effect that some run misses, those that most runs miss first."""
+    missing = [_missing(run) for run in runs]
+    names = {effect_words(item): item.effect for run in runs for item in _items(run)}
+    effects = [
+        Shared(
+            name,
+            tuple(one.get(name, ()) for one in missing),
+            tuple(
+                "missing" if name in one else _verdict(run, name, effect)
+                for one, run in zip(missing, runs, strict=True)
+            ),
+        )
+        for name, effect in names.items()
+    ]
+    return sorted(effects, key=lambda effect: -len(effect.found_in))
+
+
+def told(effect: Shared, names: Sequence[str]) -> str:
+    """Whether the runs agree about an effect, as a sentence."""
+    holders = [names[k] for k in effect.found_in]
+    if len(holders) == 1:
+        return f"only {holders[0]}"
+    both = "both runs" if len(names) == 2 else "all runs"
+    whole = both if len(holders) == len(names) else f"{len(holders)} of {len(names)} runs"
+    answers = {symbol: effect.agree(symbol) for symbol in effect.symbols}
+    apart = [symbol for symbol, answer in answers.items() if answer is False]
+    if apart:
+        return f"{whole}; the 95 % intervals of {', '.join(apart)} do not overlap"
+    return f"{whole}; the 95 % intervals overlap" if any(answers.values()) else whole
+
+
+def _items(run: RunFolder) -> list[FoundEffect]:
+    """The candidates that a run misses."""
+    wanted = run.findings.missing
+    return [item for item in run.findings.candidates if item.effect in wanted and item.verdict == "missing"]
+
+
+def _missing(run: RunFolder) -> dict[str, tuple[CoefficientRow, ...]]:
+    """The coefficients of each missing effect, by its name in words."""
+    return {
+        effect_words(item): tuple(coefficient_rows([item], [item.effect], run.nominal, run.corrected))
+        for item in _items(run)
+    }
+
+
+def _verdict(run: RunFolder, name: str, effect: str) -> str:
+    """What a run says of an effect that it does not miss, or misses on another thruster."""
+    items = [item for item in run.findings.candidates if item.effect == effect]
+    item = next((item for item in items if effect_words(item) == name), items[0] if items else None)
+    if item is None:
+        return "not judged"
+    if item.verdict == "missing":
+        return "no evidence"
+    return "cannot tell" if item.cannot_tell else item.verdict

@@ -1,0 +1,68 @@
+"""What adding the missing effects did to the predictions, in a sentence that says first when they got worse."""
+
+from collections.abc import Sequence
+from math import isfinite
+
+from ...comparison.facts import Comparison
+from ...discovery.findings import Findings, Step
+from ..wording import ROLLOUT_UNITS, listing, number, percent, pick_horizon
+from .rivals import difference
+
+_LEVEL = 0.01
+"""Share by which an error must change to be called changed; `residuals.paired` asks for as much."""
+
+
+def hero(steps: Sequence[Step]) -> tuple[str, str]:
+    """The rollout horizon [s] and the quantity that the story leads with."""
+    horizon = pick_horizon(list(steps[0].rollout_rmse))
+    known = [name for name in ROLLOUT_UNITS if any(isfinite(step.rollout(horizon).of(name)) for step in steps)]
+    return horizon, known[0] if known else "position"
+
+
+def gets_worse(steps: Sequence[Step]) -> bool:
+    """Whether the error that the story leads with is larger after the last step, or the predictions run away there."""
+    before, after = _ends(steps)
+    return len(steps) > 1 and before == before and not after <= before * (1.0 + _LEVEL)
+
+
+def outcome(findings: Findings, comparison: Comparison) -> str:
+    """What was added did to the error of the lead horizon, as a sentence; empty where nothing was added.
+
+    Parameters
+    ----------
+    comparison : its paired difference says what may be chance
+    """
+    steps = findings.steps
+    before, after = _ends(steps)
+    if len(steps) < 2 or before != before:
+        return ""
+    horizon, metric = hero(steps)
+    unit, missing = ROLLOUT_UNITS[metric], findings.missing
+    added = [f"adding {'it' if len(missing) == 1 else 'them'}"] * bool(missing)
+    done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *added]) or "what was done"
+    what, where = f"the {metric} error of {horizon} s predictions", "on motion that the fit never saw"
+    if after != after:
+        return f"{done.capitalize()} makes predictions over {horizon} s run away {where}."
+    ends = f"{number(before, 2)} to {number(after, 2)} {unit}"
+    told = difference(comparison.differences, "corrected", "nominal", "rollout", metric, horizon)
+    doubt = {
+        "no difference": ", which may be chance",
+        "too short to tell": ", on too few rows to exclude chance",
+    }.get("" if told is None else told.verdict, "")
+    if gets_worse(steps):
+        return f"{done.capitalize()} makes {what} worse {where}, from {ends}{doubt}."
+    if after >= before * (1.0 - _LEVEL):
+        return f"{done.capitalize()} leaves {what} as it was {where}, {number(before, 2)} {unit}."
+    return f"{done.capitalize()} removes {percent(1.0 - after / before)} of {what} {where}{doubt}."
+
+
+def opening(findings: Findings, comparison: Comparison) -> list[str]:
+    """How the terminal begins: headline, what it did to the error, and which model to trust; bad news first."""
+    did, headline = outcome(findings, comparison), findings.headline
+    first = [did, headline] if gets_worse(findings.steps) else [headline, did]
+    return [text for text in (*first, comparison.best.sentence) if text]
+
+
+def _ends(steps: Sequence[Step]) -> tuple[float, float]:
+    horizon, metric = hero(steps)
+    return steps[0].rollout(horizon).of(metric), steps[-1].rollout(horizon).of(metric)

@@ -1,0 +1,234 @@
+"""The same findings as tables for the terminal: readable at 80 columns, plain when piped."""
+
+from collections.abc import Sequence
+
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from ...discovery.findings import Advice, Calibrated, FoundEffect, FoundTerm, Left, Step
+from ...discovery.lawful.price import Passivity
+from ...discovery.search.bootstrap import Interval
+from ..wording import (
+    ACCELERATION_UNITS,
+    AXES,
+    CALIBRATED,
+    ROLLOUT_UNITS,
+    added_to,
+    effect_words,
+    energy_lines,
+    energy_verdict,
+    interval,
+    listing,
+    number,
+    percent,
+    pick_horizon,
+    step_words,
+    twins,
+    unit_text,
+    within,
+    words,
+)
+from .layout import Fitting, Prose, bullets, glossary, plain_table, section, stacked
+
+VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "yellow", "no evidence": "dim"}
+
+_WORSE = 1.05
+"""Share of the error before from which predictions are said to get worse."""
+
+
+def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -> Table:
+    """The error falling: one row per added effect, acceleration and rollout error per axis on held-out data.
+
+    Parameters
+    ----------
+    steps : the nominal model first
+    candidates : effects, which tell the thruster of one that concerns one
+    """
+    horizon = _horizon(steps)
+    table = plain_table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
+    calibrated = any(step.added == CALIBRATED for step in steps)
+    table.add_column("model" if calibrated else "effect added", min_width=12)
+    for axis in AXES:
+        table.add_column(f"{axis}\nacc.\n{unit_text(ACCELERATION_UNITS[axis])}", justify="right", no_wrap=True)
+    for axis in (*AXES, "position"):
+        heading = f"{axis.replace('position', 'pos.')}\n{horizon} s\n{ROLLOUT_UNITS[axis]}"
+        table.add_column(heading, justify="right", no_wrap=True)
+    names = _names(candidates)
+    for index, step in enumerate(steps):
+        added, rollout = step.added, step.rollout(horizon)
+        style = "red" if index == 0 else "bold cyan" if index == len(steps) - 1 else ""
+        cells = [number(step.acceleration_rmse.of(axis), 2) for axis in AXES]
+        cells += [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
+        named = step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
+        label = CALIBRATED if added == CALIBRATED else named if added else "nominal model"
+        table.add_row(Text(label, overflow="fold"), *cells, style=style)
+    return table
+
+
+def error_left(steps: Sequence[Step]) -> str:
+    """What is left of the rollout error after the last step, by axis, as a sentence; empty when nothing was added."""
+    horizon = _horizon(steps)
+    if len(steps) < 2 or not all(horizon in step.rollout_rmse for step in (steps[0], steps[-1])):
+        return ""
+    before, after = (step.rollout(horizon) for step in (steps[0], steps[-1]))
+    ratios = {axis: after.of(axis) / max(before.of(axis), 1e-12) for axis in (*AXES, "position")}
+    shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
+    worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
+    words_of = f" Predictions of {' and '.join(worse)} get worse: the model before was the better one there."
+    warning = words_of if worse else ""
+    return f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{warning}"
+
+
+def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:
+    """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
+    rest = len(candidates) - most
+    caption = f"and {rest} more in findings.json" if rest > 0 else ""
+    return _effects("Effects, best first", candidates[:most], caption=caption, verdicts=True)
+
+
+def added_table(candidates: Sequence[FoundEffect]) -> RenderableType:
+    """The effects that a person added by name, with their fitted values, whatever undertow itself thinks of them."""
+    return _effects("Effects added, fitted together", candidates, caption="", verdicts=False)
+
+
+def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
+    """Terms that no effect of the catalogue stands for: axis, monomial, value, 95 % interval, how often selected."""
+    table = plain_table("Terms without a name", "a term here is a hint, not a cause")
+    table.add_column("axis", no_wrap=True)
+    table.add_column("form", overflow="fold")
+    table.add_column("value", no_wrap=True)
+    table.add_column("95 % interval", no_wrap=True)
+    table.add_column("selected in", no_wrap=True, justify="right")
+    for term in terms:
+        value = f"{within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
+        cells = (term.axis, term.form, value, _interval(term.ci95), percent(term.inclusion, blank=""))
+        table.add_row(*map(Text, cells))
+    return table
+
+
+def calibrated_table(rows: Sequence[Calibrated]) -> RenderableType:
+    """Parameters before and after calibration with 95 % intervals; the unit is the first to go where it is narrow."""
+    return Fitting([_calibrated_in(rows, units) for units in (True, False)])
+
+
+def left_list(left: Sequence[Left], absorbed: Sequence[str] = ()) -> RenderableType | None:
+    """Parameters that were to be calibrated and stay as they were, with the reason, and effects that took no part."""
+    pairs = [(item.symbol, item.why) for item in left]
+    parts: list[RenderableType] = [section("Left as they were", glossary(pairs))] if pairs else []
+    if absorbed:
+        names = listing([words(name) for name in absorbed])
+        text = f"Not judged beside the calibration, which would do the same: {names}."
+        parts.append(Prose(text))
+    return stacked(parts) if parts else None
+
+
+def energy_text(passivity: Passivity | None) -> RenderableType | None:
+    """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
+    if passivity is None:
+        return None
+    return section(f"Energy: {energy_verdict(passivity)}", Prose(" ".join(energy_lines(passivity))))
+
+
+def missing_in_words(candidates: Sequence[FoundEffect]) -> RenderableType | None:
+    """What each effect of the corrected model means, in a sentence; None when there is none."""
+    told = [item for item in candidates if item.sentence and _is_added(item)]
+    pairs = [(effect_words(item), unit_text(item.sentence)) for item in told]
+    return section("What is missing, in words", glossary(pairs)) if pairs else None
+
+
+def _is_added(item: FoundEffect) -> bool:
+    """Whether an effect is missing, or in the corrected model though it is not certain."""
+    return item.verdict == "missing" or any(term.in_model is not None for term in item.terms)
+
+
+def not_judged(candidates: Sequence[FoundEffect]) -> str:
+    """The effects that this log cannot show, as a sentence; empty when there are none."""
+    names = list(dict.fromkeys(effect_words(item) for item in candidates if item.cannot_tell))
+    return f"Could not be judged in this log: {listing(names)}." if names else ""
+
+
+def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
+    """Manoeuvres that would settle what this log leaves open, each said once; None when there are none."""
+    reasons: dict[str, list[str]] = {}
+    for item in advice:
+        reasons.setdefault(item.manoeuvre, []).append(item.why)
+    lines = [f"{manoeuvre}: {'; '.join(dict.fromkeys(why))}" for manoeuvre, why in reasons.items()]
+    return section("What to record next", bullets(lines)) if lines else None
+
+
+def _effects(title: str, candidates: Sequence[FoundEffect], *, caption: str, verdicts: bool) -> RenderableType:
+    """Effects with values: each interval beside its value where there is room, or else below it."""
+    return Fitting([_effects_in(title, candidates, caption, verdicts, gap) for gap in (" ", "\n")])
+
+
+def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, verdicts: bool, gap: str) -> Table:
+    told = [c for c in candidates if not c.cannot_tell and c.verdict != "no evidence" and added_to(c)]
+    added = "values of damping, coupling, mass and trim are added to the vehicle file's" if told else ""
+    table = plain_table(title, "; ".join(filter(None, (added, caption))))
+    table.add_column("effect", min_width=14)
+    if verdicts:
+        table.add_column("verdict", no_wrap=True)
+    table.add_column("value (95 %)", overflow="fold")
+    table.add_column("error\nremoved", justify="right", no_wrap=True)
+    table.add_column("sure", justify="right", no_wrap=True)
+    for item in candidates:
+        unseen = item.cannot_tell
+        verdict = "cannot tell" if unseen else item.verdict
+        terms = item.terms if verdict != "no evidence" else ()
+        others = twins(item)
+        effect = effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
+        table.add_row(
+            Text(effect),
+            *[Text(verdict, style=VERDICT_STYLES.get(verdict, ""))] * verdicts,
+            Text("\n".join(_value(term, gap) for term in terms)),
+            "" if unseen else percent(item.error_drop),
+            "" if unseen else percent(item.confidence),
+        )
+    return table
+
+
+def _calibrated_in(rows: Sequence[Calibrated], units: bool) -> Table:
+    held = any(row.held_by_law for row in rows)
+    table = plain_table(
+        "Calibrated parameters", "* held by the law of dissipation; the interval is the log's own" * held
+    )
+    table.add_column("parameter", no_wrap=True)
+    table.add_column("before", justify="right", no_wrap=True)
+    table.add_column("after", justify="right", no_wrap=True)
+    table.add_column("95 % interval", no_wrap=True)
+    if units:
+        table.add_column("unit", no_wrap=True)
+    for row in rows:
+        mark, limit = "*" if row.held_by_law else "", "at its limit" if row.at_limit else ""
+        cells = [row.symbol, number(row.before, 4), _after(row) + mark, limit or _interval(row.ci95)]
+        table.add_row(*map(Text, [*cells, *[unit_text(row.unit)] * units]))
+    return table
+
+
+def _after(row: Calibrated) -> str:
+    """A calibrated value, to the decimals of its interval unless a limit or a law holds it."""
+    known = None if row.at_limit or row.held_by_law else row.ci95
+    return within(row.after, known, minus="-") if known else number(row.after, 4)
+
+
+def _names(candidates: Sequence[FoundEffect]) -> dict[str, str]:
+    """Effects in words, with the thruster where only one is meant."""
+    found: dict[str, list[str]] = {}
+    for item in candidates:
+        found.setdefault(item.effect, []).append(effect_words(item))
+    return {effect: names[0] if len(names) == 1 else words(effect) for effect, names in found.items()}
+
+
+def _horizon(steps: Sequence[Step]) -> str:
+    return pick_horizon([key for step in steps for key in step.rollout_rmse])
+
+
+def _interval(ends: Interval | None) -> str:
+    return interval(ends, minus="-", blank="")
+
+
+def _value(term: FoundTerm, gap: str) -> str:
+    value = f"{term.symbol} = {within(term.value, term.ci95, minus='-')} {unit_text(term.unit)}".rstrip()
+    ends = _interval(term.ci95)
+    return f"{value}{gap}({ends})" if ends else value

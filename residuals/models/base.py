@@ -1,0 +1,88 @@
+"""What every model answers: acceleration along a motion and in lasting states, and open-loop rollouts."""
+
+from abc import ABC, abstractmethod
+from typing import Literal, final
+
+import numpy as np
+
+from ...physics.forces import held_acceleration, modelled_acceleration
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.simulation import Rollouts, rollout
+from ...physics.vehicle import Vehicle
+
+Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
+
+
+class Model(ABC):
+    """A model of motion under commands.
+
+    Attributes
+    ----------
+    name : how tables call it
+    kind : physics, symbolic, hybrid, network, or baseline
+    parameters : how many numbers were fitted
+    seconds_to_fit : time that fitting took [s]
+    remembers : whether its acceleration may depend on the motion before
+    vehicle : whose commands it takes
+    rests_on : what makes sure that it dissipates: its `vehicle`, `itself` by construction, `nothing`, or `bounds` that
+        `residuals.models.bounds` may find
+    time_step : of rollouts, where no motion gives one [s]
+    seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
+    """
+
+    name: str
+    kind: Kind
+    parameters: int
+    seconds_to_fit: float
+    remembers: bool = True
+    vehicle: Vehicle
+    rests_on: Literal["vehicle", "itself", "bounds", "nothing"] = "nothing"
+    time_step: float = 0.1
+    seen: tuple[Array, Array] | None = None
+
+    @abstractmethod
+    def acceleration(self, motion: Motion) -> Array:
+        """Acceleration over ground along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+
+    @abstractmethod
+    def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+        """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion."""
+
+    @abstractmethod
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        """Acceleration over ground in states that have lasted, (n, 3) [m/s^2, m/s^2, rad/s^2], in still air.
+
+        Parameters
+        ----------
+        velocity : (n, 3) over ground [m/s, m/s, rad/s]
+        heading : (n,) [rad]
+        commands : (n, thrusters) in the unit of the vehicle's thrusters
+        """
+
+
+@final
+class VehicleModel(Model):
+    """A vehicle file as a model."""
+
+    def __init__(
+        self, vehicle: Vehicle, name: str, kind: Kind = "physics", parameters: int = 0, seconds_to_fit: float = 0.0
+    ) -> None:
+        self.vehicle = vehicle
+        self.rests_on = "vehicle"
+        self.name = name
+        self.kind = kind
+        self.parameters = parameters
+        self.seconds_to_fit = seconds_to_fit
+
+    def acceleration(self, motion: Motion) -> Array:
+        """See `Model.acceleration`."""
+        return modelled_acceleration(self.vehicle, motion)
+
+    def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+        """See `Model.rollout`."""
+        return rollout(self.vehicle, motion, starts, steps)
+
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        """See `Model.settled`."""
+        return held_acceleration(self.vehicle, velocity, heading, commands)

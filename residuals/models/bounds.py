@@ -1,0 +1,187 @@
+"""Interval bounds on a ReLU perceptron: a proof that it creates no energy without thrust, by splitting the envelope.
+
+In a cell nu = c + h e, |e| <= 1, the perceptron lies between two affine functions of e (a linear relaxation of each
+ReLU, as in Zhang et al. 2018, carried forwards), and the power of the vehicle's damping is its Taylor polynomial with
+the largest second derivative in the cell. Their sum, nu^T M a(nu) + P(nu), is bounded by its value at c, its slope, and
+what is quadratic in h. A cell whose bound is too large is halved; in the end all are small enough, or one violates.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from torch import nn
+
+from ...physics.frames import Array
+from ...physics.laws.damping_power import Envelope
+from ...physics.matrices import active_terms, mass_matrix
+from ...physics.vehicle import Vehicle
+from .network_model import NetworkModel
+
+_MOST = 200_000
+"""Cells looked at before there is no proof."""
+_BATCH = 2048
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounded:
+    """Whether a bound on the power is proved, and the state u, v, r (3,) `against` it, where one was met."""
+
+    proved: bool
+    against: Array | None = None
+
+
+def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Array | None = None) -> Bounded:
+    """Prove that the power without thrust is at most `limit` [W] everywhere in an envelope, or meet a state against it.
+
+    With a `force` (3,) [N, N, N m] the limit rises with speed, by its power along each axis.
+
+    The network must be a ReLU perceptron that does not see the heading, and the vehicle's water must not stream where
+    the network gives the whole acceleration; else there is no proof. No proof is no disproof.
+    """
+    layers = _layers(model)
+    if layers is None:
+        return Bounded(False)
+    terms = [] if model.pure else _monomials(model.vehicle)
+    mass = mass_matrix(model.vehicle)
+    cells = _orthants(envelope)
+    looked_at = 0
+    while cells.shape[1]:
+        looked_at += cells.shape[1]
+        if looked_at > _MOST:
+            return Bounded(False)
+        left = []
+        for start in range(0, cells.shape[1], _BATCH):
+            middle, half = cells[:, start : start + _BATCH]
+            slope, offset, slack = _affine(layers, middle, half)
+            value, upper = _power(mass, terms, middle, half, slope, offset, slack, force)
+            if (value > limit).any():
+                return Bounded(False, middle[int(np.argmax(value))])
+            left.append(cells[:, start : start + _BATCH][:, upper > limit])
+        cells = _halved(np.concatenate(left, axis=1), np.array(envelope.upper) - np.array(envelope.lower))
+    return Bounded(True)
+
+
+def _layers(model: NetworkModel) -> list[tuple[Array, Array]] | None:
+    """Weights and biases from velocity [m/s, m/s, rad/s] to acceleration [m/s^2, m/s^2, rad/s^2], thrust at zero."""
+    network, p = model.network, model.vehicle.values
+    streaming = model.pure and (p["current_north"] != 0.0 or p["current_east"] != 0.0)
+    body = dict(network.named_children()).get("body")
+    if network.name != "mlp" or model.heading or streaming or not isinstance(body, nn.Sequential):
+        return None
+    found = []
+    for layer in (*(m for m in body if isinstance(m, nn.Linear)), network.get_submodule("head")):
+        parameters = dict(layer.named_parameters())
+        found.append(tuple(parameters[n].detach().double().cpu().numpy() for n in ("weight", "bias")))
+    constants = network.scaling.inputs
+    weight, bias = found[0]
+    found[0] = (weight[:, :3] / constants.scale[:3], bias - weight @ (constants.mean / constants.scale))
+    weight, bias = found[-1]
+    size = network.scaling.output
+    found[-1] = (weight * size[:, None], bias * size)
+    return found
+
+
+def _affine(layers: list[tuple[Array, Array]], middle: Array, half: Array) -> tuple[Array, Array, Array]:
+    """Slope (k, 3, 3), offset (k, 3) and slack (k, 3) of the acceleration in cells: |a - offset - slope e| <= slack."""
+    weight, bias = layers[0]
+    low_slope = high_slope = weight * half[:, None, :]
+    low = high = middle @ weight.T + bias
+    for weight, bias in layers[1:]:
+        least, most = low - np.abs(low_slope).sum(-1), high + np.abs(high_slope).sum(-1)
+        torn = (least < 0.0) & (most > 0.0)
+        chord = np.where(torn, most / np.maximum(most - least, 1e-300), (least >= 0.0).astype(float))
+        keep = np.where(torn, (most > -least).astype(float), (least >= 0.0).astype(float))
+        high = chord * high - np.where(torn, chord * least, 0.0)
+        high_slope = chord[..., None] * high_slope
+        low, low_slope = keep * low, keep[..., None] * low_slope
+        up, down = np.maximum(weight, 0.0), np.minimum(weight, 0.0)
+        low, high = low @ up.T + high @ down.T + bias, high @ up.T + low @ down.T + bias
+        low_slope, high_slope = up @ low_slope + down @ high_slope, up @ high_slope + down @ low_slope
+    slack = 0.5 * (high - low) + 0.5 * np.abs(high_slope - low_slope).sum(-1)
+    return 0.5 * (low_slope + high_slope), 0.5 * (low + high), slack
+
+
+def _power(
+    mass: Array,
+    terms: list[tuple[float, tuple[int, int, int], Array]],
+    middle: Array,
+    half: Array,
+    slope: Array,
+    offset: Array,
+    slack: Array,
+    force: Array | None = None,
+) -> tuple[Array, Array]:
+    """Least that the power is known to reach at the middle of cells, and upper bounds on it in them [W], (k,) each.
+
+    Both less the power of a `force` along each axis, which is linear in a cell, where no velocity changes its sign.
+    """
+    arm = middle @ mass
+    most = (np.abs(middle) + half) @ np.abs(mass)
+    value = (arm * offset).sum(-1)
+    gradient = half * (offset @ mass) + np.einsum("ki,kij->kj", arm, slope)
+    curved = np.abs(half[:, :, None] * np.einsum("ij,kjl->kil", mass, slope)).sum((1, 2))
+    far = np.abs(middle) + half
+    for factor, powers, moduli in terms:
+        sign = np.where(moduli, np.sign(middle), 1.0).prod(-1)
+        at = factor * sign
+        value = value + at * _monomial(middle, powers)
+        for i in range(3):
+            once = _lowered(powers, i)
+            if once is None:
+                continue
+            gradient[:, i] += at * powers[i] * _monomial(middle, once) * half[:, i]
+            for j in range(3):
+                twice = _lowered(once, j)
+                if twice is not None:
+                    rise = abs(factor) * powers[i] * once[j] * _monomial(far, twice)
+                    curved = curved + 0.5 * rise * half[:, i] * half[:, j]
+    if force is not None:
+        value = value - np.abs(middle) @ force
+        gradient = gradient - np.sign(middle) * force * half
+    loose = (most * slack).sum(-1)
+    return value - loose, value + np.abs(gradient).sum(-1) + curved + loose
+
+
+def _monomials(vehicle: Vehicle) -> list[tuple[float, tuple[int, int, int], Array]]:
+    """The power of each damping term: its coefficient, exponents of u, v, r, and where an odd count of moduli is."""
+    found = []
+    for value, axis, form in active_terms(vehicle):
+        powers, moduli = [0, 0, 0], np.zeros(3, dtype=int)
+        powers[axis] += 1
+        for factor in form.factors:
+            k = "uvr".index(factor.strip("|"))
+            powers[k] += 1
+            moduli[k] += factor.startswith("|")
+        found.append((value, (powers[0], powers[1], powers[2]), moduli % 2 == 1))
+    return found
+
+
+def _monomial(x: Array, powers: tuple[int, int, int]) -> Array:
+    return x[:, 0] ** powers[0] * x[:, 1] ** powers[1] * x[:, 2] ** powers[2]
+
+
+def _lowered(powers: tuple[int, int, int], axis: int) -> tuple[int, int, int] | None:
+    """Exponents after a derivative; None where it is zero."""
+    if powers[axis] == 0:
+        return None
+    found = list(powers)
+    found[axis] -= 1
+    return found[0], found[1], found[2]
+
+
+def _orthants(envelope: Envelope) -> Array:
+    """Middles and half sides (2, k, 3) of the parts of the envelope in which no velocity changes its sign."""
+    far = np.array(envelope.orthants)
+    return np.stack([0.5 * far, 0.5 * np.abs(far)])
+
+
+def _halved(cells: Array, width: Array) -> Array:
+    """Each cell in two, across the side that is longest as a share of the envelope."""
+    middle, half = cells
+    rows = np.arange(middle.shape[0])
+    axis = np.argmax(half / width, axis=1)
+    half = half.copy()
+    half[rows, axis] *= 0.5
+    step = np.zeros_like(half)
+    step[rows, axis] = half[rows, axis]
+    return np.stack([np.concatenate([middle - step, middle + step]), np.concatenate([half, half])])

@@ -1,0 +1,138 @@
+"""A network asked what a hull may do: states with and without thrust, its power there, and the verdict of the laws.
+
+The laws and their one tolerance are those of the audit (`physics.laws.energy`): power without thrust, power under
+thrust, and the push at rest. What the vehicle file states of current, wind and trim is a force from outside; what a
+network says of a hull at rest beside that is its own, and counts.
+"""
+
+from typing import final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ...physics.forces import ForceEquation, calm, held_thrust, relative_velocity, stated_push
+from ...physics.frames import Array
+from ...physics.laws.energy import EXCESS_UNIT, INSIDE, TOLERANCE, allowed_power, coasting_power, full_force, full_power
+from ...physics.matrices import mass_matrix
+from ...physics.thrusters import neutral_command
+from ...physics.vehicle import Vehicle
+from ..networks.base import Network
+
+SETTLE = 2.0
+"""Time for which a state is held, so that a network with memory settles [s]."""
+
+
+@final
+class Coasting:
+    """States that are ready to be put to a network many times.
+
+    Parameters
+    ----------
+    vehicle : of the mass, the thrust, and the physics beside the network
+    states : (n, 3) velocities relative to the water [m/s, m/s, rad/s]
+    commands : (n, thrusters) that are held there; without: no thrust
+    pure : whether the network gives the whole acceleration
+    heading : whether it sees the heading; then headings are drawn
+    time_step : [s]
+    remembers : whether the network has a memory; then each state is held for `SETTLE`
+    like : a tensor of the type and on the device of the weights
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        states: Array,
+        commands: Array | None = None,
+        *,
+        pure: bool,
+        heading: bool,
+        time_step: float,
+        remembers: bool,
+        like: Tensor,
+    ) -> None:
+        count = states.shape[0]
+        neutral = np.tile([neutral_command(t) for t in vehicle.thrusters], (count, 1))
+        thrust, load = held_thrust(vehicle, neutral if commands is None else commands)
+        angle = np.random.default_rng(7).uniform(-np.pi, np.pi, count)
+        turned = [np.cos(angle)[:, None], np.sin(angle)[:, None]] if heading else []
+        effective = (thrust - load * states[:, 0]).T
+        mass, full = mass_matrix(vehicle), full_force(vehicle)
+        base, push = _beside(vehicle, states, angle, thrust, load, pure)
+        self.heading = heading
+        self.rows = max(1, round(SETTLE / time_step)) if remembers else 1
+        (
+            self.allowed,
+            self.aimed,
+            self.unit,
+            self.inputs,
+            self.still,
+            self.base,
+            self.push_stated,
+            self.full,
+            self.mass,
+        ) = (
+            torch.as_tensor(np.ascontiguousarray(v), dtype=like.dtype, device=like.device)
+            for v in (
+                allowed_power(vehicle, states, effective),
+                allowed_power(vehicle, states, effective, INSIDE),
+                EXCESS_UNIT * full_power(full, states),
+                np.concatenate([states, thrust.T, *turned], axis=1),
+                np.concatenate([0.0 * states, 0.0 * thrust.T, *turned], axis=1),
+                base,
+                push,
+                full / np.diag(mass),
+                mass,
+            )
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of states."""
+        return self.inputs.shape[0]
+
+    def push(self, network: Network, index: Tensor | None = None) -> Tensor:
+        """Acceleration of a hull at rest without thrust beside what is stated, as a share of full thrust, (n, 3)."""
+        still, stated = (x if index is None else x[index] for x in (self.still, self.push_stated))
+        if not self.heading:
+            still = still[:1]
+        said, _ = network(still[:, None].expand(-1, self.rows, -1))
+        return (said[:, -1] - stated) / self.full
+
+    def power(self, network: Network, index: Tensor | None = None) -> Tensor:
+        """Power that the motion gains at the states (or those of `index`) [W], (n,)."""
+        inputs, base = (self.inputs, self.base) if index is None else (self.inputs[index], self.base[index])
+        said, _ = network(inputs[:, None].expand(-1, self.rows, -1))
+        return base + coasting_power(self.mass, inputs[:, :3], said[:, -1])
+
+    def penalty(self, network: Network, index: Tensor) -> Tensor:
+        """Mean squared power above what is aimed at at states, and push at rest above it; 0 where lawful."""
+        over = ((self.power(network, index) - self.aimed[index]) / self.unit[index]).clamp(min=0.0)
+        pushed = ((self.push(network, index).abs() - INSIDE * TOLERANCE) / EXCESS_UNIT).clamp(min=0.0)
+        return over.square().mean() + pushed.square().sum(dim=1).mean()
+
+    def violating_share(self, network: Network) -> float:
+        """Share of all states at which more power is gained than is allowed; rest counts as one of them."""
+        with torch.no_grad():
+            over = self.power(network) > self.allowed
+            pushed = (self.push(network).abs() > TOLERANCE).any()
+            return float(torch.cat([over, pushed[None]]).double().mean())
+
+
+def _beside(
+    vehicle: Vehicle, states: Array, heading: Array, thrust: Array, load: Array, pure: bool
+) -> tuple[Array, Array]:
+    """Power (n,) [W] of all that is not the network, and acceleration (n, 3) at rest that is stated, of a pure network.
+
+    A pure network says the stated wind and trim, and the turning of the water, with all else: they are taken out.
+    """
+    u, v, r = triple = (states[:, 0], states[:, 1], states[:, 2])
+    if not pure:
+        force = ForceEquation(calm(vehicle)).force(triple, heading, thrust, load, (v, r))
+        return (states * np.stack(force, axis=-1)).sum(axis=1), np.zeros_like(states)
+    none = (0.0 * u, 0.0 * u, 0.0 * u)
+    drift = np.stack(relative_velocity(vehicle, heading, none), axis=-1)
+    turning = np.stack(ForceEquation(vehicle).acceleration(none, triple, tuple((states - drift).T)), axis=-1)
+    mass = mass_matrix(vehicle)
+    taken = (states * stated_push(vehicle, heading, triple)).sum(axis=1) + coasting_power(mass, states, turning)
+    return -taken, stated_push(vehicle, heading, none) @ np.linalg.inv(mass).T

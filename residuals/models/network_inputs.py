@@ -1,0 +1,38 @@
+"""What a network sees: the paper's s = [u, v, r, T_1 ... T_n], and the heading where it is asked for."""
+
+import numpy as np
+
+from ...physics.forces import Triple, actuation, relative_velocity
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+
+
+def input_names(vehicle: Vehicle, heading: bool) -> tuple[str, ...]:
+    """Name the columns of `network_inputs`."""
+    thrusts = tuple(f"thrust_{thruster.name}" for thruster in vehicle.thrusters)
+    return ("u", "v", "r", *thrusts, *(("cos_psi", "sin_psi") if heading else ()))
+
+
+def network_inputs(vehicle: Vehicle, motion: Motion, heading: bool) -> Array:
+    """Inputs along a motion, (n, 3 + thrusters [+ 2]).
+
+    u, v [m/s] and r [rad/s] relative to the vehicle's water, the thrust of each thruster at rest [N] by the vehicle's
+    curve, and cos psi and sin psi if `heading`.
+    """
+    return stacked_inputs(vehicle, motion.heading, tuple(motion.velocity.T), actuation(vehicle, motion).thrust, heading)
+
+
+def stacked_inputs(vehicle: Vehicle, psi: Array, velocity: Triple, thrust: Array, heading: bool) -> Array:
+    """Inputs at any states, (*shape, 3 + thrusters [+ 2]), for a measured motion and a simulated one alike.
+
+    Parameters
+    ----------
+    psi : any shape [rad]
+    velocity : over ground, three arrays of that shape [m/s, m/s, rad/s]
+    thrust : (thrusters, *shape) at rest [N]
+    """
+    columns = [*relative_velocity(vehicle, psi, velocity), *thrust]
+    if heading:
+        columns += [np.cos(psi), np.sin(psi)]
+    return np.stack(columns, axis=-1)

@@ -1,0 +1,183 @@
+"""A trained network as a model: beside the physics of a vehicle (hybrid), or in its place (pure)."""
+
+from typing import final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ...measurements.preparation.standardisation import Standardisation
+from ...physics.errors import RequestError
+from ...physics.forces import actuation, held_acceleration, held_thrust, modelled_acceleration
+from ...physics.frames import Array
+from ...physics.matrices import mass_matrix, thruster_matrix
+from ...physics.motion import Motion
+from ...physics.simulation import Rollouts, rollout
+from ...physics.vehicle import Vehicle
+from ..networks.base import Memory, Network, Scaling, through
+from ..networks.dissipative import Dissipative
+from .base import Kind, Model
+from .coasting import SETTLE
+from .network_inputs import network_inputs, stacked_inputs
+from .threads import one_thread
+
+_RATE_SLACK = 0.01
+"""Share by which a motion's time step may differ from the network's."""
+_SPREAD = 2.0
+"""Deviations from the mean within which inputs count as seen in training."""
+_STATES = 2048
+"""States that go through a network at once."""
+
+
+def scaling_of(vehicle: Vehicle, inputs: Standardisation, output: Array) -> Scaling:
+    """The physical constants of a network for a vehicle: `output` (3,) [m/s^2, m/s^2, rad/s^2], see `Scaling`."""
+    return Scaling(inputs, np.asarray(output, dtype=float), mass_matrix(vehicle), thruster_matrix(vehicle))
+
+
+@final
+class NetworkModel(Model):
+    """A network that corrects the acceleration of a vehicle, or gives all of it.
+
+    Attributes
+    ----------
+    vehicle : the nominal model: of its physics, of the thrust that the network sees, and of the mass that laws ask for
+    network : trained; its input names say whether it sees the heading
+    pure : whether the network gives the whole acceleration, without the vehicle's physics
+    time_step : of the rows that it was trained on [s]; it knows no other
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        network: Network,
+        time_step: float,
+        *,
+        pure: bool = False,
+        name: str = "",
+        seconds_to_fit: float = 0.0,
+    ) -> None:
+        self.vehicle = vehicle
+        self.network = network.eval()
+        self.time_step = time_step
+        self.pure = pure
+        self.name = name or f"{'pure' if pure else 'hybrid'} {network.name}"
+        self.kind: Kind = "network" if pure else "hybrid"
+        self.parameters = sum(p.numel() for p in network.parameters())
+        self.seconds_to_fit = seconds_to_fit
+        with torch.inference_mode():
+            self.remembers = bool(network(self.tensor(np.zeros((1, 1, network.width))))[1])
+        inputs = network.scaling.inputs
+        self.seen = (inputs.mean - _SPREAD * inputs.scale, inputs.mean + _SPREAD * inputs.scale)
+        if isinstance(network, Dissipative):
+            self.rests_on = "itself" if pure else "vehicle"
+        elif network.name == "mlp":
+            self.rests_on = "bounds"
+
+    @property
+    def heading(self) -> bool:
+        """Whether the network sees the heading."""
+        return "cos_psi" in self.network.scaling.inputs.names
+
+    def correction(self, motion: Motion) -> Array:
+        """What the network says along a measured motion, (n, 3) [m/s^2, m/s^2, rad/s^2].
+
+        Raises
+        ------
+        RequestError
+            when the motion's time step is not the network's.
+        """
+        self._check_rate(motion)
+        seen = self.tensor(network_inputs(self.vehicle, motion, self.heading))[None]
+        with torch.inference_mode(), one_thread():
+            return numbers(through(self.network, seen)[0][0])
+
+    def acceleration(self, motion: Motion) -> Array:
+        """See `Model.acceleration`; raises as `correction` does."""
+        said = self.correction(motion)
+        return said if self.pure else modelled_acceleration(self.vehicle, motion) + said
+
+    def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
+        """See `Model.rollout`.
+
+        The network remembers the measured motion up to and with each start; from there on it sees the simulated state
+        and the commands only. Its correction is held over a step at the two-step Adams-Bashforth value
+        1.5 a_k - 0.5 a_(k-1), of second order, the first step at a_0; the physics goes by Runge-Kutta within the step.
+
+        Raises
+        ------
+        RequestError
+            when the motion's time step is not the network's, or a start leaves fewer than `steps` rows.
+        """
+        self._check_rate(motion)
+        physics = None if self.pure else self.vehicle
+        return rollout(physics, motion, starts, steps, _OpenLoop(self, motion, np.asarray(starts, dtype=int)))
+
+    def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
+        """See `Model.settled`; a network with a memory sees the state for `coasting.SETTLE`."""
+        thrust, _ = held_thrust(self.vehicle, commands)
+        seen = stacked_inputs(self.vehicle, heading, tuple(velocity.T), thrust, self.heading)
+        parts = []
+        rows = max(1, round(SETTLE / self.time_step)) if self.remembers else 1
+        with torch.inference_mode(), one_thread():
+            for block in self.tensor(seen).split(_STATES):
+                parts.append(self.network(block[:, None].expand(-1, rows, -1))[0][:, -1])
+        said = numbers(torch.cat(parts))
+        return said if self.pure else held_acceleration(self.vehicle, velocity, heading, commands) + said
+
+    def tensor(self, values: Array) -> Tensor:
+        """Numbers as the network takes them, in its precision and on its device."""
+        like = self.network.get_buffer("input_mean")
+        return torch.as_tensor(values, dtype=like.dtype, device=like.device)
+
+    def _check_rate(self, motion: Motion) -> None:
+        if abs(motion.time_step / self.time_step - 1.0) > _RATE_SLACK:
+            rate = 1.0 / self.time_step
+            raise RequestError(
+                f"model {self.name}: expected rows {self.time_step:g} s apart, as it was trained on, got "
+                f"{motion.time_step:g} s; prepare the log at {rate:.4g} Hz, or train a network at "
+                f"{1.0 / motion.time_step:.4g} Hz"
+            )
+
+
+class _OpenLoop:
+    """What a network adds to each step of a batch of rollouts; see `simulation.Added`."""
+
+    def __init__(self, model: NetworkModel, motion: Motion, starts: np.ndarray) -> None:
+        self.model, self.motion, self.starts = model, motion, starts
+        self.thrust = actuation(model.vehicle, motion).thrust
+        self.memory: Memory = ()
+        self.last = np.zeros((3, starts.size))
+
+    def __call__(self, k: int, state: Array) -> Array:
+        with torch.inference_mode(), one_thread():
+            said = self._first() if k == 0 else self._next(k, state)
+        now = numbers(said).T
+        held = now if k == 0 else 1.5 * now - 0.5 * self.last
+        self.last = now
+        return held
+
+    def _first(self) -> Tensor:
+        """Walk along the measured rows once, and keep what is said and remembered at each start."""
+        model = self.model
+        seen = model.tensor(network_inputs(model.vehicle, self.motion, model.heading))[None]
+        stops, where = np.unique(self.starts, return_inverse=True)
+        said, kept, memory, done = [], [], None, 0
+        for stop in stops.tolist():
+            part, memory = through(model.network, seen[:, done : stop + 1], memory)
+            said.append(part[0, -1])
+            kept.append(memory)
+            done = stop + 1
+        self.memory = tuple(torch.cat(parts)[where] for parts in zip(*kept, strict=True))
+        return torch.stack(said)[where]
+
+    def _next(self, k: int, state: Array) -> Tensor:
+        model = self.model
+        thrust = self.thrust[:, self.starts + k]
+        seen = stacked_inputs(model.vehicle, state[2], (state[3], state[4], state[5]), thrust, model.heading)
+        said, self.memory = model.network(model.tensor(seen)[:, None], self.memory)
+        return said[:, 0]
+
+
+def numbers(said: Tensor) -> Array:
+    """What a network said as numbers in double precision."""
+    return said.double().cpu().numpy()

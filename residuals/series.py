@@ -1,0 +1,148 @@
+"""Models against measurements: scores, the series that the page draws, and where each model fails."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ..comparison.audit import Audit, audit
+from ..discovery.findings import Step
+from ..measurements.preparation.dataset import DataSet
+from ..measurements.preparation.derive import accelerations
+from ..measurements.preparation.split import PARTS, Split
+from ..physics.laws.damping_power import envelope_of
+from ..physics.motion import Motion
+from ..reports.wording import ACCELERATION_UNITS, ROLLOUT_UNITS
+from .models.base import Model, VehicleModel
+from .residual import residual, same_filter
+from .scores import Errors
+
+RESTART = 10.0
+"""Open-loop rollouts in the series start again from the measured state every so often [s]."""
+_DIGITS = 7
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """The prepared parts of the logs by name, and which one judges."""
+
+    split: Split
+    judge: str = "test"
+
+    def data(self, part: str) -> DataSet:
+        """A part by name: train, validation or test."""
+        found: DataSet = getattr(self.split, part)
+        return found
+
+    @property
+    def judged(self) -> DataSet:
+        """The data on which models are scored: one part, or all of them."""
+        if self.judge != "all":
+            return self.data(self.judge)
+        every = [self.data(part) for part in PARTS]
+        return DataSet(
+            tuple(m for data in every for m in data.motions),
+            every[0].notes,
+            every[0].recipe,
+            tuple(m for data in every for m in data.raw),
+        )
+
+
+def score_step(errors: Errors, added: str | None = None, thruster: str | None = None) -> Step:
+    """Held-out errors of one step of the story, and what was added in it."""
+    return Step(
+        added=added,
+        thruster=thruster,
+        acceleration_rmse=errors.acceleration_score.record.rmse,
+        rollout_rmse={name: score.record for name, score in errors.rollout_scores.items()},
+        units={"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
+    )
+
+
+def audit_along(model: Model, parts: Parts) -> Audit:
+    """Judge a model by the laws along all parts of the logs, in the envelope of their speeds."""
+    motions = [motion for part in PARTS for motion in parts.data(part).motions]
+    envelope = envelope_of(motions, model.vehicle)
+    return audit(model, envelope, motions=motions, envelope_from="the speeds of the log")
+
+
+def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:
+    """Measured and predicted motion of two models along all parts of the logs, 10 Hz, as `series.csv` holds it.
+
+    Columns: time [s], log, part, north, east [m], psi [rad], u, v [m/s], r [rad/s], commands, measured and modelled
+    accelerations filtered alike, open-loop rollouts restarted every 10 s, and the residual force of the first model
+    (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns.
+    """
+    frames = []
+    for stretch in stretches(parts):
+        frame, motion = _measured(stretch, channels), stretch.motion
+        for name, model in (("before", before), ("after", after)):
+            modelled = same_filter(model.acceleration(motion), motion, stretch.data)
+            frame[[f"{c}_{name}" for c in ("u_dot", "v_dot", "r_dot")]] = modelled
+            frame[[f"{c}_{name}" for c in ("north", "east", "psi", "u", "v", "r")]] = restarted(model, motion)
+        if isinstance(before, VehicleModel):
+            force = residual(before.vehicle, motion, stretch.data).force
+            frame[["X_residual", "Y_residual", "N_residual"]] = force
+        frames.append(frame)
+    return in_order(frames)
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A motion of the logs: its number of the log, the part that it belongs to, and that part's data."""
+
+    motion: Motion
+    log: int
+    part: str
+    data: DataSet
+
+    def frame(self) -> pd.DataFrame:
+        """A row for each time step, with its time [s], log and part."""
+        return pd.DataFrame({"time": self.motion.time, "log": self.log, "part": self.part})
+
+
+def stretches(parts: Parts) -> list[Stretch]:
+    """Every motion of every part."""
+    logs: dict[str, int] = {}
+    return [
+        Stretch(motion, logs.setdefault(motion.source, len(logs)), part, parts.data(part))
+        for part in PARTS
+        for motion in parts.data(part).motions
+    ]
+
+
+def in_order(frames: Sequence[pd.DataFrame], rounded: bool = True) -> pd.DataFrame:
+    """The rows of all stretches in one table, sorted by log and time, and `rounded` as `series.csv` holds them."""
+    table = pd.concat(frames, ignore_index=True).sort_values(["log", "time"], kind="stable", ignore_index=True)
+    if not rounded:
+        return table
+    numeric = [c for c in table.columns if c not in ("log", "part")]
+    return table.round(dict.fromkeys(numeric, _DIGITS))
+
+
+def _measured(stretch: Stretch, channels: Sequence[str]) -> pd.DataFrame:
+    frame, motion = stretch.frame(), stretch.motion
+    frame[["north", "east"]] = motion.position
+    frame["psi"] = motion.heading
+    frame[["u", "v", "r"]] = motion.velocity
+    frame[list(channels)] = motion.commands
+    frame[["u_dot", "v_dot", "r_dot"]] = accelerations(motion)
+    return frame
+
+
+def restarted(model: Model, motion: Motion) -> np.ndarray:
+    """Open-loop states along a motion, put back on the measurement every 10 s: (n, 6) north, east, psi, u, v, r."""
+    n, every = motion.time.size, round(RESTART / motion.time_step)
+    states = np.column_stack([motion.position, motion.heading, motion.velocity])
+    truth = states.copy()
+    starts = np.arange(0, n - every, every)
+    if starts.size:
+        rolled = model.rollout(motion, starts, every).states
+        for start, rows in zip(starts, rolled, strict=True):
+            states[start : start + every] = rows[:-1]
+    last = int(starts[-1]) + every if starts.size else 0
+    if last < n - 1:
+        states[last:] = model.rollout(motion, np.array([last]), n - 1 - last).states[0]
+    states[::every] = truth[::every]
+    return states

@@ -1,0 +1,128 @@
+"""The state of a training between two epochs in one file, from which it goes on as if it had never stopped."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save
+from torch import Tensor
+
+from ...physics.errors import RequestError
+from ...physics.files import write_bytes
+from ...physics.printable import shown
+from ...physics.reading import parse_json
+from .training_settings import CHECKPOINT
+
+SCHEMA = "undertow.checkpoint/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """What a training needs to go on.
+
+    Attributes
+    ----------
+    weights, kept : of the last epoch by name, and of the best ones so far by `number/name`
+    moments : state of Adam by parameter number and name
+    draw : state of the random generator
+    history : of the epochs, as plain data
+    seconds : spent so far [s]
+    recipe : all that the result depends on; a training goes on only with the same
+    """
+
+    weights: Mapping[str, Tensor]
+    kept: Mapping[str, Tensor]
+    moments: Mapping[int, Mapping[str, Tensor]]
+    draw: Tensor
+    history: list[dict[str, Any]]
+    seconds: float
+    recipe: Mapping[str, Any]
+
+
+def write_checkpoint(folder: Path, state: Checkpoint) -> None:
+    """Write `checkpoint.safetensors` whole or not at all.
+
+    Raises
+    ------
+    OSError
+        when the folder is not writable; an older checkpoint is then untouched.
+    """
+    tensors = {f"weights/{name}": value for name, value in state.weights.items()}
+    tensors |= {f"kept/{name}": value for name, value in state.kept.items()}
+    tensors |= {f"adam/{k}/{name}": value for k, row in state.moments.items() for name, value in row.items()}
+    tensors["draw"] = state.draw
+    said = {"schema": SCHEMA, "history": state.history, "seconds": state.seconds, "recipe": dict(state.recipe)}
+    plain = {name: value.detach().cpu().contiguous() for name, value in tensors.items()}
+    write_bytes(folder / CHECKPOINT, save(plain, {"undertow": json.dumps(said, allow_nan=False)}))
+
+
+FREE = ("epochs", "patience", "learning_rate", "schedule", "clip")
+"""Settings that may change when a training goes on: it is then longer, or more careful, and not another one."""
+
+
+_OTHER = {"data": "the logs, or how they are prepared, are others", "vehicle": "the vehicle is another"}
+
+
+def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | None:
+    """The state that an interrupted training left in `folder`, None where there is none.
+
+    Raises
+    ------
+    RequestError
+        when the file is damaged, or belongs to another recipe, naming what differs.
+    """
+    path = folder / CHECKPOINT
+    if not path.exists():
+        return None
+    try:
+        with safe_open(path, framework="pt") as stream:
+            said = parse_json(stream.metadata()["undertow"])
+            tensors = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118
+        if said["schema"] != SCHEMA:
+            raise ValueError(f"schema {said['schema']!r}")
+        _check_recipe(path, said["recipe"], recipe)
+        moments: dict[int, dict[str, Tensor]] = {}
+        for name, value in _under(tensors, "adam").items():
+            number, _, label = name.partition("/")
+            moments.setdefault(int(number), {})[label] = value
+        weights, kept = _under(tensors, "weights"), _under(tensors, "kept")
+        return Checkpoint(weights, kept, moments, tensors["draw"], said["history"], said["seconds"], said["recipe"])
+    except RequestError:
+        raise
+    except (OSError, SafetensorError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RequestError(
+            f"{path} is no checkpoint that training can go on from ({error}); remove it to train anew"
+        ) from error
+
+
+def _check_recipe(path: Path, written: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+    plain = parse_json(json.dumps(dict(wanted)))
+    written = dict(written)
+    for recipe in (plain, written):
+        recipe["settings"] = {k: v for k, v in recipe.get("settings", {}).items() if k not in FREE}
+    told = []
+    for key in sorted({**written, **plain}):
+        before, now = written.get(key), plain.get(key)
+        if isinstance(before, dict) and isinstance(now, dict):
+            names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+            told += [f"{name} was {shown(before.get(name))}, is {shown(now.get(name))}" for name in names]
+        elif before != now:
+            told.append(_OTHER.get(key) or f"{key} was {shown(before)}, is {shown(now)}")
+    if told:
+        raise RequestError(
+            f"{path} belongs to another training: {'; '.join(told)}. Go on with the same, or remove the checkpoint to "
+            "train anew"
+        )
+
+
+def _under(tensors: Mapping[str, Tensor], head: str) -> dict[str, Tensor]:
+    return {name.removeprefix(f"{head}/"): value for name, value in tensors.items() if name.startswith(f"{head}/")}
+
+
+def cloned(values: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """A copy that later steps do not change."""
+    return {name: torch.clone(value.detach()) for name, value in values.items()}

@@ -1,0 +1,305 @@
+"""Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from math import cos, isfinite, pi
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import torch
+
+from ...measurements.preparation.split import Split
+from ...physics.errors import RequestError
+from ...physics.vehicle import Vehicle
+from ..models.network_model import NetworkModel
+from ..models.threads import one_thread
+from ..networks.base import Network
+from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
+from .losses import Objective
+from .preparation import Prepared, prepare_training
+from .training_settings import CHECKPOINT, TrainingSettings
+
+CANDIDATES = 5
+"""Epochs whose weights are kept until the end, when they are put before all laws, the best first."""
+_BETTER = 1e-3
+"""An epoch counts as better when it lowers the best error by more than this share of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """One epoch.
+
+    Attributes
+    ----------
+    number : 0 is a hybrid before the first step, which is the vehicle alone
+    loss : mean over the batches; None for number 0
+    rmse : error of the acceleration on the validation part, each axis in units of its measured acceleration in training
+    violating : share of the states at which the laws are broken, see `validation.Judge`
+    """
+
+    number: int
+    loss: float | None
+    rmse: float
+    violating: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trained:
+    """A trained network and how it came to be.
+
+    Attributes
+    ----------
+    model : with the weights of the best epoch
+    epochs : the history
+    best_epoch : the one whose weights were kept: the best that the auditor passed, or the best where it passed none
+    lawful : what the auditor says of those weights; None where there was no auditor
+    violating : share of the states without thrust and with it at which they break the laws, in the sample of training
+    stopped : why training ended
+    settings : of the recipe
+    """
+
+    model: NetworkModel
+    epochs: tuple[Epoch, ...]
+    best_epoch: int
+    lawful: bool | None
+    violating: float
+    stopped: str
+    settings: TrainingSettings
+
+    def to_dict(self) -> dict[str, Any]:
+        """The training log that a model's file keeps."""
+        return {
+            "settings": self.settings.to_dict(),
+            "best_epoch": self.best_epoch,
+            "lawful": self.lawful,
+            "violating": self.violating,
+            "stopped": self.stopped,
+            "epochs": [asdict(epoch) for epoch in self.epochs],
+        }
+
+
+def train(
+    split: Split,
+    vehicle: Vehicle,
+    network: str = "lstm",
+    options: Mapping[str, int | float] | None = None,
+    *,
+    pure: bool = False,
+    heading: bool = False,
+    settings: TrainingSettings | None = None,
+    folder: Path | None = None,
+    resume: bool = False,
+    progress: Callable[[Epoch], None] | None = None,
+    auditor: Callable[[NetworkModel], bool] | None = None,
+) -> Trained:
+    """Train a network on the training part of a split; the validation part chooses the epoch that is kept.
+
+    The same seed gives the same weights on the same machine, whether training was interrupted and resumed or not.
+    Torch's own random state and settings are as before afterwards.
+
+    Parameters
+    ----------
+    vehicle : the nominal model that is corrected, or whose thrust curves a pure network sees
+    network, options : a name and options of `networks.registry`
+    pure : train in the place of the physics, not beside it
+    heading : let the network see it
+    folder : where a checkpoint is written after each epoch; the caller removes it when the model is
+        saved. None writes nothing
+    resume : go on from the checkpoint in `folder`, where there is one
+    progress : called after each epoch
+    auditor : says whether a model keeps all laws; the best epochs are put before it, the best first, until one passes.
+        The sample of states that judges every epoch is no proof
+
+    Raises
+    ------
+    RequestError
+        for settings, options or data that cannot be used, a checkpoint that would be lost or does not fit, or a loss
+        that is not finite; the last good checkpoint then stays.
+    """
+    chosen = settings or TrainingSettings()
+    begun = perf_counter()
+    with _reproducible(chosen.seed):
+        prepared = prepare_training(split, vehicle, network, options, chosen, pure=pure, heading=heading)
+        run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
+        run.start(resume)
+        while not (why := run.finished()):
+            run.epoch()
+            if progress is not None:
+                progress(run.history[-1])
+        model = NetworkModel(
+            vehicle, prepared.network.cpu(), prepared.time_step, pure=pure, seconds_to_fit=perf_counter() - run.begun
+        )
+        kept, lawful = run.choose(model, auditor)
+    best = next(epoch for epoch in run.history if epoch.number == kept)
+    return Trained(model, tuple(run.history), kept, lawful, best.violating, why, chosen)
+
+
+def best_epochs(history: list[Epoch], count: int = CANDIDATES) -> list[int]:
+    """Numbers of the epochs to keep, the best first: by their error, those that break the laws behind all others."""
+    ranked = sorted(history, key=lambda epoch: (epoch.violating > 0.0, epoch.rmse))
+    return [epoch.number for epoch in ranked[:count]]
+
+
+def stale(history: list[Epoch]) -> int:
+    """Epochs since the error, of all epochs or of the lawful ones, last fell by a noticeable share."""
+    last = 0
+    for pool in (history, [epoch for epoch in history if epoch.violating == 0.0]):
+        least = float("inf")
+        for epoch in pool:
+            if epoch.rmse < (1.0 - _BETTER) * least:
+                least, last = epoch.rmse, max(last, epoch.number)
+    return history[-1].number - last if history else 0
+
+
+def one_pass(
+    network: Network, objective: Objective, optimiser: torch.optim.Optimizer, settings: TrainingSettings, draw: Any
+) -> float:
+    """One epoch of steps over all windows in random order; the mean loss of its batches."""
+    device = objective.inputs.device
+    order = torch.randperm(objective.count, generator=draw).to(device)
+    parameters = list(network.parameters())
+    losses = []
+    for index in order.split(settings.batch):
+        optimiser.zero_grad()
+        loss = objective(network, index, draw)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(parameters, settings.clip)
+        optimiser.step()
+        losses.append(loss.detach())
+    return float(torch.stack(losses).mean())
+
+
+class _Run:
+    """A training under way."""
+
+    def __init__(self, prepared: Prepared, settings: TrainingSettings, folder: Path | None, begun: float) -> None:
+        self.prepared, self.settings, self.folder, self.begun = prepared, settings, folder, begun
+        self.network = prepared.network
+        self.optimiser = torch.optim.AdamW(
+            self.network.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
+        )
+        self.draw = torch.Generator().manual_seed(settings.seed)
+        self.history: list[Epoch] = []
+        self.kept: dict[str, torch.Tensor] = {}
+
+    def start(self, resume: bool) -> None:
+        """Judge the network as it is, or take up the checkpoint."""
+        found = None
+        if self.folder is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            if resume:
+                found = read_checkpoint(self.folder, self.prepared.recipe)
+            elif (self.folder / CHECKPOINT).exists():
+                raise RequestError(
+                    f"{self.folder} holds an interrupted training; resume it (--resume), or remove {CHECKPOINT}"
+                )
+        elif resume:
+            raise RequestError("training: resume needs the folder of the interrupted training")
+        if found is None:
+            if not self.prepared.pure:  # a hybrid that has learnt nothing is the vehicle; a pure network is nothing
+                self._judge(None)
+            return
+        self.network.load_state_dict(found.weights)
+        device = next(self.network.parameters()).device
+        groups = self.optimiser.state_dict()["param_groups"]
+        self.optimiser.load_state_dict({"state": dict(found.moments), "param_groups": groups})
+        self.draw.set_state(found.draw)
+        self.kept = {name: value.to(device) for name, value in found.kept.items()}
+        self.history = [Epoch(**row) for row in found.history]
+        self.begun -= found.seconds
+
+    @property
+    def _next(self) -> int:
+        return self.history[-1].number + 1 if self.history else 1
+
+    def finished(self) -> str:
+        """Why training ends here; empty while it goes on."""
+        if stale(self.history) >= self.settings.patience:
+            return f"no better validation error for {self.settings.patience} epochs"
+        if self._next > self.settings.epochs:
+            return f"all {self.settings.epochs} epochs are done"
+        return ""
+
+    def epoch(self) -> None:
+        """One more epoch, judged and written."""
+        for group in self.optimiser.param_groups:
+            group["lr"] = _rate(self.settings, self._next)
+        loss = one_pass(self.network, self.prepared.objective, self.optimiser, self.settings, self.draw)
+        self._judge(loss)
+        if self.folder is not None:
+            write_checkpoint(
+                self.folder,
+                Checkpoint(
+                    self.network.state_dict(),
+                    self.kept,
+                    self.optimiser.state_dict()["state"],
+                    self.draw.get_state(),
+                    [asdict(epoch) for epoch in self.history],
+                    perf_counter() - self.begun,
+                    self.prepared.recipe,
+                ),
+            )
+
+    def choose(self, model: NetworkModel, auditor: Callable[[NetworkModel], bool] | None) -> tuple[int, bool | None]:
+        """Load the best weights that the auditor passes into a model, or the best; their epoch, and what it said."""
+        best = best_epochs(self.history)
+        for number in best if auditor is not None else []:
+            self._load(model, number)
+            if auditor is not None and auditor(model):
+                return number, True
+        self._load(model, best[0])
+        return best[0], None if auditor is None else False
+
+    def _load(self, model: NetworkModel, number: int) -> None:
+        head = f"{number}/"
+        mine = {label.removeprefix(head): x for label, x in self.kept.items() if label.startswith(head)}
+        model.network.load_state_dict(mine)
+
+    def _judge(self, loss: float | None) -> None:
+        number, judge = 0 if loss is None else self._next, self.prepared.judge
+        rmse = judge.error(self.network) if loss is None or isfinite(loss) else float("nan")
+        if not isfinite(rmse):
+            raise RequestError(self._not_finite(number, loss))
+        self.history.append(Epoch(number, loss, rmse, judge.violating(self.network)))
+        best = best_epochs(self.history)
+        if number in best:
+            self.kept |= {f"{number}/{name}": x for name, x in cloned(self.network.state_dict()).items()}
+        self.kept = {label: x for label, x in self.kept.items() if int(label.partition("/")[0]) in best}
+
+    def _not_finite(self, number: int, loss: float | None) -> str:
+        what = (
+            f"the loss is {loss}" if loss is not None and not isfinite(loss) else "the validation error is not finite"
+        )
+        text = (
+            f"training: {what} in epoch {number}; try a smaller learning rate than {self.settings.learning_rate:g}, a "
+            f"smaller clip than {self.settings.clip:g}, or shorter rollouts"
+        )
+        if self.folder is None or number < 2:
+            return text
+        return f"{text}. The state after epoch {number - 1} is kept in {self.folder / CHECKPOINT}"
+
+
+def _rate(settings: TrainingSettings, number: int) -> float:
+    if settings.schedule == "fixed":
+        return settings.learning_rate
+    share = 0.5 * (1.0 + cos(pi * (number - 1) / max(1, settings.epochs - 1)))
+    return settings.learning_rate * (0.01 + 0.99 * share)
+
+
+@contextmanager
+def _reproducible(seed: int) -> Iterator[None]:
+    """Seeded weights, deterministic kernels and one thread inside; torch as it was outside.
+
+    Networks of this size gain nothing from a second thread, lose much where cores are shared, and with one thread the
+    weights do not depend on the number of cores.
+    """
+    fixed = torch.backends.cudnn.deterministic
+    with torch.random.fork_rng(), one_thread():
+        torch.manual_seed(seed)
+        torch.backends.cudnn.deterministic = True
+        try:
+            yield
+        finally:
+            torch.backends.cudnn.deterministic = fixed

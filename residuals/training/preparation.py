@@ -1,0 +1,186 @@
+"""What a training works on: the network, the loss and the judge, made from a split and the settings."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+
+from ...measurements.preparation.derive import accelerations
+from ...measurements.preparation.split import Split
+from ...measurements.preparation.standardisation import Standardisation
+from ...physics.errors import RequestError
+from ...physics.frames import Array
+from ...physics.laws.damping_power import envelope_of
+from ...physics.laws.energy import coasting_states
+from ...physics.motion import Motion
+from ...physics.thrusters import neutral_command
+from ...physics.vehicle import Vehicle
+from ..models.coasting import Coasting
+from ..models.network_inputs import input_names, network_inputs
+from ..models.network_model import scaling_of
+from ..networks.base import Network, Scaling
+from ..networks.registry import build, default_options
+from .augment import Augmenter, seen_noise, sister_targets
+from .losses import Objective
+from .training_settings import TrainingSettings
+from .validation import Judge
+from .windows import Windows, filter_taps, windows_of
+
+WARM_UP = 2.0
+"""Rows at the start of a window on which a network with memory is not judged [s]."""
+POOL = 4096
+"""States among which each batch draws, a half of them without thrust."""
+JUDGED = (128, 512)
+"""States at which an epoch is judged: validation velocities, and a sample of the training envelope; each with thrust
+and without."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """Everything that a training needs.
+
+    Attributes
+    ----------
+    network : on its device, with fresh weights
+    objective, judge : loss of a batch, and verdict on an epoch
+    pure : whether the network stands in the place of the physics
+    time_step : of the rows [s]
+    recipe : all that the result depends on, as plain data
+    """
+
+    network: Network
+    objective: Objective
+    judge: Judge
+    pure: bool
+    time_step: float
+    recipe: dict[str, Any]
+
+
+def prepare_training(
+    split: Split,
+    vehicle: Vehicle,
+    name: str,
+    options: Mapping[str, int | float] | None,
+    settings: TrainingSettings,
+    *,
+    pure: bool,
+    heading: bool,
+) -> Prepared:
+    """Cut windows, scale, build the network, and work out all that does not depend on its weights.
+
+    Raises
+    ------
+    RequestError
+        for an unknown network or option, a device that is not there, or data that are too short.
+    """
+    device = _device(settings.device)
+    remembers = _remembers(name, options)
+    warm_up = WARM_UP if remembers else 0.0
+    chosen = {"pure": pure, "heading": heading}
+    windows = windows_of(split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up)
+    sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
+    _check_rollouts(settings, windows)
+    motions = split.train.motions
+    seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
+    unit = _unit(motions)
+    scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, heading), seen), _target_scale(windows, unit))
+    network = build(name, scaling, options).to(device)
+    like = next(network.parameters())
+
+    def tensor(values: Array) -> torch.Tensor:
+        return torch.as_tensor(values, dtype=like.dtype, device=device)
+
+    envelope, pool = envelope_of(motions, vehicle), np.concatenate([motion.commands for motion in motions])
+    idle = np.array([neutral_command(t) for t in vehicle.thrusters])
+
+    def coasting(states: Array) -> Coasting:
+        commands = pool[np.random.default_rng(5).integers(0, pool.shape[0], states.shape[0])]
+        commands[::2] = idle
+        return Coasting(
+            vehicle, states, commands, **chosen, time_step=windows.time_step, remembers=remembers, like=like
+        )
+
+    judged = np.concatenate([_thinned(split.validation.motions, vehicle), coasting_states(envelope, JUDGED[1])])
+    judge = Judge(split.validation, vehicle, coasting(np.repeat(judged, 2, axis=0)), unit, **chosen)
+    compared = None if sisters is None else tensor(sisters[:, :, windows.compared])
+    wanted = settings.augmentation
+    noise = seen_noise(split.train, settings, remembers)
+    varied = wanted.active or bool(noise.any())
+    augmenter = Augmenter(wanted, noise, scaling.drives, compared) if varied else None
+    taps = filter_taps(split.train.recipe, windows.time_step)
+    objective = Objective(
+        windows,
+        tensor(windows.filter_matrix(taps)),
+        tensor(unit),
+        coasting(coasting_states(envelope, POOL, seed=1)),
+        vehicle,
+        settings,
+        pure=pure,
+        augmenter=augmenter,
+    )
+    recipe = {
+        "network": name,
+        "options": default_options(name) | dict(options or {}),
+        **chosen,
+        "settings": settings.to_dict(),
+        "device": device.type,
+        "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
+        "vehicle": hashlib.sha256(vehicle.model_dump_json().encode()).hexdigest()[:16],
+    }
+    return Prepared(network, objective, judge, pure, windows.time_step, recipe)
+
+
+def _remembers(name: str, options: Mapping[str, int | float] | None) -> bool:
+    """Whether a network has a memory, found by asking a throw-away one."""
+    scaling = Scaling(
+        Standardisation(("u", "v", "r", "thrust"), np.zeros(4), np.ones(4)), np.ones(3), np.eye(3), np.ones((3, 1))
+    )
+    with torch.random.fork_rng(), torch.no_grad():
+        return bool(build(name, scaling, options)(torch.zeros(1, 1, 4))[1])
+
+
+def _unit(motions: tuple[Motion, ...]) -> Array:
+    """Root mean square of the measured acceleration (3,), in which errors are counted on each axis.
+
+    In units of what is to be explained, an axis on which there is nothing but noise would weigh as much as any other.
+    """
+    measured = np.concatenate([accelerations(motion) for motion in motions])
+    return np.sqrt((measured**2).mean(axis=0)) + 1e-9
+
+
+def _target_scale(windows: Windows, unit: Array) -> Array:
+    """Root mean square of what is to be explained (3,), the size of the output; at least a thousandth of the unit."""
+    target = windows.target[:, windows.compared].reshape(-1, 3)
+    return np.maximum(np.sqrt((target**2).mean(axis=0)), 1e-3 * unit)
+
+
+def _thinned(motions: tuple[Motion, ...], vehicle: Vehicle) -> Array:
+    """Evenly spread velocities relative to the water (at most 128, 3)."""
+    states = np.concatenate([network_inputs(vehicle, motion, False)[:, :3] for motion in motions])
+    return states[:: -(-states.shape[0] // JUDGED[0])]
+
+
+def _check_rollouts(settings: TrainingSettings, windows: Windows) -> None:
+    room = windows.inputs.shape[1] - windows.first - 1
+    if settings.rollout_rows > room:
+        raise RequestError(
+            f"training: expected rollouts of at most {room} rows in windows of {settings.window:g} s, got "
+            f"{settings.rollout_rows}; give shorter rollouts or longer windows"
+        )
+
+
+def _device(wanted: str) -> torch.device:
+    there = torch.cuda.is_available()
+    if wanted == "cuda" and not there:
+        raise RequestError("training: no GPU that torch can use was found; give device cpu or auto")
+    return torch.device("cuda" if there and wanted != "cpu" else "cpu")
+
+
+def _digest(*arrays: Array) -> str:
+    found = hashlib.sha256()
+    for array in arrays:
+        found.update(np.ascontiguousarray(array).tobytes())
+    return found.hexdigest()[:16]

@@ -1,0 +1,102 @@
+"""Short open-loop rollouts that gradients flow through: the force equation and the network, step by step."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from ...physics.forces import ForceEquation, relative_velocity
+from ...physics.vehicle import Vehicle
+from ..networks.base import Memory, Network
+
+_relative: Any = relative_velocity  # annotated for arrays; what acts on them acts on tensors, too
+
+State = tuple[Tensor, ...]
+"""Heading, u, v, r and the wake memory's sway speed and yaw rate, each (batch,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Forcing:
+    """What acts from outside along a rollout: thrust, load (batch, rows, thrusters), air (batch, rows, 2)."""
+
+    thrust: Tensor
+    load: Tensor
+    air: Tensor
+
+
+class Shooter:
+    """Rollouts as `NetworkModel.rollout` makes them, on tensors.
+
+    Physics by classical Runge-Kutta; the network speaks once a step, and is held at 1.5 a_k - 0.5 a_(k-1) for the step.
+
+    Parameters
+    ----------
+    vehicle : of the physics, and of the water
+    pure : whether the network gives the whole acceleration
+    time_step : [s]
+    """
+
+    def __init__(self, vehicle: Vehicle, *, pure: bool, time_step: float) -> None:
+        self.vehicle, self.pure, self.time_step = vehicle, pure, time_step
+        self.equation: Any = ForceEquation(vehicle)
+
+    def velocities(self, network: Network, inputs: Tensor, states: Tensor, forcing: Forcing, start: int) -> Tensor:
+        """Velocities over ground (batch, steps, 3) after each step from row `start` to the last row.
+
+        Parameters
+        ----------
+        inputs : (batch, rows, inputs) measured; those before `start` warm the network up
+        states : (batch, rows, 6) measured, as `Windows` holds them; only row `start` is used
+        """
+        memory: Memory | None = None
+        if start:
+            _, memory = network(inputs[:, :start])
+        state: State = states[:, start].unbind(-1)
+        heading = inputs.shape[-1] > 3 + forcing.thrust.shape[-1]
+        thrust, load, air = (x.permute(1, 2, 0).unbind(0) for x in (forcing.thrust, forcing.load, forcing.air))
+        found: list[Tensor] = []
+        before: Tensor | None = None
+        for k in range(start, inputs.shape[1] - 1):
+            relative = _relative(self.vehicle, state[0], state[1:4])
+            seen = [*relative, *thrust[k].unbind(0), *((state[0].cos(), state[0].sin()) if heading else ())]
+            said, memory = network(torch.stack(seen, dim=-1)[:, None], memory)
+            now = said[:, 0]
+            held = now if before is None else 1.5 * now - 0.5 * before
+            before = now
+            ends = tuple((x[k], x[k + 1]) for x in (thrust, load, air))
+            state = self._step(state, held.unbind(-1), *ends)
+            found.append(torch.stack(state[1:4], dim=-1))
+        return torch.stack(found, dim=1)
+
+    def _step(self, state: State, said: State, *ends: tuple[Tensor, Tensor]) -> State:
+        h = self.time_step
+        first, last = tuple(e[0] for e in ends), tuple(e[1] for e in ends)
+        middle = tuple(0.5 * (e[0] + e[1]) for e in ends)
+        k1 = self._slope(state, said, *first)
+        k2 = self._slope(_moved(state, k1, 0.5 * h), said, *middle)
+        k3 = self._slope(_moved(state, k2, 0.5 * h), said, *middle)
+        k4 = self._slope(_moved(state, k3, h), said, *last)
+        return tuple(
+            x + (h / 6.0) * (a + 2.0 * b + 2.0 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
+        )
+
+    def _slope(self, state: State, said: State, thrust: Tensor, load: Tensor, air: Tensor) -> State:
+        heading, u, v, r, slow_v, slow_r = state
+        if self.pure:
+            return r, *said, torch.zeros_like(u), torch.zeros_like(u)
+        velocity = (u, v, r)
+        relative = _relative(self.vehicle, heading, velocity)
+        equation = self.equation
+        force = equation.force(relative, heading, thrust, load, (slow_v, slow_r), tuple(air.unbind(0)))
+        slopes = equation.acceleration(force, relative, velocity)
+        if equation.has_memory:
+            constant = self.vehicle.values["memory_time"]
+            lag = ((relative[1] - slow_v) / constant, (r - slow_r) / constant)
+        else:
+            lag = (torch.zeros_like(u), torch.zeros_like(u))
+        return r, *(a + b for a, b in zip(slopes, said, strict=True)), *lag
+
+
+def _moved(state: State, slope: State, step: float) -> State:
+    return tuple(x + step * s for x, s in zip(state, slope, strict=True))

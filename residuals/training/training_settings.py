@@ -1,0 +1,113 @@
+"""Settings of the training recipe, checked where they are made."""
+
+from dataclasses import asdict, dataclass, field
+from math import isfinite
+from numbers import Integral
+from typing import Any, Literal
+
+from ...physics.errors import RequestError
+
+CHECKPOINT = "checkpoint.safetensors"
+"""File in a network's folder that a training under way goes on from."""
+
+Schedule = Literal["fixed", "cosine"]
+Device = Literal["auto", "cpu", "cuda"]
+
+
+@dataclass(frozen=True, slots=True)
+class Augmentation:
+    """What training data suffer at random, anew in every epoch; all off by default.
+
+    Attributes
+    ----------
+    speed_noise : white noise on the u and v that the network sees [m/s]
+    yaw_rate_noise : white noise on the r that it sees [rad/s]
+    thrust_spread : each thrust that it sees times 1 +- this, drawn for each window
+    hull_spread : the physics beside the network is that of a sister hull, each parameter within this share of the
+        vehicle's, drawn for each window from eight sisters; the target moves with it
+    """
+
+    speed_noise: float = 0.0
+    yaw_rate_noise: float = 0.0
+    thrust_spread: float = 0.0
+    hull_spread: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if not 0.0 <= value < (1.0 if name.endswith("spread") else 100.0):
+                raise RequestError(f"augmentation: expected {name} of 0 or more, a spread below 1, got {value}")
+
+    @property
+    def active(self) -> bool:
+        """Whether anything is varied."""
+        return any(asdict(self).values())
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingSettings:
+    """The recipe.
+
+    Attributes
+    ----------
+    epochs : at most
+    patience : epochs without a better validation error after which training stops
+    batch : windows a step
+    window : length of a window [s]
+    learning_rate : of Adam, at the start
+    schedule : "fixed", or "cosine" from the learning rate down to a hundredth of it over `epochs`
+    weight_decay : decoupled (Loshchilov and Hutter 2019)
+    clip : largest norm of a gradient
+    lambda_data : weight of |acceleration error|^2, each axis in units of its measured acceleration
+    lambda_phys : weight of |power beyond the laws|^2 in units of the boat's typical power, see `physics.laws.energy`
+    lambda_smooth : weight of |change of the correction from row to row|^2, in the units of the error
+    lambda_rollout : weight of |velocity error of short rollouts|^2; used where `rollout_rows` is above 0
+    rollout_rows : steps of those rollouts; 0 for none
+    sensor_noise : multiple of the log's own sensor noise that is drawn anew onto the velocities that a network with
+        memory sees in training. Without it the network learns to differentiate them, noise and all: it then "predicts"
+        the noise of the measured acceleration better than the true model could, and rolls out worse
+    augmentation : of the training data
+    seed : decides the weights at the start, the order of windows and all else that is random
+    device : "auto" is a GPU where there is one
+
+    Raises
+    ------
+    RequestError
+        when a setting cannot be used.
+    """
+
+    epochs: int = 300
+    patience: int = 30
+    batch: int = 16
+    window: float = 10.0
+    learning_rate: float = 3e-3
+    schedule: Schedule = "fixed"
+    weight_decay: float = 1e-4
+    clip: float = 1.0
+    lambda_data: float = 1.0
+    lambda_phys: float = 100.0
+    lambda_smooth: float = 0.01
+    lambda_rollout: float = 10.0
+    rollout_rows: int = 0
+    sensor_noise: float = 1.0
+    augmentation: Augmentation = field(default_factory=Augmentation)
+    seed: int = 0
+    device: Device = "auto"
+
+    def __post_init__(self) -> None:
+        for name, least in (("epochs", 1), ("patience", 1), ("batch", 1), ("rollout_rows", 0), ("seed", 0)):
+            value = getattr(self, name)
+            if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+                raise RequestError(f"training: expected a whole number of at least {least} for {name}, got {value!r}")
+        for name in ("window", "learning_rate", "clip"):
+            if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise RequestError(f"training: expected a positive {name}, got {getattr(self, name)!r}")
+        for name in ("weight_decay", "lambda_data", "lambda_phys", "lambda_smooth", "lambda_rollout", "sensor_noise"):
+            if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise RequestError(f"training: expected {name} of 0 or more, got {getattr(self, name)!r}")
+        for name, known in (("schedule", ("fixed", "cosine")), ("device", ("auto", "cpu", "cuda"))):
+            if getattr(self, name) not in known:
+                raise RequestError(f"training: expected {name} {' or '.join(known)}, got {getattr(self, name)!r}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)

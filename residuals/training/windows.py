@@ -1,0 +1,167 @@
+"""Chronological windows of rows on which networks are trained, and the filter that their output goes through."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...measurements.preparation.dataset import DataSet, Recipe
+from ...measurements.preparation.derive import accelerations, low_pass
+from ...physics.errors import RequestError
+from ...physics.forces import actuation, memory_states, modelled_acceleration, stated_push
+from ...physics.frames import Array
+from ...physics.laws.damping_power import damping_power
+from ...physics.laws.energy import INSIDE, allowed_power, thrust_power
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from ..models.network_inputs import network_inputs
+from ..residual import same_filter
+
+_LEAST_TAP = 1e-3
+"""Taps of the filter's impulse response below this are cut off."""
+_REACH = 1000
+"""Rows on each side of the impulse from which the response is read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Windows:
+    """Windows of one length, stacked; each row of a window is a row of a motion.
+
+    Attributes
+    ----------
+    inputs : (windows, rows, inputs) what the network sees, SI
+    target : (windows, rows, 3) measured minus (for a hybrid) modelled acceleration, filtered alike
+    allowed, base : (windows, rows) [W] gain that is aimed at at most, see `energy.INSIDE`, and the physics' own
+    states : (windows, rows, 6) heading [rad], velocity over ground, wake memory of sway speed and yaw rate
+    thrust, load : (windows, rows, thrusters) [N], [N s/m]
+    air : (windows, rows, 2) velocity of the air over ground [m/s]
+    first : first row of a window that may be compared: earlier ones warm the network up
+    reach : rows that the filter needs on each side of a row that is compared
+    time_step : [s]
+    """
+
+    inputs: Array
+    target: Array
+    allowed: Array
+    base: Array
+    states: Array
+    thrust: Array
+    load: Array
+    air: Array
+    first: int
+    reach: int
+    time_step: float
+
+    @property
+    def compared(self) -> slice:
+        """Rows of a window on which measured and modelled acceleration are compared."""
+        return slice(self.first + self.reach, self.inputs.shape[1] - self.reach)
+
+    def filter_matrix(self, taps: Array) -> Array:
+        """The filter as a matrix (compared rows, rows), so that one product filters a batch of windows."""
+        rows = range(self.inputs.shape[1])[self.compared]
+        matrix = np.zeros((len(rows), self.inputs.shape[1]))
+        for k, row in enumerate(rows):
+            matrix[k, row - self.reach : row + self.reach + 1] = taps
+        return matrix
+
+
+def filter_taps(recipe: Recipe, time_step: float) -> Array:
+    """The zero-phase low-pass of a recipe as a symmetric filter (2 reach + 1,) that adds up to one.
+
+    It is the impulse response of what `same_filter` does away from the ends; [1.0] without a cutoff.
+    """
+    if recipe.cutoff is None:
+        return np.ones(1)
+    impulse = np.zeros(2 * _REACH + 1)
+    impulse[_REACH] = 1.0
+    response = low_pass(impulse, time_step, recipe.cutoff, recipe.order)
+    reach = int(np.flatnonzero(np.abs(response) >= _LEAST_TAP)[-1]) - _REACH
+    taps = response[_REACH - reach : _REACH + reach + 1]
+    return taps / taps.sum()
+
+
+def target_acceleration(vehicle: Vehicle, motion: Motion, data: DataSet, pure: bool) -> Array:
+    """What the filtered output of a network should be, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+    measured = accelerations(motion)
+    return measured if pure else measured - same_filter(modelled_acceleration(vehicle, motion), motion, data)
+
+
+def cut(values: Sequence[Array], rows: int, stride: int) -> Array:
+    """Windows of `rows` rows of each array (n, ...), `stride` apart, the last one up to the end."""
+    return np.concatenate([v[_starts(v.shape[0], rows, stride)[:, None] + np.arange(rows)] for v in values])
+
+
+def windows_of(
+    data: DataSet, vehicle: Vehicle, *, pure: bool, heading: bool, seconds: float, warm_up: float
+) -> Windows:
+    """Cut the motions of a data set into windows.
+
+    Windows overlap by a half, or by more where each compared row would else not be in one.
+
+    Parameters
+    ----------
+    data : filtered motions
+    pure : whether the network stands in the place of the physics
+    heading : whether the network sees it
+    seconds : length of a window [s]
+    warm_up : at the start of a window, where nothing is compared [s]
+
+    Raises
+    ------
+    RequestError
+        when the motions differ in their time step, or none is as long as a window, or a window is all edges.
+    """
+    steps = sorted({round(motion.time_step, 9) for motion in data.motions})
+    if len(steps) != 1:
+        raise RequestError(f"training: expected motions of one time step, got {steps} s; prepare them at one rate")
+    step = steps[0]
+    rows, first, reach = round(seconds / step), round(warm_up / step), filter_taps(data.recipe, step).size // 2
+    kept = rows - first - 2 * reach
+    if kept < 1:
+        needed = (first + 2 * reach + 1) * step
+        raise RequestError(
+            f"training: a window of {seconds:g} s is all warm-up and filter edges; expected at least {needed:.1f} s"
+        )
+    motions = [motion for motion in data.motions if motion.time.size >= rows]
+    if not motions:
+        longest = max((motion.duration for motion in data.motions), default=0.0)
+        raise RequestError(
+            f"training: expected a stretch of at least {seconds:g} s without gaps, got {longest:.1f} s; give longer "
+            "logs or shorter windows"
+        )
+    acts = [actuation(vehicle, motion) for motion in motions]
+    still = [np.zeros((motion.time.size, 2)) if motion.air is None else motion.air for motion in motions]
+    pushed = [thrust_power(vehicle, motion) for motion in motions]
+    seen = [network_inputs(vehicle, motion, heading) for motion in motions]
+    hull = [
+        -(see[:, :3] * stated_push(vehicle, motion.heading, tuple(see[:, :3].T))).sum(axis=1)
+        if pure
+        else push + damping_power(vehicle, see[:, :3])
+        for motion, push, see in zip(motions, pushed, seen, strict=True)
+    ]
+    allowed = [
+        allowed_power(vehicle, see[:, :3], (act.thrust - act.load * see[:, 0]).T, INSIDE)
+        for act, see in zip(acts, seen, strict=True)
+    ]
+    states = [np.column_stack([m.heading, m.velocity, *memory_states(vehicle, m)]) for m in motions]
+    targets = [target_acceleration(vehicle, motion, data, pure) for motion in motions]
+    stride = max(1, min(rows // 2, kept))
+    return Windows(
+        inputs=cut(seen, rows, stride),
+        target=cut(targets, rows, stride),
+        allowed=cut(allowed, rows, stride),
+        base=cut(hull, rows, stride),
+        states=cut(states, rows, stride),
+        thrust=cut([act.thrust.T for act in acts], rows, stride),
+        load=cut([act.load.T for act in acts], rows, stride),
+        air=cut(still, rows, stride),
+        first=first,
+        reach=reach,
+        time_step=step,
+    )
+
+
+def _starts(length: int, rows: int, stride: int) -> np.ndarray:
+    last = length - rows
+    return np.unique(np.append(np.arange(0, last + 1, stride), last)) if last >= 0 else np.empty(0, dtype=int)

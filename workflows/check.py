@@ -1,0 +1,133 @@
+"""The verb `check`: from the name of a model, and logs if there are any, to what the laws say of it."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..comparison.audit import Audit, audit
+from ..comparison.models_by_name import load_model
+from ..physics.errors import RequestError, VehicleError
+from ..physics.forces import calm, held_thrust
+from ..physics.frames import Array
+from ..physics.laws.audit.trial import possible_commands, reachable
+from ..physics.laws.damping_power import Envelope, envelope_of, mass_margin
+from ..physics.motion import Motion
+from ..physics.reading import read_json
+from ..physics.vehicle import Vehicle, load_vehicle
+from ..residuals.models.base import Model
+from ..residuals.models.neural import is_network_folder
+from .inputs import PathLike, read_inputs
+from .run_folder.write import RunRecord, read_run_inputs
+
+_LEAST = 0.05
+"""Least reach of an envelope that a network's standardisation gives [m/s, m/s, rad/s]."""
+
+
+def check(
+    model: Model | PathLike,
+    logs: Sequence[PathLike] | PathLike = (),
+    vehicle: Vehicle | PathLike | None = None,
+    *,
+    frame: str | None = None,
+    channel_map: PathLike | None = None,
+    namespace: str | None = None,
+    seed: int = 0,
+    reading: Callable[[int, int], None] | None = None,
+) -> Audit:
+    """Judge any model by the laws of a hull in water, and find the state in which it breaks them.
+
+    Parameters
+    ----------
+    model : a model, or the name of one: vehicle file, run folder, folder of a trained network, ONNX file, or
+        `package.module:function`, which is imported
+    logs : whose speeds are the envelope, and along which the energy is counted; without, a run folder's own
+    vehicle : of the mass and commands of a model that carries none (ONNX, function)
+    frame, channel_map, namespace : how logs are read, see `read_log`
+    reading : told bytes done and bytes in all of each large log
+    seed : of everything random
+
+    Raises
+    ------
+    RequestError, VehicleError, LogError
+        when something cannot be read, or the model does not answer.
+    """
+    if isinstance(model, Model):
+        found, path = model, None
+    else:
+        path = os.fspath(model)
+        own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle, judged=True)
+        found = load_model(path, own, judged=True)
+    paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
+    record, note = (None, "") if paths or path is None else _own_logs(Path(path))
+    if mass_margin(found.vehicle) <= 0.0:  # a log prepared for a mass that cannot be tells nothing
+        paths, record, note = [], None, "Judged without a log: nothing means anything without a positive mass."
+    motions: tuple[Motion, ...] = ()
+    commands = None
+    if paths or record is not None:
+        inputs = read_inputs(
+            paths if record is None else record.logs,
+            found.vehicle if record is None else record.vehicle,
+            frame=frame if record is None else record.frame,
+            channel_map=channel_map if record is None else record.channel_map,
+            namespace=namespace if record is None else record.namespace,
+            judge="all",
+            as_is=True,  # only the speeds are wanted, and no thruster is judged
+            reading=reading,
+        )
+        motions = inputs.parts.judged.motions
+        envelope, source = envelope_of(motions, found.vehicle), "the speeds of the log"
+    else:
+        envelope, source, commands = _without_log(found, path, seed)
+    done = audit(found, envelope, motions=motions, commands=commands, envelope_from=source, seed=seed)
+    return replace(done, notes=(*done.notes, note)) if note else done
+
+
+def _own_logs(folder: Path) -> tuple[RunRecord | None, str]:
+    """What a run folder was made from, so that it is judged as in its `audit.json`; or why that cannot be read."""
+    if not folder.is_dir() or is_network_folder(folder):
+        return None, ""
+    try:
+        return read_run_inputs(folder), ""
+    except (RequestError, VehicleError) as error:
+        return None, f"Judged without the logs of the run: {error}."
+
+
+def _without_log(model: Model, path: str | None, seed: int) -> tuple[Envelope, str, Array | None]:
+    """Envelope, where it came from, and commands, of a model that is judged without a log."""
+    stored = None if path is None else _stored_envelope(Path(path))
+    if stored is not None:
+        return stored, "the run folder: the speeds of its log", None
+    commands = possible_commands(model.vehicle, seed)
+    if model.seen is not None:
+        return _trained_on(model.vehicle, *model.seen, commands)
+    return *reachable(model.vehicle, commands, seed), commands
+
+
+def _trained_on(vehicle: Vehicle, low: Array, high: Array, commands: Array) -> tuple[Envelope, str, Array]:
+    """The envelope of a network's training, from its standardisation, and the commands whose thrust it has seen."""
+    lower = np.round(np.minimum(low[:3], -_LEAST), 3).tolist()
+    upper = np.round(np.maximum(high[:3], _LEAST), 3).tolist()
+    thrust = held_thrust(calm(vehicle), commands)[0]
+    count = thrust.shape[0]
+    inside = (np.clip(thrust.T, low[3 : 3 + count], high[3 : 3 + count]) == thrust.T).all(axis=1)
+    envelope = Envelope((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
+    return envelope, "the network: 2 deviations about the mean of its training", commands[inside]
+
+
+def _stored_envelope(folder: Path) -> Envelope | None:
+    """The envelope that the findings of a run folder hold; None where there is none."""
+    if not folder.is_dir() or is_network_folder(folder):
+        return None
+    try:
+        box: dict[str, Any] = read_json(folder / "findings.json")["passivity"]["envelope"]
+        (u0, u1), (v0, v1), (r0, r1) = (map(float, box[name]) for name in "uvr")
+    except (OSError, ValueError, KeyError, TypeError, OverflowError):
+        return None
+    try:
+        return Envelope((u0, v0, r0), (u1, v1, r1))
+    except RequestError:
+        return None

@@ -1,0 +1,105 @@
+"""The verb `compare`, and a run compared with more models: everything on the same held-out rows."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..comparison.comparison import BASELINE, comparison, judge, reference_models
+from ..comparison.facts import Comparison
+from ..comparison.models_by_name import CORRECTED, check_commands, fitted_numbers, load_model
+from ..comparison.overlap import fitted_notes
+from ..exports.mcap_series import compared, require_mcap, write_series
+from ..physics.errors import RequestError, expect
+from ..physics.vehicle import load_vehicle
+from ..residuals.models.base import Model, VehicleModel
+from .inputs import INPUTS_CURE, Inputs, PathLike, read_inputs
+from .run_folder.write import read_run_inputs
+
+
+def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLike | None = None) -> Comparison:
+    """Models against measurements: nominal, calibrated, two baselines and any others, on the same rows.
+
+    Parameters
+    ----------
+    inputs : logs and nominal vehicle, with the part to judge on
+    models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
+    series_file : MCAP file to write for viewers, with what was measured and what each model but the baselines predicts
+
+    Returns
+    -------
+    Comparison
+        As `comparison.json` holds it, with wall times.
+
+    Raises
+    ------
+    RequestError, VehicleError
+        when a model cannot be read, takes other commands than the nominal vehicle, is given twice, or is a network
+        that was trained at another rate than that of the comparison, 10 Hz; when a series is asked for and the package
+        mcap is missing.
+    """
+    expect("compare: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("compare: models", models, (list, tuple), "give a list of paths")
+    if series_file is not None:
+        require_mcap()
+    return _compared(inputs, (), models, series_file)
+
+
+def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
+    """The models of a run folder and any others, on the rows that the run was judged on; its logs are read again.
+
+    Parameters
+    ----------
+    run : the run folder
+    models : see `compare`
+
+    Returns
+    -------
+    Comparison
+        As `comparison.json` holds it, with wall times.
+
+    Raises
+    ------
+    RequestError, VehicleError, LogError
+        when the folder is no run folder or its logs are gone, and as `compare` does.
+    """
+    folder = Path(run)
+    record = read_run_inputs(folder)
+    inputs = read_inputs(
+        record.logs,
+        record.vehicle,
+        frame=record.frame,
+        channel_map=record.channel_map,
+        namespace=record.namespace,
+        as_is=record.as_is,
+    )
+    corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", fitted_numbers(folder))
+    return _compared(inputs, (corrected,), models)
+
+
+def _compared(
+    inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike], series_file: PathLike | None = None
+) -> Comparison:
+    given = [os.fspath(path) for path in paths]
+    for path in given:
+        if given.count(path) > 1:
+            raise RequestError(f"model {path} is given twice; give it once")
+    found, notes = reference_models(inputs, middle)
+    asked = [("", found[0])]
+    for path in given:
+        asked.append((path, _comparable(path, inputs, [model.name for model in found])))
+        found.append(asked[-1][1])
+    named = [model for model in found if model.kind != BASELINE]
+    judged = [judge(model, inputs.parts) for model in found]
+    if series_file is not None:
+        told = compared(named, inputs.parts, inputs.channels)
+        write_series(series_file, told, inputs.channels, inputs.parts, inputs.starts)
+    return comparison(judged, inputs, timed=True, notes=[*notes, *fitted_notes(asked, inputs)])
+
+
+def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:
+    """A model that takes the commands that the logs were prepared for, under a name of its own."""
+    model = load_model(path, inputs.vehicle)
+    if model.name in taken:
+        model.name = path
+    check_commands(model, inputs)
+    return model

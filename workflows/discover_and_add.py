@@ -1,0 +1,156 @@
+"""The main job: from logs and a vehicle to findings, scores and the story of the falling error."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import pandas as pd
+
+from ..comparison.audit import Audit
+from ..comparison.comparison import comparison, judge, reference_models
+from ..comparison.facts import Comparison
+from ..comparison.models_by_name import CORRECTED
+from ..discovery.add import add_effects
+from ..discovery.discover import Discovery, find_missing
+from ..discovery.findings import Findings, LogFacts, Unexplained
+from ..discovery.settings import DiscoverySettings
+from ..physics.errors import expect
+from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.sources import with_sources
+from ..residuals.models.base import VehicleModel
+from ..residuals.scores import evaluate
+from ..residuals.series import score_step, series
+from .inputs import INPUTS_CURE, Inputs
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A finished main job, before it is written; `audit` is of the corrected model, `verb` what asked for the run."""
+
+    inputs: Inputs
+    discovery: Discovery
+    findings: Findings
+    comparison: Comparison
+    series: pd.DataFrame
+    settings: DiscoverySettings
+    audit: Audit
+    verb: tuple[str, ...] = ("discover",)
+
+
+def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:
+    """Name the physical effects that the vehicle model misses in the logs, add them one by one, and score each step.
+
+    Parameters
+    ----------
+    inputs : logs and nominal vehicle, see `read_inputs`
+    settings : of the search, its seed among them
+    progress : called with a line for each step
+
+    Raises
+    ------
+    RequestError
+        when a log is too short, or a solver fails.
+    """
+    chosen = settings or DiscoverySettings()
+    expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
+    return assess(inputs, find_missing(inputs.fitting, inputs.vehicle, chosen, progress), chosen, progress)
+
+
+def add(
+    effects: Sequence[str],
+    inputs: Inputs,
+    progress: Say | None = None,
+) -> Run:
+    """Add effects by name to the nominal model, fit them together, and score before and after on held-out data.
+
+    Parameters
+    ----------
+    effects : names of the catalogue (`thruster_asymmetry[port]` chooses the thruster), or terms such as `yaw:u|r|`
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, naming the nearest.
+    """
+    expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
+    expect("add: inputs", inputs, Inputs, INPUTS_CURE)
+    settings = DiscoverySettings()
+    found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
+    return replace(assess(inputs, found, settings, progress), verb=("add", *effects))
+
+
+def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
+    """Score every step of a discovery on held-out data, and find where the models fail."""
+    how = f"identified by undertow from {inputs.log_names}"
+    found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
+    if progress is not None:
+        progress("scoring every step on held-out data")
+    models = _models(found)
+    table = series(models[0], models[-1], inputs.parts, inputs.channels)
+    errors = [evaluate(model, inputs.parts.judged) for model in models]
+    steps = tuple(score_step(error, *_added(label)) for (label, _), error in zip(found.steps, errors, strict=True))
+    if progress is not None:
+        progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
+    corrected = models[-1] if len(models) > 1 else _renamed(models[0])
+    known = {models[0].name: errors[0], corrected.name: errors[-1]}
+    every, notes = reference_models(inputs, [corrected])
+    judged = [judge(model, inputs.parts, known.get(model.name)) for model in every]
+    audit = next(each.audit for each in judged if each.audit is not None and each.model is corrected)
+    compared = comparison(judged, inputs, table, notes=notes)
+    weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
+    data = LogFacts(
+        rows=sum(part.rows for part in weak),
+        seconds=sum(part.seconds for part in weak),
+        split=f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}",
+        unexplained=_unexplained(found),
+        notes=(*inputs.notes, *found.notes, *_leftovers(found)),
+    )
+    findings = found.findings.but(
+        steps=steps,
+        failures=tuple(place for place in compared.failures if place.model == models[0].name),
+        data=data,
+        warnings=tuple(inputs.warnings),
+    )
+    return Run(inputs, found, findings, compared, table, settings, audit)
+
+
+def _added(label: str | None) -> tuple[str | None, str | None]:
+    """What a step added, and to which thruster where it concerns one: "thruster_asymmetry[port]" is two facts."""
+    effect, _, thruster = ("", "", "") if label is None else label.rstrip("]").partition("[")
+    return effect or None, thruster or None
+
+
+def _unexplained(found: Discovery) -> dict[str, Unexplained]:
+    """Force that the corrected model leaves on each axis, beside what sensor noise alone would leave."""
+    rows = zip(AXES, found.force_error, found.noise_error, FORCE_UNITS, strict=True)
+    return {axis: Unexplained(force=float(f), noise=float(n), unit=unit) for axis, f, n, unit in rows}
+
+
+def _leftovers(found: Discovery) -> list[str]:
+    """Sentences on the axes where much more force is left than sensor noise and the material share explain."""
+    scale = found.findings.criterion.force_scale
+    if found.findings.criterion.unit[AXES[0]] != FORCE_UNITS[0]:
+        return []  # judged on rollouts; the notes tell what the force balance leaves
+    return [
+        f"{axis}: {f:.2g} {unit} (root mean square) stay unexplained, {n:.2g} {unit} of it sensor noise"
+        for axis, f, n, unit in zip(AXES, found.force_error, found.noise_error, FORCE_UNITS, strict=True)
+        if f > max(2.0 * n, 0.05 * scale[axis])
+    ]
+
+
+def _models(found: Discovery) -> list[VehicleModel]:
+    """The vehicle after each step as a model: nominal, the ones between, corrected."""
+    last = len(found.steps) - 1
+    terms = [term for c in found.findings.candidates for term in c.terms if term.in_model is not None]
+    models = [VehicleModel(found.nominal, "nominal", "physics")]
+    for k, (label, vehicle) in enumerate(found.steps[1:], start=1):
+        fitted = len(terms) + len(found.findings.unnamed) + len(found.findings.calibrated)
+        name, size = (CORRECTED, fitted) if k == last else (f"+ {label}", 0)
+        models.append(VehicleModel(vehicle, name, "symbolic", parameters=size))
+    return models
+
+
+def _renamed(model: VehicleModel) -> VehicleModel:
+    return VehicleModel(model.vehicle, CORRECTED, "symbolic")

@@ -1,0 +1,140 @@
+"""The verb `fit`: from logs and a vehicle to calibrated parameters, scored before and after on held-out data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..discovery.calibration.calibrate import Calibration, calibrate
+from ..discovery.findings import Left, Step
+from ..discovery.settings import DiscoverySettings
+from ..physics.errors import expect
+from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.sources import with_sources
+from ..physics.vehicle import Vehicle
+from ..reports.wording import ROLLOUT_UNITS, listing
+from ..residuals.models.base import VehicleModel
+from ..residuals.scores import evaluate
+from ..residuals.series import score_step
+from .discover_and_add import Say
+from .inputs import INPUTS_CURE, Inputs
+
+FIT_SCHEMA = "undertow.fit/1"
+_UNEXPLAINED = (2.0, 0.05)
+"""Multiple of sensor noise, and share of the force scale, above which the force that is left is worth a sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class FitRun:
+    """A finished calibration, scored.
+
+    Attributes
+    ----------
+    inputs : logs and nominal vehicle
+    calibration : what was fitted
+    steps : errors of the nominal and of the calibrated vehicle on held-out data, as in `findings.json`
+    """
+
+    inputs: Inputs
+    calibration: Calibration
+    steps: tuple[Step, ...]
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The calibrated vehicle; its `sources` say which numbers were fitted, and from which logs."""
+        found = self.calibration
+        how = f"fitted by undertow to {self.inputs.log_names} ({found.method})"
+        return with_sources(found.nominal, found.vehicle, how)
+
+    @property
+    def sentences(self) -> list[str]:
+        """What was done, and what to think of it."""
+        found, count = self.calibration, len(self.calibration.parameters)
+        told = [f"Calibrated {count} parameter{'s' * (count > 1)} of {found.nominal.name} ({found.method})."]
+        told += [f"{note[0].upper()}{note[1:]}." for note in found.notes]
+        if found.worse:
+            told.append("Predictions on held-out parts of the log get worse: the model lacks something else.")
+        left = [
+            f"{axis} ({f:.2g} {unit}, of it {n:.2g} {unit} sensor noise)"
+            for axis, f, n, s, unit in zip(
+                AXES, found.force_error, found.noise_error, found.force_scale, FORCE_UNITS, strict=True
+            )
+            if f > max(_UNEXPLAINED[0] * n, _UNEXPLAINED[1] * s)
+        ]
+        if left:
+            told.append(
+                f"Force stays unexplained in {listing(left)}: no values of these parameters explain it, and they may "
+                "have absorbed a part of it. See what is missing with discover --refit."
+            )
+        return told
+
+    @property
+    def left(self) -> tuple[Left, ...]:
+        """Parameters that stay as they were, and why."""
+        return tuple(Left(symbol=symbol, why=why) for symbol, why in self.calibration.reasons.items())
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `fit --json` prints it (schema `undertow.fit/1`)."""
+        found, weak = self.calibration, self.inputs.weak
+        nominal = found.nominal
+        parts = (weak.train, weak.validation, weak.test)
+        return {
+            "schema": FIT_SCHEMA,
+            "warnings": list(self.inputs.warnings),
+            "sentences": self.sentences,
+            "method": found.method,
+            "parameters": [p.to_dict() for p in found.parameters],
+            "left": [
+                {"symbol": s, "value": nominal.value(s), "unit": nominal.parameter(s).unit, "why": why}
+                for s, why in found.reasons.items()
+            ],
+            "steps": [step.to_dict() for step in self.steps],
+            "chosen_by": {
+                "horizon": found.horizon,
+                "rollout_rmse": {
+                    name: dict(zip(AXES, map(float, error), strict=True)) for name, error in found.held_out.items()
+                },
+                "units": {axis: ROLLOUT_UNITS[axis] for axis in AXES},
+            },
+            "passivity": found.lawful.passivity.to_dict(),
+            "data": {
+                "rows": sum(part.rows for part in parts),
+                "seconds": sum(part.seconds for part in parts),
+                "split": f"chronological {'/'.join(f'{100 * s:.0f}' for s in weak.train.recipe.shares)}",
+                "notes": [*self.inputs.notes, *found.notes],
+            },
+        }
+
+
+def fit(
+    inputs: Inputs,
+    free: Sequence[str] = (),
+    hold: Sequence[str] = (),
+    settings: DiscoverySettings | None = None,
+    progress: Say | None = None,
+) -> FitRun:
+    """Calibrate the parameters that the vehicle model has, and score before and after on held-out data.
+
+    Parameters
+    ----------
+    inputs : logs and nominal vehicle, see `read_inputs`
+    free, hold : symbols to calibrate beside those that have a value in the file, and symbols to leave
+    settings : its seed is used
+
+    Raises
+    ------
+    RequestError
+        for an unknown symbol, a log that identifies nothing or is too short, or a vehicle that cannot be made lawful.
+    """
+    expect("fit: inputs", inputs, Inputs, INPUTS_CURE)
+    found = calibrate(inputs.fitting, inputs.vehicle, free, hold, settings, progress)
+    if progress is not None:
+        progress("scoring before and after on held-out data")
+    models = (
+        VehicleModel(inputs.vehicle, "nominal", "physics"),
+        VehicleModel(found.vehicle, "calibrated", "physics", parameters=len(found.parameters)),
+    )
+    steps = tuple(
+        score_step(evaluate(model, inputs.parts.judged), label)
+        for label, model in zip((None, "calibrated"), models, strict=True)
+    )
+    return FitRun(inputs, found, steps)

@@ -1,0 +1,201 @@
+"""Inputs of every verb: logs read and prepared once for a vehicle."""
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from ..measurements.alignment import LEAST_CORRELATION
+from ..measurements.collection import find_logs
+from ..measurements.inspection import Inspection, inspect_log
+from ..measurements.log import Log, read_log
+from ..measurements.preparation.dataset import PAPER, WEAK
+from ..measurements.preparation.prepare import prepare
+from ..measurements.preparation.split import Split, split
+from ..measurements.quality.finding import Finding, Reach
+from ..physics.errors import LogError, RequestError, expect
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle, load_vehicle
+from ..residuals.series import Parts
+from .soundness import sound
+
+PathLike = str | os.PathLike[str]
+INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
+Judge = Literal["train", "validation", "test", "all"]
+_JUDGES = ("train", "validation", "test", "all")
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Logs read and prepared once, for everything that follows.
+
+    Attributes
+    ----------
+    paths : as given
+    logs : as read
+    vehicle : the nominal model
+    weak : unfiltered parts at the logs' own rate, for the weak form
+    parts : the paper's preparation, on which models are judged
+    notes : what reading and preparing had to say
+    frame, channel_map, namespace : the options with which the logs were read
+    as_is : whether logs that are known to be broken were wanted as they are
+    warnings : what is wrong with the logs, to be told above every result
+    """
+
+    paths: tuple[str, ...]
+    logs: tuple[Log, ...]
+    vehicle: Vehicle
+    weak: Split
+    parts: Parts
+    notes: tuple[str, ...]
+    frame: str | None = None
+    channel_map: str | None = None
+    namespace: str | None = None
+    as_is: bool = False
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def fitting(self) -> tuple[Motion, ...]:
+        """Unfiltered motions of the training and validation parts; the test part is never fitted."""
+        return (*self.weak.train.motions, *self.weak.validation.motions)
+
+    @property
+    def log_names(self) -> str:
+        """Names of the logs' files, for a sentence."""
+        return ", ".join(Path(path).name for path in self.paths)
+
+    @property
+    def starts(self) -> dict[str, int]:
+        """The stamp of each log at the zero of its motions' time [ns], by their source."""
+        return {str(log.path): log.start_ns for log in self.logs}
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the command columns."""
+        return tuple(t.channel for t in self.vehicle.thrusters)
+
+
+def read_inputs(
+    logs: Iterable[PathLike] | PathLike,
+    vehicle: Vehicle | PathLike,
+    *,
+    frame: str | None = None,
+    channel_map: PathLike | None = None,
+    namespace: str | None = None,
+    judge: str = "test",
+    as_is: bool = False,
+    reading: Callable[[int, int], None] | None = None,
+) -> Inputs:
+    """Read and prepare logs for a vehicle.
+
+    Parameters
+    ----------
+    logs : one path or several: files, folders of logs, or patterns (see `find_logs`); all of them are one data set
+    vehicle : a vehicle, the path of its file, or the name of a shipped one
+    frame : "enu" or "ned" for canonical channels that are not NED/FRD; see `read_log`
+    channel_map : YAML file that maps channels; see `read_log`
+    namespace : start of the topics of the vehicle that is meant, in logs of several; see `read_log`
+    judge : the part on which models are scored: "test", "validation", "train" or "all"
+    as_is : take logs whose defects make every finding meaningless as they are (reversed or swapped thrusters, wrong
+        units, axes that contradict each other), and warn; without it they are refused
+    reading : told bytes done and bytes in all of each large log
+
+    Raises
+    ------
+    LogError, VehicleError, RequestError
+        when a file cannot be read or used, or is known to be broken; see `as_is`.
+    """
+    expect("read_inputs: logs", logs, (str, os.PathLike, Iterable), "give paths of logs")
+    expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
+    paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
+    for path in paths:
+        expect("read_inputs: logs", path, (str, os.PathLike), "give paths of logs")
+    if judge not in _JUDGES:
+        raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
+    model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
+    found, told = find_logs(paths)
+    names = tuple(_utf8(path) for path in found)
+    channels = None if channel_map is None else _utf8(channel_map)
+    axes = check_frame(frame)
+    read = tuple(
+        read_log(name, frame=axes, channel_map=channels, namespace=namespace, progress=reading) for name in names
+    )
+    inspections = [inspect_log(log, model) for log in read]
+    if any(inspection.plan.missing for inspection in inspections):
+        prepare(read, model, WEAK)  # what is missing is told before what is wrong with the rest
+    told_of = [_alignment_notes(inspection, as_is) for inspection in inspections]
+    out_of_step = [note for notes, _ in told_of for note in notes]
+    warnings = (*(text for _, broken in told_of for text in broken), *sound(inspections, model, as_is))
+    weak = prepare(read, model, WEAK)
+    paper = prepare(read, model, PAPER)
+    return Inputs(
+        names,
+        read,
+        model,
+        split(weak),
+        Parts(split(paper), judge),
+        (*told, *weak.notes, *out_of_step),
+        frame,
+        channels,
+        namespace,
+        as_is,
+        warnings,
+    )
+
+
+def _utf8(path: PathLike) -> str:
+    """The path as text that a file can hold."""
+    text = os.fspath(path)
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        raise RequestError(f"{text!r}: the file name is not UTF-8, so no report could name it; rename it") from None
+    return text
+
+
+def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
+    """The frame option as `read_log` takes it.
+
+    Raises
+    ------
+    RequestError
+        for anything but enu, ned or none.
+    """
+    if frame is None:
+        return None
+    if frame == "enu":
+        return "enu"
+    if frame == "ned":
+        return "ned"
+    raise RequestError(f"frame {frame!r}: expected enu or ned")
+
+
+def _is_biased(finding: Finding) -> bool:
+    """Whether the thrusters stand still elsewhere than where the vehicle's curves say."""
+    return finding.check == "neutral" and finding.verdict == "warning"
+
+
+def _alignment_notes(inspection: Inspection, as_is: bool) -> tuple[list[str], list[str]]:
+    """What is wrong or out of step in a log, and which records contradict each other where it is taken as it is.
+
+    Raises
+    ------
+    LogError
+        when two records of one quantity have opposite signs: every finding would be about the axes.
+    """
+    name, broken = Path(inspection.path).name, []
+    wrong = [f for f in inspection.quality if (f.verdict == "defect" and f.reach is Reach.SECONDS) or _is_biased(f)]
+    notes = [f"{name}: {finding.sentence}; see 'undertow inspect'" for finding in wrong]
+    for record in inspection.alignment:
+        if record.offset is None and record.correlation is not None and record.correlation < -LEAST_CORRELATION:
+            if not as_is:
+                raise LogError(
+                    f"{inspection.path}: {record.sentence} Say --frame enu if the log is ENU/FLU, or turn the channel "
+                    "with --map (scale: -1). To go on regardless, say --as-is: every result then carries this as a "
+                    "warning"
+                )
+            broken.append(f"Taken as it is, so no result can be trusted: {name}: {record.sentence}")
+        if record.offset is not None and not record.sentence.endswith("in step."):
+            notes.append(f"{name}: {record.sentence}")
+    return notes, broken

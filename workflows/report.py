@@ -1,0 +1,139 @@
+"""The verb `report`: the page of each run, one page of several runs, models compared on demand, and PDF."""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from ..comparison.facts import Comparison
+from ..physics.errors import RequestError
+from ..physics.exchange import link
+from ..physics.files import write_json, write_text
+from ..physics.folders import check_folder, replace_folder
+from ..reports.page.fleet_page import fleet_page
+from ..reports.page.page import write_page
+from ..reports.page.pdf import find_browser, print_pdf
+from .run_folder.read import read_run
+from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, own_report, reseal
+from .run_folder.targets import Kind, check_targets, same_place
+
+PathLike = str | os.PathLike[str]
+Say = Callable[[str], None]
+FLEET = Path("report.html")
+COMPARISON = "comparison.json"
+
+
+def report(
+    runs: Sequence[PathLike],
+    *,
+    models: Sequence[PathLike] = (),
+    pdf: bool = False,
+    out: PathLike | None = None,
+    force: bool = False,
+    progress: Say | None = None,
+) -> list[Path]:
+    """Write the page of each run folder, and of several runs one page for all.
+
+    Parameters
+    ----------
+    runs : run folders; each gets its `report.html`
+    models : to compare with the run's own, on the run's logs, before the page is written; `comparison.json` then has
+        them
+    pdf : print every page to a PDF file beside it
+    force : replace also pages that undertow did not write, or that were changed since
+    out : the page of several runs (report.html in the working folder when None); of one run, a second copy of its page
+
+    Returns
+    -------
+    list of Path
+        The files written, in that order.
+
+    Raises
+    ------
+    RequestError, VehicleError, LogError
+        when a run cannot be read, a model cannot be compared, a file is there that this verb did not write, or
+        no browser for `pdf` is there; nothing is written then.
+    """
+    folders = [Path(run) for run in runs]
+    twice = sorted({str(folder) for k, folder in enumerate(folders) if any(same_place(folder, o) for o in folders[:k])})
+    if twice:
+        raise RequestError(f"report: {', '.join(twice)} is given twice; give each run once")
+    target = None if out is None and len(folders) == 1 else Path(out or FLEET)
+    browser = find_browser() if pdf else None
+    new = [PAGE, *[PDF] * pdf, *[COMPARISON, RECORD] * bool(models)]
+    for folder in folders:
+        read_run(folder)
+        _check_run(folder, new, force)
+    if target is not None:
+        if target.suffix.lower() not in (".html", ".htm"):
+            raise RequestError(f"--out {target}: expected a name that ends in .html; --pdf writes the PDF beside it")
+        printed = target.with_suffix(".pdf") if pdf else None
+        files = (("--out", Kind.PAGE, target), ("--pdf", Kind.PDF, printed))
+        check_targets(files, (folders, models), force=force)
+    found = _compared(folders, models, progress)
+    for folder in folders:
+        _rewrite(folder, found.get(folder), browser, force)
+    pages = [folder / PAGE for folder in folders]
+    if target is not None:
+        read = [read_run(folder) for folder in folders]
+        text = fleet_page(read, target.absolute().parent) if len(read) > 1 else pages[0].read_text("utf-8")
+        pages.append(_written(target, text))
+    if browser is None:
+        return pages
+    if target is not None:
+        print_pdf(target, target.with_suffix(".pdf"), browser)
+    return [*pages, *(page.with_suffix(".pdf") for page in pages)]
+
+
+def _check_run(folder: Path, new: Sequence[str], force: bool) -> None:
+    """Refuse to write into a run what would be lost, or cannot be written."""
+    try:
+        check_folder(folder, new, own_report, force=force)
+    except OSError as error:
+        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
+
+
+def _rewrite(folder: Path, comparison: Comparison | None, browser: Path | None, force: bool) -> None:
+    """Write the page of a run anew; where other files change with it, the folder is replaced as a whole."""
+
+    def build(work: Path) -> list[str]:
+        new = [PAGE]
+        for name in RUN_FILES:
+            if (folder / name).is_file():
+                link(folder / name, work / name)
+        if comparison is not None:
+            write_json(work / COMPARISON, comparison.to_dict())
+            new += [COMPARISON, *[RECORD] * reseal(work, [COMPARISON])]
+        write_page(work)
+        if browser is not None:
+            print_pdf(work / PAGE, work / PDF, browser)
+            new.append(PDF)
+        return new
+
+    try:
+        if comparison is None and browser is None:
+            write_page(folder)
+        else:
+            replace_folder(folder, build, own_report, force=force)
+    except OSError as error:
+        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
+
+
+def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say | None) -> dict[Path, Comparison]:
+    """The new comparison of each run, before any is written; none without models."""
+    if not models:
+        return {}
+    from .compare import compare_run  # reads logs and models, which a page alone does not need
+
+    found = {}
+    for folder in folders:
+        if progress is not None:
+            progress(f"comparing models on the logs of {folder}")
+        found[folder] = compare_run(folder, models)
+    return found
+
+
+def _written(path: Path, text: str) -> Path:
+    try:
+        return write_text(path, text)
+    except OSError as error:
+        raise RequestError(f"cannot write {path}: {error.strerror or error}") from None

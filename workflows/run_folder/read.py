@@ -1,0 +1,205 @@
+"""Read a run folder whole, and say clearly what is wrong with it when it cannot be shown."""
+
+import hashlib
+import io
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pandas as pd
+
+from ...comparison.facts import AuditRecord, Comparison, MadeFrom
+from ...discovery.findings import Findings
+from ...physics.errors import RequestError, VehicleError
+from ...physics.file_records import Record
+from ...physics.folders import finish
+from ...physics.printable import shortened, shown
+from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, reason, text_of
+from ...physics.vehicle import Vehicle, vehicle_from_dict
+from ...residuals.models.neural import is_network_folder
+from .shapes import INSPECTIONS, LARGEST, check_bounds, check_shape
+
+MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
+SERIES_COLUMNS = (
+    *("time", "log", "part", "psi"),
+    *MEASURED,
+    *(f"{name}_{model}" for model in ("before", "after") for name in MEASURED),
+)
+Read = TypeVar("Read", bound=Record)
+REMEDY = "run 'undertow discover LOG --vehicle V --out RUN' to write the folder anew"
+_SECONDS = re.compile(r"\d{1,6}(\.\d{1,6})?")
+"""How a horizon is written as a key of JSON."""
+_MOST_SERIES = 512 * 2**20
+"""Bytes of series.csv: two days of one log."""
+_MOST_CELLS = 64_000_000
+"""Numbers of it: as many as fit into 0.5 GB."""
+_LONGEST_HEADER = 65536
+
+
+@dataclass(frozen=True, slots=True)
+class RunFolder:
+    """The files that `discover` wrote, read and checked.
+
+    Attributes
+    ----------
+    folder : Path
+    findings : Findings
+    comparison : Comparison
+    nominal, corrected : Vehicle
+        The vehicle before (`nominal.yaml`) and after (`model.yaml`).
+    series : DataFrame
+        `series.csv`, SI units, one row per time step (10 Hz).
+    inspections : list of dict
+        One of each log, as in `inspection.json`; none where that was not written.
+    audit : AuditRecord
+        None where `audit.json` was not written.
+    record : MadeFrom
+        As in `run.json`, what the run was made from; empty where that was not written.
+    digests : dict
+        The first 12 hexadecimal digits of each file's SHA-256.
+    """
+
+    folder: Path
+    findings: Findings
+    comparison: Comparison
+    nominal: Vehicle
+    corrected: Vehicle
+    series: pd.DataFrame
+    inspections: list[dict[str, Any]]
+    audit: AuditRecord | None
+    record: MadeFrom
+    digests: dict[str, str]
+
+
+def read_run(folder: Path) -> RunFolder:
+    """Read a run folder.
+
+    Raises
+    ------
+    RequestError
+        When a file is missing, cannot be read, or is not of the expected schema.
+    """
+    folder = Path(folder)
+    finish(folder)
+    if not folder.is_dir():
+        raise RequestError(f"expected a run folder at {folder}, but there is none; {REMEDY}")
+    if is_network_folder(folder):
+        raise RequestError(
+            f"{folder} is the folder of a trained network, not of a run, and a page tells of a run; give a folder that "
+            f"'undertow discover' wrote, with --model {folder} to put the network beside the run's own models"
+        )
+    digests: dict[str, str] = {}
+
+    def content(name: str, most: int = MOST_TEXT) -> bytes:
+        try:
+            found = read_bytes(folder / name, most)
+        except FileNotFoundError:
+            raise RequestError(f"run folder {folder} has no {name}; {REMEDY}") from None
+        except (OSError, ValueError) as error:
+            raise RequestError(f"{folder / name} cannot be read ({reason(error)}); {REMEDY}") from None
+        digests[name] = hashlib.sha256(found).hexdigest()[:12]
+        return found
+
+    findings = read_record(content("findings.json"), Findings, folder / "findings.json")
+    if not findings.steps:
+        path = folder / "findings.json"
+        raise RequestError(f"{path}: expected at least one entry in 'steps' (the nominal model), got none; {REMEDY}")
+    comparison = read_record(content("comparison.json"), Comparison, folder / "comparison.json")
+    _check_horizons([step.rollout_rmse for step in findings.steps], folder / "findings.json")
+    _check_horizons([model.rollout or {} for model in comparison.models], folder / "comparison.json")
+    inspections: dict[str, Any] = {"logs": []}
+    if (folder / "inspection.json").exists():
+        inspections = _inspections(content("inspection.json"), folder / "inspection.json")
+    audit, record = None, MadeFrom()
+    if (folder / "audit.json").exists():
+        audit = read_record(content("audit.json"), AuditRecord, folder / "audit.json")
+    if (folder / "run.json").exists():
+        record = read_record(content("run.json"), MadeFrom, folder / "run.json")
+    return RunFolder(
+        folder=folder,
+        findings=findings,
+        comparison=comparison,
+        nominal=_vehicle(content("nominal.yaml"), folder / "nominal.yaml"),
+        corrected=_vehicle(content("model.yaml"), folder / "model.yaml"),
+        series=_series(content("series.csv", _MOST_SERIES), folder / "series.csv"),
+        inspections=inspections["logs"],
+        audit=audit,
+        record=record,
+        digests=digests,
+    )
+
+
+def read_record(content: bytes, kind: type[Read], path: Path) -> Read:
+    """The record that a JSON file of a run folder holds.
+
+    Raises
+    ------
+    RequestError
+        When it holds none.
+    """
+    return kind.read(_bounded(content, path), path, REMEDY)
+
+
+def _bounded(content: bytes, path: Path) -> Any:
+    try:
+        found = parse_json(text_of(content))
+    except ValueError as error:
+        raise RequestError(f"{path} is not valid JSON ({error}); {REMEDY}") from None
+    try:
+        check_bounds(found)
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}; {REMEDY}") from None
+    return found
+
+
+def _inspections(content: bytes, path: Path) -> dict[str, Any]:
+    found = _bounded(content, path)
+    if not isinstance(found, dict):
+        raise RequestError(f"{path}: expected a JSON object, got a {type(found).__name__}; {REMEDY}")
+    expected = "undertow.inspections/1"
+    if found.get("schema") != expected:
+        raise RequestError(f"{path}: expected schema {expected!r}, got {shown(found.get('schema'))}; {REMEDY}")
+    try:
+        check_shape(found, INSPECTIONS)
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}; {REMEDY}") from None
+    return found
+
+
+def _check_horizons(rollouts: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Errors of predictions stand under their horizon in seconds, as JSON writes keys."""
+    for rollout in rollouts:
+        for key in rollout:
+            if not _SECONDS.fullmatch(key):
+                raise RequestError(f"{path}: expected seconds as the name of a horizon, got {shown(key)}; {REMEDY}")
+
+
+def _vehicle(content: bytes, path: Path) -> Vehicle:
+    try:
+        return vehicle_from_dict(parse_yaml(text_of(content)), str(path))
+    except VehicleError as error:
+        raise RequestError(f"{error}; {REMEDY}") from None
+    except ValueError as error:
+        raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
+
+
+def _series(content: bytes, path: Path) -> pd.DataFrame:
+    if content.count(b",") > _MOST_CELLS or content.find(b"\n", 0, _LONGEST_HEADER) < 0 < len(content):
+        raise RequestError(f"{path}: expected at most {_MOST_CELLS} numbers in lines, got another table; {REMEDY}")
+    try:
+        series = pd.read_csv(io.BytesIO(content), low_memory=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        raise RequestError(f"{path} is not a readable CSV ({shortened(str(error), 300)}); {REMEDY}") from None
+    lacking = [name for name in SERIES_COLUMNS if name not in series.columns]
+    if lacking:
+        raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {REMEDY}")
+    if series.empty:
+        raise RequestError(f"{path} has no rows; {REMEDY}")
+    numeric = [name for name in SERIES_COLUMNS if name not in ("part", "log")]
+    broken = [name for name in numeric if not pd.api.types.is_numeric_dtype(series[name])]
+    broken += [name for name in numeric if name not in broken and not (series[name].abs().fillna(0) < LARGEST).all()]
+    if broken:
+        raise RequestError(f"{path}: expected numbers in the column {', '.join(broken)}; {REMEDY}")
+    return series

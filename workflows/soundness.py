@@ -1,0 +1,61 @@
+"""Logs that are known to be broken: refused with the cure, or taken as they are with a warning above every result."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..measurements.canonical import command_kind
+from ..measurements.inspection import Inspection
+from ..measurements.quality.examination import pool
+from ..measurements.quality.finding import Finding
+from ..physics.errors import LogError
+from ..physics.vehicle import Vehicle
+
+
+def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
+    """Refuse logs whose defects make every finding meaningless, or give these defects as warnings.
+
+    A thruster whose sign or side the vehicle file has, too, is as the file says: the inspections are made for it.
+
+    Parameters
+    ----------
+    inspections : of all logs, for this vehicle
+    as_is : True to take the logs as they are, and to be warned
+
+    Raises
+    ------
+    LogError
+        which says what was found, how to put it right, and how to go on regardless.
+    """
+    fatal = _told(inspections, vehicle)
+    if fatal and not as_is:
+        raise LogError(
+            f"{'; '.join(fatal)}. Nothing found in such logs is about the boat. 'undertow inspect LOG --map-out "
+            "map.yaml' writes the channel map to change; give it back with --map map.yaml. To go on regardless, say "
+            "--as-is: every result then carries this as a warning"
+        )
+    return tuple(f"Taken as it is, so no result can be trusted: {text}." for text in fatal)
+
+
+def _told(inspections: Sequence[Inspection], vehicle: Vehicle) -> list[str]:
+    """Defects of all logs together, then those that single logs have beside them, as sentences without an end."""
+    together = pool([inspection.examination for inspection in inspections]) if len(inspections) > 1 else ()
+    known = [f for f in together if _matters(f, vehicle)]
+    name = "all logs together"
+    told = [_sentence(name, f) for f in known]
+    same = {(f.check, f.channels) for f in known}
+    for inspection in inspections:
+        own = [f for f in inspection.quality if _matters(f, vehicle) and (f.check, f.channels) not in same]
+        told += [_sentence(Path(inspection.path).name, f) for f in own]
+    return told
+
+
+def _sentence(name: str, finding: Finding) -> str:
+    follows = [text for text in (finding.sentence, finding.consequence, finding.remedy) if text]
+    return f"{name}: {'; '.join(follows)}"
+
+
+def _matters(finding: Finding, vehicle: Vehicle) -> bool:
+    """Whether a finding is a defect of what this vehicle is driven by or measured with."""
+    commands = {name for name in finding.channels if command_kind(name)}
+    driven = {thruster.channel for thruster in vehicle.thrusters}
+    return finding.refused and (not commands or bool(driven & commands))

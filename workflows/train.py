@@ -1,0 +1,307 @@
+"""The verb `train`: from logs and a vehicle to a trained network, scored beside the nominal model on held-out data."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..comparison.comparison import judge, row
+from ..comparison.facts import ComparedModel
+from ..physics.errors import RequestError, expect
+from ..physics.files import real, write_json
+from ..physics.folders import held, put_right
+from ..reports.wording import listing
+from ..residuals.models.base import VehicleModel
+from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
+from ..residuals.models.neural import is_network_folder, require_torch
+from ..residuals.series import audit_along
+from ..residuals.training.training_settings import CHECKPOINT, Augmentation, TrainingSettings
+from .discover_and_add import Say
+from .inputs import INPUTS_CURE, Inputs
+from .run_folder.provenance import log_digests
+from .run_folder.targets import check_target_folder
+
+if TYPE_CHECKING:
+    from ..discovery.distillation.distilled import Distilled
+    from ..residuals.models.network_model import NetworkModel
+    from ..residuals.training.epochs import Epoch, Trained
+
+TRAIN_SCHEMA = "undertow.train/1"
+_FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}
+_DEAR = 0.1
+"""Share of the validation error that the law may cost before it is worth a sentence."""
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class TrainRun:
+    """A finished training, scored.
+
+    Attributes
+    ----------
+    inputs : logs and nominal vehicle
+    trained : the network and how it came to be
+    models : errors of the nominal model and of the network on held-out data, as in `comparison.json`
+    distilled : what of the correction is a named effect; None where that was not asked for
+    """
+
+    inputs: Inputs
+    trained: "Trained"
+    models: tuple[ComparedModel, ...]
+    distilled: "Distilled | None" = None
+
+    def __repr__(self) -> str:
+        return f"TrainRun({' '.join(self.sentences)})"
+
+    @property
+    def model(self) -> "NetworkModel":
+        """The trained network."""
+        return self.trained.model
+
+    @property
+    def sentences(self) -> list[str]:
+        """What was trained, on what, and what to think of it."""
+        found, train = self.trained, self.inputs.parts.split.train
+        model, logs = found.model, len(self.inputs.paths)
+        where = f"{'in the place of' if model.pure else 'beside'} the physics of {model.vehicle.name}"
+        told = [
+            f"Trained the network {model.network.name} ({model.parameters} weights) {where} "
+            f"on {train.seconds:.0f} s of {logs} log{'s' * (logs > 1)} in {model.seconds_to_fit:.0f} s.",
+            f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}.",
+        ]
+        if found.best_epoch == 0:
+            told.append("No epoch was better than the vehicle alone, so the network is as it began.")
+        if found.lawful:
+            told.append("It keeps every law that 'undertow check' asks over these logs.")
+            told += _price_of_the_law(found)
+        else:
+            told.append(
+                "It does not keep the laws that 'undertow check' asks over these logs, nor did the epochs next best: "
+                "try a larger --lambda-phys, or --residual dissipative, whose correction creates no energy."
+            )
+        return [*told, *_broken_laws(self.models[-1])]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As `train --json` prints it (schema `undertow.train/1`)."""
+        found, split = self.trained, self.inputs.parts.split
+        model = found.model
+        return {
+            "schema": TRAIN_SCHEMA,
+            "warnings": list(self.inputs.warnings),
+            "network": model.network.name,
+            "options": dict(model.network.options),
+            "pure": model.pure,
+            "heading": model.heading,
+            "logs": list(self.inputs.paths),
+            "split": self.inputs.parts.judge,
+            "models": [model.to_dict() for model in self.models],
+            "training": found.to_dict(),
+            "distillation": None if self.distilled is None else self.distilled.to_dict(),
+            "data": {
+                "rows": sum(part.rows for part in (split.train, split.validation, split.test)),
+                "train_seconds": split.train.seconds,
+                "notes": list(self.inputs.notes),
+            },
+        }
+
+
+def _broken_laws(model: ComparedModel) -> list[str]:
+    """Which laws the audit found broken, and where the states are told; nothing where it kept them all."""
+    broken = [law.law for law in model.laws if law.outcome == "fail"]
+    if not broken:
+        return []
+    return [f"The audit fails: it breaks {listing(broken)}; 'undertow check' on its folder shows in which states."]
+
+
+def _price_of_the_law(found: "Trained") -> list[str]:
+    """What the kept epoch gives away against the best one that breaks the laws, where that is much."""
+    kept, best = found.epochs[found.best_epoch - found.epochs[0].number], min(found.epochs, key=lambda e: e.rmse)
+    if best.rmse > (1.0 - _DEAR) * kept.rmse:
+        return []
+    return [
+        f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but breaks the laws: "
+        "try a larger --lambda-phys, or other physics under it."
+    ]
+
+
+def train(
+    inputs: Inputs,
+    residual: str = "lstm",
+    options: Mapping[str, int | float] | None = None,
+    *,
+    pure: bool = False,
+    heading: bool = False,
+    settings: TrainingSettings | None = None,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: "Callable[[Epoch], None] | None" = None,
+) -> TrainRun:
+    """Train a network on the training part of the logs, and score it beside the nominal model on held-out data.
+
+    Parameters
+    ----------
+    inputs : logs and nominal vehicle, see `read_inputs`
+    residual, options : network by name (mlp, lstm, tcn, transformer, dissipative) and its options
+    pure : learn all of the motion, without the vehicle's physics
+    heading : let the network see the heading
+    settings : of the recipe
+    out : folder for the network, and for the checkpoint of a training under way; None writes nothing
+    resume : go on with the training that was interrupted in `out`
+    force : replace also files in `out` that undertow did not write, or that were changed since
+    progress : called after each epoch
+
+    Raises
+    ------
+    RequestError
+        when torch is missing, the folder cannot be used, or training fails; see `residuals.training.epochs.train`.
+    """
+    expect("train: inputs", inputs, Inputs, INPUTS_CURE)
+    require_torch()
+    from ..residuals.training.epochs import train as train_network
+
+    target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.channel_map), force=force)
+    with nullcontext() if target is None else _at_work(target):
+        found = train_network(
+            inputs.parts.split,
+            inputs.vehicle,
+            residual,
+            options,
+            pure=pure,
+            heading=heading,
+            settings=settings,
+            folder=target,
+            resume=resume,
+            progress=progress,
+            auditor=lambda model: audit_along(model, inputs.parts).verdict == "pass",
+        )
+    if target is not None:
+        logs = [Path(path).name for path in inputs.paths]
+        warned = {"warnings": list(inputs.warnings)} if inputs.warnings else {}
+        digests = [{**item, "path": name} for item, name in zip(log_digests(inputs.paths), logs, strict=True)]
+        training = {"logs": logs, "log_sha256": digests, **warned, **found.to_dict()}
+        save_network(found.model, target, training, force=force)
+    both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)
+    nominal, network = (row(judge(model, inputs.parts)) for model in both)
+    return TrainRun(inputs, found, (nominal, network))
+
+
+def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, progress: Say | None = None) -> TrainRun:
+    """The training with its correction distilled, see `undertow.distil`; `out` also gets `distillation.json`."""
+    from ..reports.terminal.distillation_screen import distil
+
+    found = distil(run.trained.model, run.inputs, progress=progress)
+    if out is not None:
+        write_json(Path(out) / DISTILLATION, found.to_dict())
+    return replace(run, distilled=found)
+
+
+@contextmanager
+def _at_work(target: Path) -> Iterator[None]:
+    """Keep the folder to this training, which writes its checkpoints there; one that was made for none goes again."""
+    place = real(target)
+    place.mkdir(exist_ok=True)
+    try:
+        with held(place, "trains in"):
+            yield
+    except BaseException:
+        with suppress(OSError):
+            place.rmdir()  # only where it is empty
+        raise
+
+
+def check_folder(out: str | os.PathLike[str], resume: bool, reads: Iterable[Any] = (), *, force: bool = False) -> Path:
+    """The folder of a network, if it can be written and nothing of the user's be lost.
+
+    Parameters
+    ----------
+    reads : logs, vehicle, map: what the network is trained on
+    force : replace also what undertow did not write
+
+    Raises
+    ------
+    RequestError
+        see `targets.check_target_folder`; or when an interrupted training would be lost, there is none to resume, or
+        another is at work there.
+    """
+    target = Path(out)
+    if target.is_dir():
+        put_right(target, own_network)
+        with held(real(target), "trains in"):
+            pass
+    interrupted = (target / CHECKPOINT).exists()
+    if interrupted and not resume:
+        raise RequestError(
+            f"{target} holds an interrupted training; go on with it (--resume), or remove {CHECKPOINT} to train anew"
+        )
+    if resume and not interrupted and is_network_folder(target):
+        raise RequestError(f"nothing to resume: the training in {target} is done; leave --resume out to train anew")
+    if resume and not interrupted:
+        what = "holds none" if target.is_dir() else "does not exist"
+        raise RequestError(
+            f"nothing to resume: expected a folder with the {CHECKPOINT} of an interrupted training, but {target} "
+            f"{what}; give the folder of that training, or leave --resume out to train anew"
+        )
+    check_target_folder("--out", target, NETWORK_FILES, own_network, reads, force=force)
+    return target
+
+
+def settings_with(texts: Sequence[str] = (), **given: Any) -> TrainingSettings:
+    """The recipe with what was given in place of its defaults; None stands for not given.
+
+    Parameters
+    ----------
+    texts : settings such as `learning_rate=0.001`, those of `Augmentation` among them
+
+    Raises
+    ------
+    RequestError
+        for an unknown setting, naming the nearest, or a value that cannot be used.
+    """
+    recipe, varied = TrainingSettings(), Augmentation()
+    plain = {f.name: getattr(recipe, f.name) for f in fields(recipe) if f.name != "augmentation"}
+    variants = {f.name: getattr(varied, f.name) for f in fields(varied)}
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    for name, value in _pairs("--set", texts).items():
+        known = plain | variants
+        if name not in known:
+            near = get_close_matches(name, known, n=1, cutoff=0.0)[0]
+            raise RequestError(f"--set {name}: did you mean {near!r}? There are: {', '.join(known)}")
+        if name in chosen:
+            raise RequestError(f"--set {name}: it is given twice; give it once")
+        chosen[name] = value if isinstance(known[name], str) else _number(f"--set {name}={value}", value)
+    augmentation = replace(varied, **{name: chosen.pop(name) for name in variants if name in chosen})
+    return replace(recipe, augmentation=augmentation, **chosen)
+
+
+def parsed_options(texts: Sequence[str]) -> dict[str, int | float]:
+    """Options of a network from texts such as `units=64`.
+
+    Raises
+    ------
+    RequestError
+        for a text of another form, or an option that is given twice.
+    """
+    return {name: _number(f"--option {name}={value}", value) for name, value in _pairs("--option", texts).items()}
+
+
+def _pairs(what: str, texts: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name or not value:
+            raise RequestError(f"{what} {text}: expected NAME=VALUE, for example {_FOR_EXAMPLE[what]}")
+        if name in found:
+            raise RequestError(f"{what} {text}: {name} is given twice; give it once")
+        found[name] = value
+    return found
+
+
+def _number(text: str, value: str) -> int | float:
+    try:
+        number = float(value)
+    except ValueError:
+        raise RequestError(f"{text}: expected NAME=NUMBER") from None
+    return int(number) if number.is_integer() and "." not in value else number
