@@ -32,7 +32,7 @@ from .physics.effects import EFFECTS
 
 if TYPE_CHECKING:
     from .discovery.findings import FoundEffect, Step
-    from .workflows.inputs import Inputs
+    from .measurements.preparation.prepared_logs import Inputs
 
 app = typer.Typer(
     name="undertow",
@@ -216,9 +216,9 @@ def compare(
         if as_json:
             print_json(found.to_dict())
         else:
-            from .comparison.failing.whose import told_of
             from .reports.terminal.comparison_screen import best_text, comparison_table, notes_list
             from .reports.terminal.failures_screen import failures_table, structure_list
+            from .reports.wording import told_of
 
             _warn(found.warnings)
             table = comparison_table(found.models, found.split, found.differences)
@@ -375,7 +375,7 @@ def add(
     with failing_clearly():
         from .physics.errors import RequestError
         from .workflows.discover_and_add import add as add_named
-        from .workflows.run_folder.write import read_run_inputs
+        from .workflows.run_folder.read import read_run_inputs
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
@@ -521,7 +521,8 @@ def explain(
     """Say what of a model's correction is a named effect, what has no name, and what is memory."""
     with failing_clearly():
         from .discovery.settings import DiscoverySettings
-        from .reports.terminal.distillation_screen import distil, distilled_table
+        from .reports.terminal.distillation_screen import distilled_table
+        from .workflows.explain import distil
 
         inputs = _read(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
         found = distil(model, inputs, DiscoverySettings(seed=seed), progress)

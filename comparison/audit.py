@@ -8,6 +8,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ..discovery.lawful.certify import certify
+from ..measurements.preparation.prepared_logs import Parts
+from ..measurements.preparation.split import PARTS
 from ..physics.errors import expect
 from ..physics.frames import Array
 from ..physics.laws.audit.base import Law, Ruling
@@ -15,7 +17,7 @@ from ..physics.laws.audit.mass import PositiveMass
 from ..physics.laws.audit.registry import LAWS
 from ..physics.laws.audit.trial import possible_commands
 from ..physics.laws.audit.witness import Proof, Witness
-from ..physics.laws.damping_power import Envelope
+from ..physics.laws.damping_power import Envelope, envelope_of
 from ..physics.matrices import coriolis_matrix
 from ..physics.motion import Motion
 from ..residuals.models.base import Model, VehicleModel
@@ -173,3 +175,10 @@ def _proof(model: Model, envelope: Envelope, limit: float, force: Array) -> Proo
     if not certify(model.vehicle, envelope).holds:
         return Proof()
     return Proof("vertex LMI" if isinstance(model, VehicleModel) else "by construction")
+
+
+def audit_along(model: Model, parts: Parts) -> Audit:
+    """Judge a model by the laws along all parts of the logs, in the envelope of their speeds."""
+    motions = [motion for part in PARTS for motion in parts.data(part).motions]
+    envelope = envelope_of(motions, model.vehicle)
+    return audit(model, envelope, motions=motions, envelope_from="the speeds of the log")

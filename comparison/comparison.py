@@ -8,16 +8,17 @@ import numpy as np
 import pandas as pd
 
 from ..discovery.calibration.calibrate import calibrate_once
+from ..discovery.findings import Step
+from ..measurements.preparation.prepared_logs import Inputs, Parts
 from ..measurements.preparation.split import PARTS
 from ..physics.errors import RequestError
-from ..reports.wording import ACCELERATION_UNITS, ROLLOUT_UNITS, percent
+from ..physics.in_words import percent
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
 from ..residuals.models.domain import known_to, spanned
-from ..residuals.scores import Errors, by_axis, evaluate
-from ..residuals.series import Parts, audit_along, series
-from ..workflows.inputs import Inputs
-from .audit import Audit
+from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate
+from ..residuals.series import series
+from .audit import Audit, audit_along
 from .differences import differences
 from .facts import ComparedModel, Comparison, Domain, RulingRecord, Side
 from .failing.failures import where_they_fail
@@ -182,3 +183,14 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
                 "about it elsewhere"
             )
     return told
+
+
+def score_step(errors: Errors, added: str | None = None, thruster: str | None = None) -> Step:
+    """Held-out errors of one step of the story, and what was added in it."""
+    return Step(
+        added=added,
+        thruster=thruster,
+        acceleration_rmse=errors.acceleration_score.record.rmse,
+        rollout_rmse={name: score.record for name, score in errors.rollout_scores.items()},
+        units={"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
+    )

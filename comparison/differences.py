@@ -6,10 +6,9 @@ import numpy as np
 
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import AXES, Array
-from ..reports.wording import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ..residuals.models.base import Model
 from ..residuals.paired import Difference, paired_difference
-from ..residuals.scores import Errors
+from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors
 
 
 class PairedRecord(Record):

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from ..measurements.preparation.prepared_logs import Inputs, PathLike
 from ..physics.errors import RequestError
 from ..physics.folders import finish
 from ..physics.reading import read_json
@@ -12,7 +13,6 @@ from ..residuals.models.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.models.model_files import load_network
 from ..residuals.models.neural import SETTINGS, WEIGHTS, is_network_folder
 from ..residuals.models.onnx_model import load_onnx
-from ..workflows.inputs import Inputs, PathLike
 
 CORRECTED = "corrected"
 """Name of the last model of a run, in the run itself."""

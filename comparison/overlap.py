@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..measurements.log_digests import log_digests
+from ..measurements.preparation.prepared_logs import Inputs
+from ..physics.in_words import listing
 from ..physics.reading import read_yaml
 from ..physics.vehicle import Vehicle
-from ..reports.wording import listing
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.neural import SETTINGS, is_network_folder
-from ..workflows.inputs import Inputs
-from ..workflows.run_folder.provenance import log_digests
 
 _SOURCE = re.compile(r"(?:identified by undertow from|fitted by undertow to) ([^;(]+)")
 """How `sources` in a vehicle file name the logs; see `physics.sources.with_sources`."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..physics.frames import Array
-from ..reports.wording import listing, percent
+from ..physics.in_words import listing, percent
 from ..residuals.models.base import Model
 from ..residuals.models.foreign import FunctionModel
 from ..residuals.paired import Difference, paired_ratio

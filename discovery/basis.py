@@ -1,4 +1,4 @@
-"""What judges a log: the force balance, or open-loop rollouts where that balance errs by more than white noise.
+"""What a discovery is judged on: rollouts, where what the force balance leaves is more than white noise.
 
 The choice is made here, once for a log, whoever asks: discovery, adding by name, calibration, distillation.
 """
@@ -6,18 +6,129 @@ The choice is made here, once for a log, whoever asks: discovery, adding by name
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..measurements.compass import compass_of
-from ..physics.frames import Array
+from ..physics.frames import AXES, FORCE_UNITS, Array
+from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import SEEING, Balance
 from .balance.sensor_errors import Nuisances, nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
-from .candidates.linearisation import Candidate, candidates, measurable
-from .colour import why_rollouts
+from .candidates.candidate import Candidate, candidates, measurable
+from .candidates.unnamed_terms import features_along
 from .search.floating import Search
 from .settings import DiscoverySettings
+
+COLOURED = 2.0
+"""A force error that no model explains, above this many times what white noise makes, is coloured."""
+MATERIAL = 0.05
+"""Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
+CLEAN_MATERIAL = 0.2
+"""The same share for a log without sensor noise, as simulators write it."""
+_ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
+"""Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
+_TESTS_A_COLUMN = 3.0
+_RANK = 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class Unexplained:
+    """What the balance keeps when every effect and every term up to degree three is fitted at once.
+
+    Attributes
+    ----------
+    error : (3,) root mean square force [N, N, N m]
+    noise : (3,) what white sensor noise makes [N, N, N m]
+    share : (3,) error over the force scale
+    independent : effective number of independent tests
+    """
+
+    error: Array
+    noise: Array
+    share: Array
+    independent: float
+
+    @property
+    def sentence(self) -> str:
+        """Why rollouts decide, with numbers."""
+        told = [
+            f"{axis} {e:.2g} {unit} (white noise {n:.2g})"
+            for axis, e, n, unit, far in zip(AXES, self.error, self.noise, FORCE_UNITS, self.coloured, strict=True)
+            if far
+        ]
+        return (
+            f"no model of the catalogue explains the force balance of this log to within white sensor noise: "
+            f"{', '.join(told)} stay; effects are judged by open-loop rollouts instead"
+        )
+
+    @property
+    def coloured(self) -> np.ndarray:
+        """(3,) True for an axis whose error is coloured and material."""
+        material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
+        louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
+        return (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
+
+
+_DEVIATES = (
+    "the compass of this log deviates, and what is left after a correction is no white noise; effects are judged by "
+    "open-loop rollouts"
+)
+
+
+def why_rollouts(weak: WeakForm, search: Search) -> str:
+    """Why rollouts and not the force balance must decide on a log, in a sentence; empty where they need not.
+
+    Parameters
+    ----------
+    weak : the force balance
+    search : on it, about its nominal model
+    """
+    left = unexplained(weak, search)
+    if left.coloured.any():
+        return left.sentence
+    return _DEVIATES if compass_of(weak.motions).plain else ""
+
+
+def unexplained(weak: WeakForm, search: Search) -> Unexplained:
+    """Fit the measured acceleration by all forces of a search about its nominal model, and see what is left.
+
+    Each axis gets every thruster's force, every shape of every effect, all unnamed terms up to degree three, and terms
+    that turn with the heading as a strong current's do, each with a free factor: an upper limit of what any model of
+    the catalogue could explain, whatever its mass. The columns are those that the search needs anyway; a short log gets
+    their main directions only, three independent tests each.
+    """
+    linear, _ = search.linearise(search.nominal, ())
+    features = np.column_stack([features_along(weak, search.nominal, 3)[1], _turned(weak)])
+    inertia = {i for c in search.pool if c.effect.family == "mass" for o in linear.options[c.key] for i in o.free}
+    forces = [i for i in range(linear.columns.shape[2] - 1) if i not in inertia]
+    rates = weak.derivative([motion.velocity for motion in weak.motions])
+    error = np.zeros(3)
+    for axis in range(3):
+        other = rates[:, [(), (2,), (1,)][axis]]  # through m23, which x_g makes
+        columns = np.column_stack([linear.columns[:, axis, forces], features, other])
+        size = np.sqrt((columns**2).sum(axis=0))
+        columns = columns[:, size > 0] / size[size > 0]
+        vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
+        rank = min(int((values > _RANK * values[0]).sum()), int(weak.independent / _TESTS_A_COLUMN))
+        vectors = vectors[:, :rank]
+        left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
+        error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
+    mass = np.diag(mass_matrix(search.nominal))
+    return Unexplained(error * mass, search.noise_error, error * mass / search.share_scale, weak.independent)
+
+
+def _turned(weak: WeakForm) -> Array:
+    """Velocities and their moduli times the cosine and the sine of the heading, tested, (tests, 12)."""
+    series = []
+    for motion in weak.motions:
+        speeds = np.column_stack([motion.velocity, np.abs(motion.velocity)])
+        series.append(
+            np.column_stack([speeds * np.cos(motion.heading)[:, None], speeds * np.sin(motion.heading)[:, None]])
+        )
+    return weak.average(series)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

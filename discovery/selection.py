@@ -1,4 +1,4 @@
-"""The selection: which effects a log asks for, weighed one against the other, on whatever balance judges it.
+"""What a search looks at and keeps: on the force balance where noise is white, on rollouts elsewhere.
 
 Search, evidence and look-alikes are the same on forces and on rollouts. What differs is where a search begins, and what
 is tried after it: a force balance may leave structure for terms that nobody has named; rollouts are weighed by the
@@ -15,12 +15,11 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
 from .balance.rollout_test import WHOLE_HORIZON, rollout_squares, rollouts_object
-from .balance.sensor_errors import part_by_sight
 from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
 from .basis import Basis
 from .calibration.beside_effects import Freed, freed
-from .candidates.linearisation import Candidate, Kind
+from .candidates.candidate import Candidate, Kind, part_by_sight
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
 from .evidence.quiet_axes import with_faint
 from .evidence.weighing import TELL_APART, Evidence, weigh

@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 
 from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_between
+from ..measurements.preparation.prepared_logs import Parts
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes
@@ -27,7 +28,7 @@ from ..physics.matrices import mass_matrix
 from ..physics.printable import one_line
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
-from ..residuals.series import Parts, in_order, series, stretches
+from ..residuals.series import in_order, series, stretches
 from .mcap_schemas import (
     AXES_TOLD,
     BOAT,

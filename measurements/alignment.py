@@ -1,6 +1,5 @@
-"""Are two channels in step? The delay between two records of the same quantity, and the noise of one record."""
+"""Are two channels in step? The delay between two records of the same quantity."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -8,7 +7,6 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from ..physics.frames import Array
-from ..physics.motion import Motion
 
 LEAST_CORRELATION = 0.7
 """Correlation from which two records tell of the same motion, or, negative, of opposite ones."""
@@ -101,22 +99,3 @@ def _correlation(a: Array, b: Array, lag: int) -> float:
     left, right = left - left.mean(), right - right.mean()
     power = float(np.sqrt((left @ left) * (right @ right)))
     return float(left @ right) / power if power > 0 else 0.0
-
-
-def noise_level(values: Array) -> float | None:
-    """Estimate the white noise on an evenly sampled record (n,), in its unit; None for fewer than ten values.
-
-    The standard deviation from third differences, in which smooth motion cancels and white noise grows by the square
-    root of 20; the median makes single jumps harmless. Motion faster than a few samples counts as noise, so this is an
-    upper limit.
-    """
-    if values.size < 10:
-        return None
-    return float(1.4826 * np.median(np.abs(np.diff(values, 3))) / np.sqrt(20.0))
-
-
-def sensor_noise(motions: Sequence[Motion]) -> Array:
-    """White noise on u, v [m/s] and r [rad/s], (3,): root mean square over the motions, weighted by their rows."""
-    levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
-    rows = np.array([m.time.size for m in motions], dtype=float)
-    return np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())

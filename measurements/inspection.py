@@ -11,7 +11,7 @@ from ..physics.frames import earth_to_body
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .activity import Excitation, excitation_of
-from .alignment import Alignment, align, noise_level
+from .alignment import Alignment, align
 from .canonical import Channel, Lost, command_kind
 from .channels.channel_map import map_dict
 from .log import Log
@@ -22,6 +22,7 @@ from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
 from .quality.record import Record
+from .statistics import noise_level
 
 SCHEMA = "undertow.inspection/1"
 SCHEMA_OF_SEVERAL = "undertow.inspections/1"

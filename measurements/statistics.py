@@ -1,5 +1,6 @@
-"""Straight-line fits that say how sure they are: least squares, outliers weighed down, errors counted by stretches."""
+"""Statistics of measurements: robust fits with errors counted by stretches, and white noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from ..physics.frames import Array
+from ..physics.motion import Motion
 
 _ROUNDS = 6
 CI = 1.96
@@ -94,3 +96,22 @@ def surely_more(left: Array, other: Array) -> bool:
     error = float(more.std(ddof=1)) / np.sqrt(more.size)
     sure = float(student.ppf(1.0 - _BY_CHANCE, more.size - 1))
     return bool(more.sum() > np.log(_ODDS) and more.mean() > sure * error)
+
+
+def noise_level(values: Array) -> float | None:
+    """Estimate the white noise on an evenly sampled record (n,), in its unit; None for fewer than ten values.
+
+    The standard deviation from third differences, in which smooth motion cancels and white noise grows by the square
+    root of 20; the median makes single jumps harmless. Motion faster than a few samples counts as noise, so this is an
+    upper limit.
+    """
+    if values.size < 10:
+        return None
+    return float(1.4826 * np.median(np.abs(np.diff(values, 3))) / np.sqrt(20.0))
+
+
+def sensor_noise(motions: Sequence[Motion]) -> Array:
+    """White noise on u, v [m/s] and r [rad/s], (3,): root mean square over the motions, weighted by their rows."""
+    levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
+    rows = np.array([m.time.size for m in motions], dtype=float)
+    return np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())

@@ -4,26 +4,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from ..comparison.facts import ComparedModel
+from ..comparison.failing.failures import Structure
 from ..discovery.findings import FoundEffect, Step
 from ..discovery.lawful.price import Passivity
 from ..physics.effects import BY_NAME
-
-MINUS = "\N{MINUS SIGN}"
-NARROW = "\N{NO-BREAK SPACE}"
-AXES = ("surge", "sway", "yaw")
-ACCELERATION_UNITS = {"surge": "m/s^2", "sway": "m/s^2", "yaw": "rad/s^2"}
-ROLLOUT_UNITS = {"position": "m", "surge": "m/s", "sway": "m/s", "yaw": "rad/s"}
-
-
-def words(name: str) -> str:
-    """An identifier in plain words.
-
-    Examples
-    --------
-    >>> words("surge_quadratic_damping")
-    'surge quadratic damping'
-    """
-    return name.replace("_", " ")
+from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
 
 
 def effect_words(candidate: FoundEffect) -> str:
@@ -48,65 +34,6 @@ def twins(candidate: FoundEffect) -> list[str]:
     """What would explain the log as well as the candidate, in words."""
     names = candidate.indistinguishable_from
     return ["another thruster" if name == candidate.effect else words(name) for name in names]
-
-
-def finite(value: Any) -> float:
-    """The value as a float, NaN for anything that is not a finite number (a diverged rollout is null in the files)."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        return math.nan
-    return float(value)
-
-
-def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a") -> str:
-    """A number with `digits` significant digits, an integer whole; no exponent where it can be avoided.
-
-    Examples
-    --------
-    >>> number(-9.1374), number(1234.5), number(0.000123), number(None), number(0.0)
-    ('-9.14', '1234', '0.000123', 'n/a', '0')
-    """
-    if isinstance(value, int) and not isinstance(value, bool):
-        return str(value).replace("-", minus)
-    value = finite(value)
-    if math.isnan(value):
-        return blank
-    if value == 0.0:
-        return "0"
-    magnitude = math.floor(math.log10(abs(value)))
-    if -5 < magnitude < 7:
-        text = f"{value:.{max(digits - 1 - magnitude, 0)}f}"
-    else:
-        text = f"{value:.{digits - 1}e}"
-    return text.replace("-", minus)
-
-
-def share_removed(share: Any) -> str:
-    """The share of a squared error that an effect removes: more than all where other effects add to it beside it.
-
-    Examples
-    --------
-    >>> [share_removed(share).replace(NARROW, " ") for share in (0.3, 1.34)]
-    ['30 %', 'more than all']
-    """
-    return "more than all" if finite(share) > 1.0 else percent(share)
-
-
-def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:
-    """A share as a whole percentage that never claims certainty.
-
-    Examples
-    --------
-    >>> [percent(share).replace(NARROW, " ") for share in (0.41, 0.9991, 0.002, -0.03)]
-    ['41 %', '> 99 %', '< 1 %', '-3 %']
-    """
-    value = finite(share)
-    if math.isnan(value):
-        return blank
-    if 0.995 <= value < 1.0:
-        return f">{NARROW}99{NARROW}%"
-    if 0.0 < value < 0.005:
-        return f"<{NARROW}1{NARROW}%"
-    return f"{round(100.0 * value):d}{NARROW}%".replace("-", minus)
 
 
 def typeset(value: Any, digits: int = 3, *, blank: str = "n/a") -> str:
@@ -180,17 +107,6 @@ def _half_width(ends: Any) -> float | None:
     return None if math.isnan(half) else half
 
 
-def unit_text(unit: str) -> str:
-    """A unit, or text with units, with raised exponents; nothing for a pure number.
-
-    Examples
-    --------
-    >>> unit_text("N s^2/m^2"), unit_text("N m (s/m)^1 (s/rad)^2"), unit_text("-")
-    ('N s²/m²', 'N m (s/m) (s/rad)²', '')
-    """
-    return "" if unit in ("-", "1") else unit.replace(")^1", ")").replace("^2", "²").replace("^3", "³")
-
-
 def ordinal(count: int) -> str:
     """A number as a place in a row.
 
@@ -201,19 +117,6 @@ def ordinal(count: int) -> str:
     """
     ending = "th" if count // 10 % 10 == 1 else {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th")
     return f"{count}{ending}"
-
-
-def listing(names: Sequence[str]) -> str:
-    """Names as a phrase.
-
-    Examples
-    --------
-    >>> listing(["drag", "lag", "wind"])
-    'drag, lag and wind'
-    """
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def pick_horizon(rollout: Sequence[str], wanted: str = "10") -> str:
@@ -258,3 +161,12 @@ def energy_lines(passivity: Passivity) -> list[str]:
 def energy_verdict(passivity: Passivity) -> str:
     """The same in a few words."""
     return "the damping takes energy out" if passivity.verdict == "pass" else "the damping creates energy"
+
+
+def told_of(models: Sequence[ComparedModel], structure: Sequence[Structure]) -> str:
+    """The models whose failures are told, and those that were not looked at, as a sentence; empty where none say."""
+    shown = [one.model for one in structure]
+    others = [m.name for m in models if m.kind != "baseline" and m.name not in shown]
+    if not shown:
+        return ""
+    return f"Told of {listing(shown)}{f'; not looked at: {listing(others)}' if others else ''}."

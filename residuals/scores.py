@@ -23,6 +23,10 @@ SPACING = 0.5
 """Distance between rollout starts [s]."""
 
 
+ACCELERATION_UNITS = {"surge": "m/s^2", "sway": "m/s^2", "yaw": "rad/s^2"}
+ROLLOUT_UNITS = {"position": "m", "surge": "m/s", "sway": "m/s", "yaw": "rad/s"}
+
+
 class ByAxis(Record):
     """Three errors as files have them [m/s^2, m/s^2, rad/s^2 of an acceleration, m/s, m/s, rad/s of a velocity]."""
 

@@ -1,4 +1,4 @@
-"""Models against measurements: scores, the series that the page draws, and where each model fails."""
+"""Measured and predicted motion side by side, along all parts of the logs, as `series.csv` holds it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,65 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ..comparison.audit import Audit, audit
-from ..discovery.findings import Step
 from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import accelerations
-from ..measurements.preparation.split import PARTS, Split
-from ..physics.laws.damping_power import envelope_of
+from ..measurements.preparation.prepared_logs import Parts
+from ..measurements.preparation.split import PARTS
 from ..physics.motion import Motion
-from ..reports.wording import ACCELERATION_UNITS, ROLLOUT_UNITS
 from .models.base import Model, VehicleModel
 from .residual import residual, same_filter
-from .scores import Errors
 
 RESTART = 10.0
 """Open-loop rollouts in the series start again from the measured state every so often [s]."""
 _DIGITS = 7
-
-
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """The prepared parts of the logs by name, and which one judges."""
-
-    split: Split
-    judge: str = "test"
-
-    def data(self, part: str) -> DataSet:
-        """A part by name: train, validation or test."""
-        found: DataSet = getattr(self.split, part)
-        return found
-
-    @property
-    def judged(self) -> DataSet:
-        """The data on which models are scored: one part, or all of them."""
-        if self.judge != "all":
-            return self.data(self.judge)
-        every = [self.data(part) for part in PARTS]
-        return DataSet(
-            tuple(m for data in every for m in data.motions),
-            every[0].notes,
-            every[0].recipe,
-            tuple(m for data in every for m in data.raw),
-        )
-
-
-def score_step(errors: Errors, added: str | None = None, thruster: str | None = None) -> Step:
-    """Held-out errors of one step of the story, and what was added in it."""
-    return Step(
-        added=added,
-        thruster=thruster,
-        acceleration_rmse=errors.acceleration_score.record.rmse,
-        rollout_rmse={name: score.record for name, score in errors.rollout_scores.items()},
-        units={"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
-    )
-
-
-def audit_along(model: Model, parts: Parts) -> Audit:
-    """Judge a model by the laws along all parts of the logs, in the envelope of their speeds."""
-    motions = [motion for part in PARTS for motion in parts.data(part).motions]
-    envelope = envelope_of(motions, model.vehicle)
-    return audit(model, envelope, motions=motions, envelope_from="the speeds of the log")
 
 
 def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:

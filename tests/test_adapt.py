@@ -8,7 +8,8 @@ import pytest
 import undertow
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.calibration.adapt import Adapted, AdaptSettings, adapt
-from undertow.discovery.candidates.linearisation import Linearisation, candidates
+from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.identifiability.rehearsal import plausible_amounts, rehearse
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.physics.errors import RequestError

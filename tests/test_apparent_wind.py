@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.discovery.add import add_effects
-from undertow.discovery.discover import find_missing
+from undertow.discovery.discover import add_effects, find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
 from undertow.measurements.preparation.prepare import prepare

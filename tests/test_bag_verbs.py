@@ -15,7 +15,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal import reading_progress
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.run_folder.write import read_run_inputs
+from undertow.workflows.run_folder.read import read_run_inputs
 
 BOAT = load_vehicle("blueboat")
 

@@ -16,7 +16,7 @@ from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.discover_and_add import add
 from undertow.workflows.inputs import _alignment_notes, read_inputs
-from undertow.workflows.run_folder.write import read_run_inputs
+from undertow.workflows.run_folder.read import read_run_inputs
 
 HULL = load_vehicle("blueboat")
 ALONE = r"newton_stbd is reversed: .*'newton_stbd: \{from: command:newton_stbd, scale: -1\}'.*--as-is"

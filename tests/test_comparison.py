@@ -14,9 +14,9 @@ from verbs import done, refused, strict
 
 from undertow.comparison.comparison import calibrated_model, comparison, ends, judge, reference_models
 from undertow.comparison.facts import Comparison
-from undertow.comparison.failing.whose import told_of
 from undertow.comparison.recommendation import best
 from undertow.measurements.preparation.dataset import WEAK, DataSet
+from undertow.measurements.preparation.prepared_logs import Inputs, Parts
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.motion import Motion
@@ -24,14 +24,15 @@ from undertow.physics.simulation import Rollouts
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal.failures_screen import failures_table
+from undertow.reports.wording import told_of
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.baselines import HoldVelocity, ZeroAcceleration, baselines
 from undertow.residuals.models.domain import known_to, spanned
 from undertow.residuals.scores import Errors, evaluate
-from undertow.residuals.series import Parts, series
+from undertow.residuals.series import series
 from undertow.workflows.compare import compare, compare_run
 from undertow.workflows.discover_and_add import discover
-from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import write_run
 
 HULL = load_vehicle("blueboat")

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from undertow.discovery.findings import FoundTerm
-from undertow.workflows.discover_and_add import Run, add, discover
+from undertow.workflows.discover_and_add import add, discover
 from undertow.workflows.inputs import read_inputs
+from undertow.workflows.run_folder.run import Run
 
 HERE = Path(__file__).parent / "data"
 SHARED = Path(__file__).parents[2] / "shared" / "data" / "gazebo"

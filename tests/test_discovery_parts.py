@@ -5,12 +5,11 @@ import numpy as np
 import pysindy
 import pytest
 
-from undertow.discovery.add import add_effects
 from undertow.discovery.balance.rollout_test import rollout_squares, rollouts_object
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.linearisation import candidates
+from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.unnamed_terms import TermLibrary, shortlist
-from undertow.discovery.discover import find_missing
+from undertow.discovery.discover import add_effects, find_missing
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.search.bootstrap import block_bootstrap

@@ -7,7 +7,8 @@ import pytest
 
 from undertow.discovery.balance.rollout_test import rollouts_part
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.linearisation import Kind, Option, candidates
+from undertow.discovery.candidates.candidate import Kind, candidates
+from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.inclusion import inclusion

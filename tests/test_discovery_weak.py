@@ -8,7 +8,8 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.linearisation import Linearisation, Option, candidates
+from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.linearisation import Linearisation, Option
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores, bounded_solve
 from undertow.physics.errors import RequestError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.linearisation import Candidate, candidates
+from undertow.discovery.candidates.candidate import Candidate, candidates
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence import verdicts as words
 from undertow.discovery.evidence.limits import doubts

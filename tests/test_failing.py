@@ -8,18 +8,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from undertow.comparison.failing.along import Along
-from undertow.comparison.failing.attribution import contributions
+from undertow.comparison.failing.attribution import Along, contributions
 from undertow.comparison.failing.failures import Structure, judged_rows, where_they_fail
 from undertow.comparison.failing.rows import scene
 from undertow.discovery.findings import FailingPlace
+from undertow.measurements.preparation.prepared_logs import Inputs
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.series import series
-from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")
 TWO = {"munk_moment": -20.0, "surge_quadratic_damping": -10.0}

@@ -17,8 +17,9 @@ from undertow.reports.page.chapters.where_it_fails import _worst, where_it_fails
 from undertow.reports.page.figures.failure_figures import error_map, heat_steps, local_error
 from undertow.reports.page.figures.svg import HEAT
 from undertow.reports.page.style import DARK, LIGHT
+from undertow.reports.run_contents import RunFolder
 from undertow.reports.terminal.failures_screen import failures_table, structure_list
-from undertow.workflows.run_folder.read import RunFolder, read_run
+from undertow.workflows.run_folder.read import read_run
 
 
 @pytest.fixture(scope="module")

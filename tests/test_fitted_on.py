@@ -9,6 +9,7 @@ from rich.console import Console
 
 from undertow.comparison.models_by_name import load_model
 from undertow.comparison.overlap import fitted_notes
+from undertow.measurements.preparation.prepared_logs import Inputs
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -16,7 +17,7 @@ from undertow.reports.terminal.comparison_screen import notes_list
 from undertow.residuals.models.base import VehicleModel
 from undertow.workflows.compare import compare
 from undertow.workflows.discover_and_add import discover
-from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import write_run
 
 HULL = load_vehicle("blueboat")

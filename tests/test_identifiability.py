@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.linearisation import candidates, measurable
+from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.experiment import advice

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.linearisation import Option, candidates
+from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.lawful import programme

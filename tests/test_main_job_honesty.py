@@ -4,12 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from undertow.measurements.preparation.prepared_logs import Inputs
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.compare import compare
 from undertow.workflows.discover_and_add import add, discover
-from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.write import write_run
 
 HULL = load_vehicle("blueboat")

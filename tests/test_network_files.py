@@ -16,6 +16,7 @@ import yaml
 from safetensors.torch import load, save
 
 from undertow.comparison.models_by_name import load_model
+from undertow.measurements.preparation.prepared_logs import Inputs
 from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.motion import Motion
@@ -27,7 +28,7 @@ from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.models.neural import is_network_folder
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.workflows.compare import compare
-from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")
 TRAINING = {"seed": 3, "epochs": [{"loss": np.float64(0.5), "rmse": (0.1, 0.2, 0.3)}, {"loss": float("inf")}]}

@@ -9,9 +9,9 @@ from verbs import done
 
 from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, Step
+from undertow.physics.in_words import NARROW
 from undertow.reports.page.outcome import gets_worse, opening, outcome
 from undertow.reports.page.page import page
-from undertow.reports.wording import NARROW
 from undertow.workflows.run_folder.read import read_run
 
 NOTHING = Comparison(models=())

@@ -8,9 +8,9 @@ import pytest
 from sample_run import compare_many, write_sample
 
 from undertow.physics.errors import RequestError
-from undertow.reports.page.page import write_page
 from undertow.reports.page.pdf import find_browser, print_pdf
 from undertow.workflows.report import report
+from undertow.workflows.run_folder.write import write_page
 
 LOOKS = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 390)]
 A4_WIDTH = 703  # pixels between the margins of the print style, 186 mm

@@ -13,12 +13,13 @@ import pytest
 from sample_run import edit, write_sample
 from verbs import call, done, refused
 
+from undertow.measurements.log_digests import log_digests
 from undertow.physics.errors import RequestError
 from undertow.physics.marks import remark
 from undertow.reports.page.fleet import shared_effects, told
 from undertow.reports.page.fleet_page import fleet_page
 from undertow.reports.page.pdf import find_browser, print_pdf
-from undertow.workflows.run_folder.provenance import command, log_digests, versions
+from undertow.workflows.run_folder.provenance import command, versions
 from undertow.workflows.run_folder.read import read_run
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from sample_run import LAWS, RIVALS, compare_many, edit, write_sample
 
-from undertow.reports.page.page import write_page
 from undertow.reports.page.rivals import rivals
 from undertow.workflows.run_folder.read import read_run
+from undertow.workflows.run_folder.write import write_page
 
 
 @pytest.fixture(scope="module")

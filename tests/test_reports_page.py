@@ -11,10 +11,11 @@ import pytest
 from sample_run import edit, write_sample
 
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.page.figures.figure_data import coefficient_rows, rollouts
-from undertow.reports.page.page import write_page
+from undertow.reports.page.coefficients import coefficient_rows
+from undertow.reports.page.figures.figure_data import rollouts
 from undertow.reports.wording import typeset
 from undertow.workflows.run_folder.read import read_run
+from undertow.workflows.run_folder.write import write_page
 
 
 @pytest.fixture(scope="module")

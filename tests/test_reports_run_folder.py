@@ -8,7 +8,7 @@ import pytest
 from sample_run import write_sample
 
 from undertow.physics.errors import RequestError
-from undertow.reports.page.page import write_page
+from undertow.workflows.run_folder.write import write_page
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
-from undertow.discovery.candidates.linearisation import candidates
+from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.search.floating import Search, SearchSettings

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.discovery.balance.sensor_errors import part_by_sight
-from undertow.discovery.candidates.linearisation import candidates
+from undertow.discovery.candidates.candidate import candidates, part_by_sight
 from undertow.discovery.discover import find_missing
 from undertow.physics.thrusters import PropellerCurve, TableCurve, Thruster
 from undertow.physics.vehicle import load_vehicle

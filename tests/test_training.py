@@ -36,13 +36,14 @@ from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.models.coasting import Coasting
 from undertow.residuals.models.network_inputs import input_names
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
+from undertow.residuals.models.neural import CHECKPOINT
 from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores
 from undertow.residuals.training import preparation
 from undertow.residuals.training.epochs import Epoch, Trained, best_epochs, stale, train
 from undertow.residuals.training.rollouts import Forcing, Shooter
-from undertow.residuals.training.training_settings import CHECKPOINT, Augmentation, TrainingSettings
+from undertow.residuals.training.training_settings import Augmentation, TrainingSettings
 from undertow.residuals.training.windows import filter_taps, windows_of
 
 HULL = load_vehicle("blueboat")

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..comparison.audit import Audit, audit
 from ..comparison.models_by_name import load_model
+from ..measurements.preparation.prepared_logs import PathLike
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array
@@ -20,8 +21,8 @@ from ..physics.reading import read_json
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.models.base import Model
 from ..residuals.models.neural import is_network_folder
-from .inputs import PathLike, read_inputs
-from .run_folder.write import RunRecord, read_run_inputs
+from .inputs import read_inputs
+from .run_folder.read import RunRecord, read_run_inputs
 
 _LEAST = 0.05
 """Least reach of an envelope that a network's standardisation gives [m/s, m/s, rad/s]."""

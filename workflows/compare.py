@@ -9,11 +9,12 @@ from ..comparison.facts import Comparison
 from ..comparison.models_by_name import CORRECTED, check_commands, fitted_numbers, load_model
 from ..comparison.overlap import fitted_notes
 from ..exports.mcap_series import compared, require_mcap, write_series
+from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs, PathLike
 from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models.base import Model, VehicleModel
-from .inputs import INPUTS_CURE, Inputs, PathLike, read_inputs
-from .run_folder.write import read_run_inputs
+from .inputs import read_inputs
+from .run_folder.read import read_run_inputs
 
 
 def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLike | None = None) -> Comparison:

@@ -1,41 +1,21 @@
-"""The main job: from logs and a vehicle to findings, scores and the story of the falling error."""
+"""The verbs `discover` and `add`: from logs and a vehicle to findings, scores and a falling error."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
-import pandas as pd
-
-from ..comparison.audit import Audit
-from ..comparison.comparison import comparison, judge, reference_models
-from ..comparison.facts import Comparison
+from ..comparison.comparison import comparison, judge, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
-from ..discovery.add import add_effects
-from ..discovery.discover import Discovery, find_missing
-from ..discovery.findings import Findings, LogFacts, Unexplained
+from ..discovery.discover import Discovery, add_effects, find_missing
+from ..discovery.findings import LogFacts, Unexplained
 from ..discovery.settings import DiscoverySettings
+from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate
-from ..residuals.series import score_step, series
-from .inputs import INPUTS_CURE, Inputs
-
-Say = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """A finished main job, before it is written; `audit` is of the corrected model, `verb` what asked for the run."""
-
-    inputs: Inputs
-    discovery: Discovery
-    findings: Findings
-    comparison: Comparison
-    series: pd.DataFrame
-    settings: DiscoverySettings
-    audit: Audit
-    verb: tuple[str, ...] = ("discover",)
+from ..residuals.series import series
+from .run_folder.run import Run, Say
 
 
 def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:

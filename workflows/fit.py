@@ -4,19 +4,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..comparison.comparison import score_step
 from ..discovery.calibration.calibrate import Calibration, calibrate
 from ..discovery.findings import Left, Step
 from ..discovery.settings import DiscoverySettings
+from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.in_words import listing
 from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle
-from ..reports.wording import ROLLOUT_UNITS, listing
 from ..residuals.models.base import VehicleModel
-from ..residuals.scores import evaluate
-from ..residuals.series import score_step
-from .discover_and_add import Say
-from .inputs import INPUTS_CURE, Inputs
+from ..residuals.scores import ROLLOUT_UNITS, evaluate
+from .run_folder.run import Say
 
 FIT_SCHEMA = "undertow.fit/1"
 _UNEXPLAINED = (2.0, 0.05)

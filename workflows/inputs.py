@@ -2,78 +2,24 @@
 
 import os
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
-from ..measurements.log import Log, read_log
+from ..measurements.log import read_log
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
-from ..measurements.preparation.split import Split, split
+from ..measurements.preparation.prepared_logs import Inputs, Parts, PathLike
+from ..measurements.preparation.split import split
 from ..measurements.quality.finding import Finding, Reach
 from ..physics.errors import LogError, RequestError, expect
-from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..residuals.series import Parts
 from .soundness import sound
 
-PathLike = str | os.PathLike[str]
-INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
 Judge = Literal["train", "validation", "test", "all"]
 _JUDGES = ("train", "validation", "test", "all")
-
-
-@dataclass(frozen=True, slots=True)
-class Inputs:
-    """Logs read and prepared once, for everything that follows.
-
-    Attributes
-    ----------
-    paths : as given
-    logs : as read
-    vehicle : the nominal model
-    weak : unfiltered parts at the logs' own rate, for the weak form
-    parts : the paper's preparation, on which models are judged
-    notes : what reading and preparing had to say
-    frame, channel_map, namespace : the options with which the logs were read
-    as_is : whether logs that are known to be broken were wanted as they are
-    warnings : what is wrong with the logs, to be told above every result
-    """
-
-    paths: tuple[str, ...]
-    logs: tuple[Log, ...]
-    vehicle: Vehicle
-    weak: Split
-    parts: Parts
-    notes: tuple[str, ...]
-    frame: str | None = None
-    channel_map: str | None = None
-    namespace: str | None = None
-    as_is: bool = False
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def fitting(self) -> tuple[Motion, ...]:
-        """Unfiltered motions of the training and validation parts; the test part is never fitted."""
-        return (*self.weak.train.motions, *self.weak.validation.motions)
-
-    @property
-    def log_names(self) -> str:
-        """Names of the logs' files, for a sentence."""
-        return ", ".join(Path(path).name for path in self.paths)
-
-    @property
-    def starts(self) -> dict[str, int]:
-        """The stamp of each log at the zero of its motions' time [ns], by their source."""
-        return {str(log.path): log.start_ns for log in self.logs}
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of the command columns."""
-        return tuple(t.channel for t in self.vehicle.thrusters)
 
 
 def read_inputs(

@@ -10,11 +10,11 @@ from ..physics.exchange import link
 from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, replace_folder
 from ..reports.page.fleet_page import fleet_page
-from ..reports.page.page import write_page
 from ..reports.page.pdf import find_browser, print_pdf
 from .run_folder.read import read_run
 from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, own_report, reseal
 from .run_folder.targets import Kind, check_targets, same_place
+from .run_folder.write import write_page
 
 PathLike = str | os.PathLike[str]
 Say = Callable[[str], None]

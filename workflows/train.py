@@ -8,20 +8,20 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..comparison.audit import audit_along
 from ..comparison.comparison import judge, row
 from ..comparison.facts import ComparedModel
+from ..measurements.log_digests import log_digests
+from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
-from ..reports.wording import listing
+from ..physics.in_words import listing
 from ..residuals.models.base import VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
-from ..residuals.models.neural import is_network_folder, require_torch
-from ..residuals.series import audit_along
-from ..residuals.training.training_settings import CHECKPOINT, Augmentation, TrainingSettings
-from .discover_and_add import Say
-from .inputs import INPUTS_CURE, Inputs
-from .run_folder.provenance import log_digests
+from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
+from ..residuals.training.training_settings import Augmentation, TrainingSettings
+from .run_folder.run import Say
 from .run_folder.targets import check_target_folder
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ def train(
 
 def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, progress: Say | None = None) -> TrainRun:
     """The training with its correction distilled, see `undertow.distil`; `out` also gets `distillation.json`."""
-    from ..reports.terminal.distillation_screen import distil
+    from .explain import distil
 
     found = distil(run.trained.model, run.inputs, progress=progress)
     if out is not None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from undertow.discovery.balance.rollout_test import rollout_squares
 from undertow.discovery.balance.weak_form import WeakForm
-from undertow.discovery.candidates.linearisation import candidates
+from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.findings import FoundEffect

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from undertow.measurements.preparation.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.simulated_log import SimulatedLog
 from undertow.physics.worlds.typical_effects import random_hull
 from undertow.physics.worlds.world import NOISE, World
-from undertow.workflows.inputs import Inputs, read_inputs
+from undertow.workflows.inputs import read_inputs
 
 LOGS, SECONDS = 4, 240.0
 """Training logs of a simulated boat, and the length of each [s]."""

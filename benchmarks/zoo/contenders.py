@@ -4,15 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from undertow.comparison.audit import audit_along
+from undertow.measurements.preparation.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.network_model import NetworkModel
-from undertow.residuals.series import audit_along
 from undertow.residuals.training.epochs import TrainingSettings, train
 from undertow.residuals.training.training_settings import Augmentation
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.fit import fit
-from undertow.workflows.inputs import Inputs
 
 from .cases import Case
 

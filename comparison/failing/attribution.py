@@ -1,6 +1,6 @@
 """Which effect removes an error, and how much of it: computed by putting the effects in and taking them out."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import factorial
@@ -9,12 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...discovery.findings import Removal
+from ...measurements.preparation.dataset import DataSet
 from ...physics.effects import EFFECTS
 from ...physics.errors import VehicleError
+from ...physics.forces import actuation, modelled_acceleration
+from ...physics.in_words import number, share_removed, unit_text, words
+from ...physics.matrices import mass_matrix, thruster_matrix
+from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ...reports.wording import number, share_removed, unit_text, words
 from ...residuals.models.base import Model, VehicleModel
-from .along import Along
+from ...residuals.residual import same_filter
 from .block_fit import draws
 from .rows import Array, Scene
 
@@ -29,6 +33,30 @@ _HELD_OUT_SECONDS = 2.0
 """Held-out time [s] in a place, without which no effect is named for it."""
 _SAME = 1e-6
 """Acceleration [m/s^2, rad/s^2] by which two models may differ and be the same."""
+
+
+class Along:
+    """The logs of a comparison, train, validation and test part, in the order in which `series.series` has them."""
+
+    def __init__(self, parts: Sequence[DataSet]) -> None:
+        self._parts = tuple(parts)
+        motions = [motion for data in parts for motion in data.motions]
+        sources: dict[str, int] = {}
+        log = np.concatenate([np.full(m.time.size, sources.setdefault(m.source, len(sources))) for m in motions])
+        self._order = np.lexsort((np.concatenate([m.time for m in motions]), log))
+
+    def acceleration(self, vehicle: Vehicle) -> Array:
+        """Modelled acceleration of a vehicle, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
+        return self._each(lambda motion: modelled_acceleration(vehicle, motion))
+
+    def thrust(self, vehicle: Vehicle) -> Array:
+        """The part of it that the thrusters give, (n, 3)."""
+        push = np.linalg.solve(mass_matrix(vehicle), thruster_matrix(vehicle))
+        return self._each(lambda motion: (push @ actuation(vehicle, motion).thrust).T)
+
+    def _each(self, of: Callable[[Motion], Array]) -> Array:
+        found = [same_filter(of(motion), motion, data) for data in self._parts for motion in data.motions]
+        return np.concatenate(found)[self._order]
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,9 @@
 import numpy as np
 
 from ...physics.file_records import Number, Record
-from ...reports.wording import ACCELERATION_UNITS, AXES, number, percent, unit_text
+from ...physics.frames import AXES
+from ...physics.in_words import number, percent, unit_text
+from ...residuals.scores import ACCELERATION_UNITS
 from .block_fit import Fitted, fit_beside, static_columns
 from .rows import Array, Scene, shorter
 

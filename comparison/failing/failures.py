@@ -11,17 +11,15 @@ from pydantic import BeforeValidator
 from ...discovery.findings import FailingPlace
 from ...measurements.preparation.dataset import DataSet
 from ...physics.file_records import Record
-from ...reports.page.figures.figure_data import ENOUGH_SECONDS
-from ...reports.wording import AXES
+from ...physics.frames import AXES
 from ...residuals.models.base import Model
-from .along import Along
-from .attribution import Contributions, contributions
+from .attribution import Along, Contributions, contributions
 from .drift import Drift, over_time
 from .frequency import NOISE, Frequency, against_frequency
 from .heading import Heading, against_heading
 from .lag import Lag, against_lag
 from .places import worst_places
-from .rows import Array, Scene, scene
+from .rows import ENOUGH_SECONDS, Array, Scene, scene
 from .segments import FailingSeconds, segments
 
 _FALLS = 0.9

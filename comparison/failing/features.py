@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...reports.wording import NARROW, number
+from ...physics.in_words import NARROW, number
 from .bins import STATES, splits
 from .rows import Array, Scene
 

@@ -9,7 +9,8 @@ from scipy.signal import detrend
 from scipy.signal.windows import hann
 
 from ...physics.file_records import Number, Record
-from ...reports.wording import AXES, NARROW, number
+from ...physics.frames import AXES
+from ...physics.in_words import NARROW, number
 from .block_fit import contiguous
 from .rows import Array, Scene, mean_square, shorter
 

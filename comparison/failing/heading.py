@@ -8,7 +8,9 @@ from pydantic import SerializerFunctionWrapHandler, model_serializer, model_vali
 from scipy.stats import f as f_distribution
 
 from ...physics.file_records import Number, Record
-from ...reports.wording import ACCELERATION_UNITS, AXES, number, unit_text
+from ...physics.frames import AXES
+from ...physics.in_words import number, unit_text
+from ...residuals.scores import ACCELERATION_UNITS
 from .block_fit import Fitted, fit_beside, static_columns
 from .rows import Array, Scene, shorter
 

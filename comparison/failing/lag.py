@@ -3,8 +3,9 @@
 import numpy as np
 
 from ...physics.file_records import Number, Record
+from ...physics.frames import AXES
+from ...physics.in_words import number, percent
 from ...physics.thrusters import first_order_lag
-from ...reports.wording import AXES, number, percent
 from .block_fit import contiguous, draws, earth_columns, static_columns
 from .rows import Array, Scene
 

@@ -1,6 +1,6 @@
 """The few places that hold far more of a model's squared error than of the time: one half proposes, the other tests."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 
@@ -9,12 +9,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ...discovery.findings import FailingPlace
-from ...reports.wording import ACCELERATION_UNITS, AXES
+from ...physics.frames import AXES
+from ...residuals.scores import ACCELERATION_UNITS
 from .bins import Split, splits
 from .block_fit import draws
-from .features import features
+from .features import Feature, features, merged
 from .rows import Array, Scene, mean_square, scene
-from .tree import regimes
 
 LIMIT = 4
 """Places told of one model."""
@@ -32,6 +32,64 @@ _FEWEST_BLOCKS = 6
 """Blocks in the half that tests, below which no place is told."""
 _FEWEST_VISITS = 3
 """Blocks of that half in which the boat must have been in the place."""
+
+
+DEPTH = 3
+_CLIP = 0.98
+"""Quantile at which squared errors are cut for the tree, so that it looks for regimes and not for single spikes."""
+
+Range = tuple[float, float]
+
+
+def regimes(
+    squares: Array, rows: NDArray[np.bool_], found: Sequence[Feature], least: int
+) -> Iterator[tuple[str, NDArray[np.bool_], int]]:
+    """Grow a regression tree of the squared error and read every node of it but the root as a place.
+
+    Parameters
+    ----------
+    squares : (n,) squared error of one axis, finite
+    rows : (n,) the rows that the tree may see
+    found : quantities of each row
+    least : fewest of those rows in a place
+
+    Yields
+    ------
+    (words, (n,) rows inside, how many quantities the words name); thresholds are those of the words, rounded
+    """
+    from sklearn.tree import DecisionTreeRegressor  # here, because it takes half a second
+
+    if rows.sum() < 2 * least or not squares[rows].any():
+        return
+    grown = DecisionTreeRegressor(max_depth=DEPTH, min_samples_leaf=least, random_state=0)
+    seen = squares[rows]
+    grown.fit(np.column_stack([one.values for one in found])[rows], np.minimum(seen, np.quantile(seen, _CLIP)))
+    for ranges in _nodes(grown.tree_, found):
+        inside = np.logical_and.reduce([one.inside(*ranges[one.name]) for one in found if one.name in ranges])
+        parts = merged(ranges, found)
+        yield ", ".join(one.phrase(*ends) for one, ends in parts), inside, len(parts)
+
+
+def _nodes(tree: object, found: Sequence[Feature]) -> Iterator[dict[str, Range]]:
+    """The ranges by name of quantity that lead to every node below the root."""
+    left, right, column, threshold = (
+        getattr(tree, name) for name in ("children_left", "children_right", "feature", "threshold")
+    )
+    waiting: list[tuple[int, dict[str, Range]]] = [(0, {})]
+    while waiting:
+        node, ranges = waiting.pop()
+        if ranges:
+            yield ranges
+        if left[node] < 0:
+            continue
+        one = found[int(column[node])]
+        cut = one.rounded(float(threshold[node]))
+        low, high = ranges.get(one.name, (-np.inf, np.inf))
+        if low < cut < high:
+            waiting += [
+                (int(left[node]), {**ranges, one.name: (low, cut)}),
+                (int(right[node]), {**ranges, one.name: (cut, high)}),
+            ]
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,9 @@ _LONG_AGO = 10.0
 """Time since a command change [s] beyond which it does not matter how long ago it was."""
 
 
+ENOUGH_SECONDS = 60.0  # held-out motion shorter than this cannot fill the regimes
+
+
 @dataclass(frozen=True, slots=True)
 class Scene:
     """Rows of the series of one model.

@@ -8,7 +8,8 @@ from pydantic import AliasChoices, Field
 
 from ...discovery.findings import Removal
 from ...physics.file_records import Number, Record, Whole, absent
-from ...reports.wording import ACCELERATION_UNITS, AXES
+from ...physics.frames import AXES
+from ...residuals.scores import ACCELERATION_UNITS
 from .block_fit import contiguous
 from .features import doing
 from .rows import Scene, mean_square

@@ -1,24 +1,17 @@
 """Nuisances of a field log: what its sensors add to the motion, found and taken away before any effect is judged."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...measurements.alignment import align
 from ...measurements.compass import compass_of, corrected
-from ...physics.effects import Parameter
 from ...physics.motion import Motion
-from ..candidates.linearisation import Candidate
-from ..evidence.weighing import Evidence
 
 _LONG_ENOUGH = 20.0
 _OUT_OF_STEP = 0.5
 """Share of a time step from which an offset between two records is more than rounding."""
-_CLEARLY = 2.0
-"""Times the misalignment that a lag or a delay must exceed to be believed."""
-_TIMES = ("lag", "delay")
-_NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,45 +61,3 @@ def misalignment(motions: Sequence[Motion]) -> float:
                 offsets.append(abs(offset) if abs(offset) > _OUT_OF_STEP * motion.time_step else 0.0)
     unknown = max((motion.out_of_step for motion in motions), default=0.0)
     return max(float(np.median(offsets)) if offsets else 0.0, unknown)
-
-
-def believed(e: Evidence, late: float, candidate: Candidate, values: Sequence[float]) -> Evidence:
-    """Evidence for a lag or a delay, doubted when it is not clearly larger than the log's own misalignment.
-
-    Parameters
-    ----------
-    late : misalignment of the channels [s]
-    values : of the candidate's parameters
-    """
-    times = [v for p, v in zip(candidate.parameters, values, strict=True) if p.symbol in _TIMES]
-    if e.selected and late > 0.0 and times and max(times) <= _CLEARLY * late:
-        return replace(e, out_of_step=late)
-    return e
-
-
-def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[list[Candidate], list[Candidate]]:
-    """Candidates that a log with blind axes can judge, and those that it cannot.
-
-    An effect goes when it acts on a blind axis, or in proportion to the velocity along it; wake memory keeps its yaw.
-    Added mass in surge goes too: but for Munk's moment and the Coriolis force, which need the sway velocity, it is a
-    scale of thrust and drag.
-    """
-    if not any(blind):
-        return list(pool), []
-    seen, unseen = [], []
-    for candidate in pool:
-        kept = tuple(p for p in candidate.parameters if not _blinded(p))
-        if len(kept) == len(candidate.parameters):
-            seen.append(candidate)
-        elif any(not p.grid for p in kept) and candidate.effect.family == "memory":
-            seen.append(replace(candidate, effect=replace(candidate.effect, parameters=kept), parameters=kept))
-        else:
-            unseen.append(candidate)
-    return seen, unseen
-
-
-def _blinded(parameter: Parameter) -> bool:
-    """True for a parameter that acts in sway, multiplies the sway velocity, or is told apart by such a force only."""
-    if parameter.symbol in (*_NEEDS_SWAY, "memory_sway"):
-        return True
-    return parameter.axis == 1 or "v" in parameter.form

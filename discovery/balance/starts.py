@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.ndimage import median_filter
 
-from ...measurements.alignment import noise_level
+from ...measurements.statistics import noise_level
 from ...physics.errors import RequestError
 from ...physics.forces import actuation, memory_states
 from ...physics.frames import Array

@@ -19,7 +19,8 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm, WeakSettings
-from ..candidates.linearisation import Candidate, Linearisation, candidates, measurable
+from ..candidates.candidate import Candidate, candidates, measurable
+from ..candidates.linearisation import Linearisation
 from ..identifiability.rehearsal import plausible_amounts, rehearse
 from ..search.floating import Search, SearchSettings
 from ..search.gram import bounded_solve

@@ -7,7 +7,7 @@ from math import isfinite
 from ...physics.effects import Parameter
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
-from ..candidates.linearisation import Candidate
+from ..candidates.candidate import Candidate
 from ..candidates.nuisance import beside, calibratable, nuisance_candidates
 from ..findings import Calibrated, Findings, Left
 from ..identifiability.identifiable_parameters import identified
@@ -15,8 +15,6 @@ from ..lawful.passivity import Lawful
 from ..search.bootstrap import Interval
 from ..search.floating import SearchSettings
 
-CALIBRATED = "calibrated"
-"""Label of the step at which the parameters of the nominal model were calibrated."""
 BLIND = "it acts on an axis of which the sensors of this log show too little"
 _AT_LIMIT = 1e-5
 _MASSES = ("X_udot", "Y_vdot", "N_rdot")

@@ -26,7 +26,8 @@ from ..balance.base import SEEING
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, rollouts_object
 from ..balance.shooting import Shooting
 from ..balance.weak_form import WeakForm
-from ..candidates.linearisation import Candidate, Linearisation
+from ..candidates.candidate import Candidate
+from ..candidates.linearisation import Linearisation
 from ..candidates.nuisance import nuisance_candidates
 from ..findings import Calibrated
 from ..lawful.passivity import Lawful, judge, lawful_model

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.sensor_errors import part_by_sight
 from ..balance.shooting import ShootingSettings
 from ..balance.weak_form import WeakForm
 from ..basis import Basis, choose
+from ..candidates.candidate import part_by_sight
 from ..candidates.nuisance import calibratable, nuisance_candidates
 from ..identifiability.identifiable_parameters import Identified, identified
 from ..search.output_error import polish

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from ...measurements.preparation.prepared_logs import Parts
 from ...physics.vehicle import Vehicle
 from ...residuals.residual import residual
-from ...residuals.series import Parts, in_order, stretches
-from ..calibration.beside_effects import CALIBRATED
-from .linearisation import candidates
+from ...residuals.series import in_order, stretches
+from .candidate import candidates
+from .nuisance import CALIBRATED
 
 FORCES = ("X", "Y", "N")
 OTHER = "other"

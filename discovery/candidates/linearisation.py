@@ -1,4 +1,4 @@
-"""Every effect as a choice: absent, or present in one of its shapes, each with its columns of the force equation.
+"""Every candidate's options, absent or in one of its shapes, each with columns of the force equation.
 
 A column is what the force equation gives when a parameter moves, passed through the weak form. Effects in which the
 force is linear have one present option; those with a shape (lag, delay, dead zone, memory time) have one option for
@@ -6,64 +6,21 @@ each starting value, as a fixed offset of the force plus the derivative about it
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import dataclass
 
 import numpy as np
 
-from ...physics.effects import EFFECTS, Effect, Parameter
+from ...physics.effects import Parameter
 from ...physics.frames import Array
-from ...physics.motion import Motion
 from ...physics.thrusters import GAINS
 from ...physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
+from .candidate import Candidate, Kind
 
 _FAINT = 0.05
 """Share of a general effect's strongest column below which one of its parameters keeps its value."""
 _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
-
-
-class Kind(Enum):
-    """What a candidate is: it decides its price, and where it is told."""
-
-    EFFECT = "effect"
-    """of the catalogue"""
-    TERM = "term"
-    """of the equation, which nobody has named"""
-    NUISANCE = "nuisance"
-    """a parameter of the nominal model that is calibrated while effects are judged: always in the model, free of price,
-    never a finding"""
-    SENSOR = "sensor"
-    """an error of a sensor: the motion is corrected for it, and the vehicle stays as it is"""
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """An effect, for one thruster where it concerns one, that may be missing from a vehicle.
-
-    Attributes
-    ----------
-    key : unique name, `effect` or `effect[thruster]`
-    effect : the catalogue's entry, or a made-up one for an unnamed term
-    parameters : its parameters with the thruster's name filled in
-    kind : see `Kind`
-    """
-
-    key: str
-    effect: Effect
-    parameters: tuple[Parameter, ...]
-    kind: Kind = Kind.EFFECT
-
-    @property
-    def nuisance(self) -> bool:
-        """Whether it is calibrated in every model."""
-        return self.kind is Kind.NUISANCE
-
-    @property
-    def symbols(self) -> tuple[str, ...]:
-        """Symbols of the parameters."""
-        return tuple(p.symbol for p in self.parameters)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,25 +47,6 @@ class Option:
     offset: int
     lower: tuple[float, ...]
     upper: tuple[float, ...]
-
-
-def measurable(motions: Sequence[Motion], effects: Sequence[Effect] = EFFECTS) -> tuple[Effect, ...]:
-    """The effects whose channels are in all motions: without an anemometer, no apparent wind."""
-    windless = any(motion.air is None for motion in motions)
-    return tuple(effect for effect in effects if not (windless and effect.channels))
-
-
-def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[Candidate, ...]:
-    """All candidates for a vehicle: one for each effect, one for each thruster where the effect concerns one."""
-    found = []
-    for effect in effects:
-        if effect.per_thruster:
-            for thruster in vehicle.thrusters:
-                named = tuple(replace(p, symbol=p.symbol.format(thruster=thruster.name)) for p in effect.parameters)
-                found.append(Candidate(f"{effect.name}[{thruster.name}]", effect, named))
-        elif effect.name != "thrust_scale" or len(vehicle.thrusters) > 1:
-            found.append(Candidate(effect.name, effect, effect.parameters))
-    return tuple(found)
 
 
 class Linearisation:

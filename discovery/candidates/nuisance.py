@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from ...physics.effects import EFFECTS, PARAMETERS, Effect, Parameter
 from ...physics.errors import RequestError
 from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
-from .linearisation import Candidate, Kind
+from .candidate import Candidate, Kind
 
 RIGID_BODY = ("mass", "inertia_z", "x_g")
 """What a scale and a drawing tell; held unless the user frees x_g."""
@@ -20,6 +20,10 @@ _WHY_NOT = {
     "mass": "free X_udot and Y_vdot: of mass and added mass a log shows the sum",
     "inertia_z": "free N_rdot: of inertia and added inertia a log shows the sum",
 }
+
+
+CALIBRATED = "calibrated"
+"""Label of the step at which the parameters of the nominal model were calibrated."""
 
 
 def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str] = ()) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from ...physics.matrices import HYDRODYNAMIC
 from ...physics.terms import Form, monomials
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
-from .linearisation import Candidate, Kind
+from .candidate import Candidate, Kind
 
 _ALIAS = 0.9995
 _TWIN = 0.9

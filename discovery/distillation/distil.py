@@ -20,7 +20,7 @@ from ...physics.vehicle import Vehicle
 from ...residuals.models.base import Model
 from ..balance.weak_form import WeakForm
 from ..basis import choose
-from ..candidates.linearisation import Kind, candidates, measurable
+from ..candidates.candidate import Kind, candidates, measurable
 from ..evidence.verdicts import found_terms
 from ..evidence.weighing import Evidence
 from ..findings import FoundTerm

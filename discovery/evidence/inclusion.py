@@ -7,7 +7,7 @@ they earn their price.
 
 import numpy as np
 
-from ..candidates.linearisation import Kind
+from ..candidates.candidate import Kind
 from ..search.floating import Search, State
 
 _MOST = 6

@@ -1,13 +1,15 @@
 """Doubts about an estimate in the corrected model: at its limit, outside its own interval, or one freedom too many."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...physics.vehicle import Vehicle
-from ..candidates.linearisation import Candidate, Kind
+from ..candidates.candidate import Candidate, Kind
 from ..search.bootstrap import Interval
 from ..search.equivalents import one_too_many
+from .weighing import Evidence
 
 _NEAR = 1e-3
 """Share of the room between nominal value and limit within which an estimate is at the limit."""
@@ -17,6 +19,11 @@ _TOGETHER = (
 )
 _SLACK = 0.05
 """Share of an interval's width by which an estimate may lie beyond its end: rounding, and steps of a profile."""
+
+
+_CLEARLY = 2.0
+"""Times the misalignment that a lag or a delay must exceed to be believed."""
+_TIMES = ("lag", "delay")
 
 
 def doubts(
@@ -64,3 +71,17 @@ def _of(
                 f"the estimate of {symbol} lies outside its own interval, so that the blocks of the log disagree on it"
             )
     return ""
+
+
+def believed(e: Evidence, late: float, candidate: Candidate, values: Sequence[float]) -> Evidence:
+    """Evidence for a lag or a delay, doubted when it is not clearly larger than the log's own misalignment.
+
+    Parameters
+    ----------
+    late : misalignment of the channels [s]
+    values : of the candidate's parameters
+    """
+    times = [v for p, v in zip(candidate.parameters, values, strict=True) if p.symbol in _TIMES]
+    if e.selected and late > 0.0 and times and max(times) <= _CLEARLY * late:
+        return replace(e, out_of_step=late)
+    return e

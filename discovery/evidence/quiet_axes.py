@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...physics.frames import AXES
-from ..candidates.linearisation import Kind
+from ..candidates.candidate import Kind
 from ..identifiability.identifiable_effects import LEAST_SIGNAL
 from ..identifiability.visible import Identifiability
 from ..search.floating import Search, State

@@ -10,7 +10,7 @@ from ...physics.frames import AXES, Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import HORIZON, SIGNIFICANT, WHOLE_HORIZON, WORSE
-from ..candidates.linearisation import Candidate, Kind, measurable
+from ..candidates.candidate import Candidate, Kind, measurable
 from ..findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from ..identifiability.visible import Identifiability
 from ..lawful.passivity import Lawful

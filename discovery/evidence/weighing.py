@@ -8,7 +8,8 @@ import numpy as np
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import rollouts_object
-from ..candidates.linearisation import Candidate, Kind, Linearisation, Option
+from ..candidates.candidate import Candidate, Kind
+from ..candidates.linearisation import Linearisation, Option
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
 from ..search.bootstrap import share_of_draws

@@ -8,7 +8,8 @@ import numpy as np
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..candidates.linearisation import Candidate, Kind, Option
+from ..candidates.candidate import Candidate, Kind
+from ..candidates.linearisation import Option
 from ..candidates.nuisance import nuisance_candidates
 from ..search.bootstrap import block_bootstrap
 from ..search.floating import Search, SearchSettings

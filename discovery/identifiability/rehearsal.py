@@ -10,7 +10,8 @@ from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.trials import TRIALS, Trial, drive
 from ..balance.weak_form import WeakForm
-from ..candidates.linearisation import Candidate, Linearisation, Option
+from ..candidates.candidate import Candidate
+from ..candidates.linearisation import Linearisation, Option
 from ..search.floating import Search
 
 PLAUSIBLE = 0.25

@@ -9,7 +9,8 @@ from ...physics.laws.damping_power import Envelope, envelope_of, state_in_words,
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import WHOLE_HORIZON, rollout_squares, rollouts_object
-from ..candidates.linearisation import Kind, Option
+from ..candidates.candidate import Kind
+from ..candidates.linearisation import Option
 from ..search.gram import GramScores
 from .certify import certify
 from .price import MostPower, Passivity, percent

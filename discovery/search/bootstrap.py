@@ -11,7 +11,8 @@ from ...physics.file_records import Number
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
-from ..candidates.linearisation import Candidate, Option
+from ..candidates.candidate import Candidate
+from ..candidates.linearisation import Option
 from .gram import GramScores
 
 _SMALL = 1e-12

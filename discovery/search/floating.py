@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..candidates.linearisation import Candidate
+from ..candidates.candidate import Candidate
 from .neighbours import changes, difference, present
 from .scoring import ALIVE, Scoring, SearchSettings, State
 

@@ -15,7 +15,8 @@ from ...physics.matrices import mass_matrix
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..balance.rollout_test import rollouts_part
-from ..candidates.linearisation import Candidate, Kind, Linearisation, Option
+from ..candidates.candidate import Candidate, Kind
+from ..candidates.linearisation import Linearisation, Option
 from .gram import Fit, GramScores
 from .neighbours import apply_fit, present, reset, settled
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...discovery.findings import FoundEffect
-from ...workflows.run_folder.read import RunFolder
+from ..run_contents import RunFolder
 from ..wording import effect_words
-from .figures.figure_data import CoefficientRow, coefficient_rows
+from .coefficients import CoefficientRow, coefficient_rows
 
 
 @dataclass(frozen=True, slots=True)

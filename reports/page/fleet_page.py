@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from ...workflows.run_folder.read import RunFolder
-from ..wording import interval, listing, typeset, unit_text, within, words
+from ...physics.in_words import listing, unit_text, words
+from ..run_contents import RunFolder
+from ..wording import interval, typeset, within
 from .chapters.models import models
 from .chapters.verdict import headline, hero_errors
 from .figures.fleet_figure import side_by_side

@@ -5,7 +5,9 @@ from math import isfinite
 
 from ...comparison.facts import Comparison
 from ...discovery.findings import Findings, Step
-from ..wording import ROLLOUT_UNITS, listing, number, percent, pick_horizon
+from ...physics.in_words import listing, number, percent
+from ...residuals.scores import ROLLOUT_UNITS
+from ..wording import pick_horizon
 from .rivals import difference
 
 _LEVEL = 0.01

@@ -1,11 +1,9 @@
 """The report: one self-contained HTML page, a pure function of the files in a run folder."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from ...physics.files import write_text
 from ...physics.marks import at_end
-from ...workflows.run_folder.read import RunFolder, read_run
+from ..run_contents import RunFolder
 from .chapters.agreement import agreement
 from .chapters.equations import equations
 from .chapters.how_it_was_made import made
@@ -27,28 +25,6 @@ WAVE = Html(
     '<path d="M2 6q5-6 10 0t10 0 8-2" stroke="var(--before)"/>'
     '<path d="M2 13q5-6 10 0t10 0 8-2" stroke="var(--after)"/></g></svg>'
 )
-
-
-def write_page(run: Path) -> Path:
-    """Write `report.html` into a run folder, from the other files in it.
-
-    Parameters
-    ----------
-    run : Path
-        A folder with `findings.json`, `comparison.json`, `nominal.yaml`, `model.yaml`, `series.csv` and, where there is
-        one, `inspection.json`.
-
-    Returns
-    -------
-    Path
-        The page: no script, no network, the same bytes for the same files.
-
-    Raises
-    ------
-    RequestError
-        When a file is missing, cannot be read, or is not of the expected schema; no page is written then.
-    """
-    return write_text(Path(run) / "report.html", page(read_run(Path(run))))
 
 
 def page(run: RunFolder) -> str:

@@ -5,8 +5,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ...comparison.audit import Audit
+from ...physics.in_words import listing, number, percent, unit_text
 from ...physics.laws.audit.base import Ruling
-from ..wording import listing, number, percent, unit_text
 from .layout import Fitting, Prose, bullets, plain_table, section
 
 _STYLES = {"pass": "green", "fail": "bold red", "noted": "yellow", "n/a": "dim"}

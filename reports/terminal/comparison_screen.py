@@ -9,8 +9,9 @@ from rich.text import Text
 
 from ...comparison.differences import PairedRecord
 from ...comparison.facts import Best, ComparedModel, Comparison, Domain
-from ...residuals.scores import RolloutRecord
-from ..wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, number, percent, unit_text
+from ...physics.frames import AXES
+from ...physics.in_words import number, percent, unit_text
+from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
 from .layout import Fitting, Prose, bullets, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}

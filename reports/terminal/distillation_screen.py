@@ -1,51 +1,12 @@
 """Distillation of a model on the rows that it was prepared for, and the same as tables for the terminal."""
 
-import os
-
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...comparison.models_by_name import MODEL_CURE, check_commands, load_model
-from ...discovery.distillation.distil import distil_model
 from ...discovery.distillation.distilled import Distilled
-from ...discovery.settings import DiscoverySettings
-from ...physics.errors import expect
-from ...residuals.models.base import Model
-from ...workflows.discover_and_add import Say
-from ...workflows.inputs import INPUTS_CURE, Inputs, PathLike
-from ..wording import number, percent, unit_text, words
+from ...physics.in_words import number, percent, unit_text, words
 from .layout import Prose, bullets, plain_table, section, stacked
-
-
-def distil(
-    model: Model | PathLike, inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None
-) -> Distilled:
-    """Say what of a model's correction is a named effect, and what remains.
-
-    The correction is what the model adds to the inputs' vehicle along the training and validation parts at 10 Hz, the
-    rate that networks know.
-
-    Parameters
-    ----------
-    model : a network, or any model of accelerations that takes the commands of the vehicle; or its folder or file
-    inputs : logs and nominal vehicle, see `read_inputs`
-    settings : of the search, its seed among them
-    progress : called with a line for each step
-
-    Raises
-    ------
-    RequestError
-        when the model cannot be read or takes other commands, the logs are too short, or the model gives accelerations
-        that are not finite.
-    """
-    expect("distil: inputs", inputs, Inputs, INPUTS_CURE)
-    expect("distil: model", model, (Model, str, os.PathLike), MODEL_CURE)
-    if not isinstance(model, Model):
-        model = load_model(model)
-    check_commands(model, inputs)
-    parts = inputs.parts.split
-    return distil_model(model, (*parts.train.motions, *parts.validation.motions), inputs.vehicle, settings, progress)
 
 
 def distilled_table(found: Distilled) -> RenderableType:

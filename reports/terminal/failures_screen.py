@@ -8,7 +8,8 @@ from rich.text import Text
 
 from ...comparison.failing.failures import Structure
 from ...discovery.findings import FailingPlace
-from ..wording import AXES, number, percent, share_removed, unit_text, words
+from ...physics.frames import AXES
+from ...physics.in_words import number, percent, share_removed, unit_text, words
 from .layout import Fitting, Prose, glossary, plain_table, section
 
 _NEWS = {

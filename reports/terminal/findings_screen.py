@@ -9,25 +9,20 @@ from rich.text import Text
 from ...discovery.findings import Advice, Calibrated, FoundEffect, FoundTerm, Left, Step
 from ...discovery.lawful.price import Passivity
 from ...discovery.search.bootstrap import Interval
+from ...physics.frames import AXES
+from ...physics.in_words import listing, number, percent, unit_text, words
+from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ..wording import (
-    ACCELERATION_UNITS,
-    AXES,
     CALIBRATED,
-    ROLLOUT_UNITS,
     added_to,
     effect_words,
     energy_lines,
     energy_verdict,
     interval,
-    listing,
-    number,
-    percent,
     pick_horizon,
     step_words,
     twins,
-    unit_text,
     within,
-    words,
 )
 from .layout import Fitting, Prose, bullets, glossary, plain_table, section, stacked
 

@@ -9,8 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ...measurements.canonical import command_kind
+from ...physics.in_words import finite, listing, number, percent, unit_text
 from ...physics.vehicle import Vehicle
-from ..wording import finite, listing, number, percent, unit_text
 from .layout import Fitting, Prose, bullets, plain_table, section, stacked
 from .quality_table import quality_parts, style_of
 

@@ -25,9 +25,8 @@ from ...physics.printable import listed, shown
 from ...physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
 from ...physics.reading import parse_json, parse_yaml, read_bytes, read_yaml, reason
 from ...physics.vehicle import Vehicle, vehicle_from_dict
-from ..training.training_settings import CHECKPOINT
 from .network_inputs import input_names
-from .neural import SCHEMA, SETTINGS, WEIGHTS, require_torch
+from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
 
 if TYPE_CHECKING:
     from torch import Tensor

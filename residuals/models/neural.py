@@ -14,6 +14,10 @@ SETTINGS, WEIGHTS = "model.yaml", "weights.safetensors"
 _SCHEMA_LINE = re.compile(r"^schema:\s*['\"]?undertow\.network/", re.MULTILINE)
 
 
+CHECKPOINT = "checkpoint.safetensors"
+"""File in a network's folder that a training under way goes on from."""
+
+
 def require_torch() -> None:
     """Check that the packages that networks need are there.
 

@@ -6,8 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ...measurements.alignment import sensor_noise
 from ...measurements.preparation.dataset import DataSet
+from ...measurements.statistics import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle

@@ -15,7 +15,7 @@ from ...physics.errors import RequestError
 from ...physics.files import write_bytes
 from ...physics.printable import shown
 from ...physics.reading import parse_json
-from .training_settings import CHECKPOINT
+from ..models.neural import CHECKPOINT
 
 SCHEMA = "undertow.checkpoint/1"
 

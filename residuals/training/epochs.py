@@ -14,12 +14,13 @@ from ...measurements.preparation.split import Split
 from ...physics.errors import RequestError
 from ...physics.vehicle import Vehicle
 from ..models.network_model import NetworkModel
+from ..models.neural import CHECKPOINT
 from ..models.threads import one_thread
 from ..networks.base import Network
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
 from .losses import Objective
 from .preparation import Prepared, prepare_training
-from .training_settings import CHECKPOINT, TrainingSettings
+from .training_settings import TrainingSettings
 
 CANDIDATES = 5
 """Epochs whose weights are kept until the end, when they are put before all laws, the best first."""

@@ -7,9 +7,6 @@ from typing import Any, Literal
 
 from ...physics.errors import RequestError
 
-CHECKPOINT = "checkpoint.safetensors"
-"""File in a network's folder that a training under way goes on from."""
-
 Schedule = Literal["fixed", "cosine"]
 Device = Literal["auto", "cpu", "cuda"]
 

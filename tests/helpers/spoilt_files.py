@@ -175,8 +175,7 @@ def _use_run(path: Path) -> None:
     from undertow.reports.page.fleet_page import fleet_page
     from undertow.reports.page.page import page
     from undertow.workflows import check as checked
-    from undertow.workflows.run_folder.read import read_run
-    from undertow.workflows.run_folder.write import read_run_inputs
+    from undertow.workflows.run_folder.read import read_run, read_run_inputs
 
     refused: Exception | None = None
     for use in (read_run_inputs, load_model, checked._stored_envelope):

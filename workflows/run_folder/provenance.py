@@ -1,16 +1,13 @@
 """What a run was made with: versions of the packages, the command that makes it again, and digests of the logs."""
 
-import hashlib
 import os
 import shlex
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "scikit-learn", "cvxpy", "clarabel", "matplotlib")
-_CHUNK = 1 << 20
 
 
 def versions() -> dict[str, str]:
@@ -22,14 +19,6 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
-
-
-def log_digests(paths: Sequence[str]) -> list[dict[str, Any]]:
-    """SHA-256 of each log as it is on disk now; of a folder, over the names and contents of the files in it.
-
-    A log that is no longer there has null.
-    """
-    return [{"path": path, "sha256": _digest(Path(path))} for path in paths]
 
 
 def command(
@@ -73,18 +62,3 @@ def seen_from(folder: Path, path: str) -> str:
     '../../logs/mon.csv'
     """
     return path if Path(path).is_absolute() else Path(os.path.relpath(path, folder)).as_posix()
-
-
-def _digest(path: Path) -> str | None:
-    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    digest = hashlib.sha256()
-    try:
-        for file in files:
-            if path.is_dir():
-                digest.update(f"{file.relative_to(path).as_posix()}\0{file.stat().st_size}\0".encode())
-            with file.open("rb") as stream:
-                while chunk := stream.read(_CHUNK):
-                    digest.update(chunk)
-    except OSError:
-        return None
-    return digest.hexdigest()

@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -16,8 +17,9 @@ from ...physics.errors import RequestError, VehicleError
 from ...physics.file_records import Record
 from ...physics.folders import finish
 from ...physics.printable import shortened, shown
-from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, reason, text_of
-from ...physics.vehicle import Vehicle, vehicle_from_dict
+from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
+from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
+from ...reports.run_contents import RunFolder
 from ...residuals.models.neural import is_network_folder
 from .shapes import INSPECTIONS, LARGEST, check_bounds, check_shape
 
@@ -39,38 +41,15 @@ _LONGEST_HEADER = 65536
 
 
 @dataclass(frozen=True, slots=True)
-class RunFolder:
-    """The files that `discover` wrote, read and checked.
+class RunRecord:
+    """What a run was made from: paths of the logs, how they were read (`as_is`: though broken), and the vehicle."""
 
-    Attributes
-    ----------
-    folder : Path
-    findings : Findings
-    comparison : Comparison
-    nominal, corrected : Vehicle
-        The vehicle before (`nominal.yaml`) and after (`model.yaml`).
-    series : DataFrame
-        `series.csv`, SI units, one row per time step (10 Hz).
-    inspections : list of dict
-        One of each log, as in `inspection.json`; none where that was not written.
-    audit : AuditRecord
-        None where `audit.json` was not written.
-    record : MadeFrom
-        As in `run.json`, what the run was made from; empty where that was not written.
-    digests : dict
-        The first 12 hexadecimal digits of each file's SHA-256.
-    """
-
-    folder: Path
-    findings: Findings
-    comparison: Comparison
-    nominal: Vehicle
-    corrected: Vehicle
-    series: pd.DataFrame
-    inspections: list[dict[str, Any]]
-    audit: AuditRecord | None
-    record: MadeFrom
-    digests: dict[str, str]
+    logs: list[str]
+    frame: str | None
+    channel_map: Path | None
+    namespace: str | None
+    vehicle: Vehicle
+    as_is: bool = False
 
 
 def read_run(folder: Path) -> RunFolder:
@@ -203,3 +182,49 @@ def _series(content: bytes, path: Path) -> pd.DataFrame:
     if broken:
         raise RequestError(f"{path}: expected numbers in the column {', '.join(broken)}; {REMEDY}")
     return series
+
+
+def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
+    """What a run folder was made from.
+
+    Raises
+    ------
+    RequestError
+        when the folder is not a run folder, or its logs are not where they were.
+    VehicleError
+        when its nominal vehicle cannot be read.
+    """
+    folder = Path(run)
+    finish(folder)
+    if is_network_folder(folder):
+        raise RequestError(
+            f"{folder} is the folder of a trained network, not of a run: effects are added to a vehicle; give a folder "
+            "that 'undertow discover' wrote, or --vehicle V and the LOG after the effects. 'undertow explain' says "
+            "what of the network is a named effect"
+        )
+    try:
+        record = read_json(folder / "run.json")
+        logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
+        namespace = record.get("namespace")  # a run of an earlier version has none
+    except (OSError, ValueError, KeyError, TypeError):
+        raise RequestError(
+            f"{folder} is not a run folder (no readable run.json in it); write one with "
+            "'undertow discover LOG --vehicle V --out RUN'"
+        ) from None
+    how = [text for text in (frame, channel_map, namespace) if text is not None]
+    texts = [*logs, *how] if isinstance(logs, list) else [logs]
+    if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
+        raise RequestError(
+            f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
+            f"'namespace', got {shown(logs)}, {shown(frame)}, {shown(channel_map)}, {shown(namespace)}; run "
+            "'undertow discover' to write the folder anew"
+        )
+    for path in logs:
+        if not Path(path).exists():
+            raise RequestError(
+                f"{folder} was made from {path}, which is not there (seen from {Path.cwd()}); run this where "
+                "'undertow discover' was run, or put the log back"
+            )
+    mapped = None if channel_map is None else Path(channel_map)
+    as_is = record.get("as_is") is True
+    return RunRecord(logs, frame, mapped, namespace, load_vehicle(folder / "nominal.yaml"), as_is)

@@ -1,26 +1,23 @@
-"""The run folder: written whole or not at all, and read back for `add`."""
+"""The run folder is written whole or not at all."""
 
 import os
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...discovery.candidates.effect_forces import found_forces
 from ...exports.mcap_series import Prediction, require_mcap, write_series
 from ...measurements.inspection import inspect_log
+from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text
-from ...physics.folders import finish, replace_folder
-from ...physics.printable import shown
-from ...physics.reading import read_json
-from ...physics.vehicle import Vehicle, load_vehicle
-from ...reports.page.page import write_page
-from ...residuals.models.neural import is_network_folder
-from ..discover_and_add import Run, Say
-from .provenance import command, log_digests, seen_from, versions
+from ...physics.folders import replace_folder
+from ...reports.page.page import page
+from .provenance import command, seen_from, versions
+from .read import read_run
+from .run import Run, Say
 from .run_files import DATA, PAGE, PDF, RUN_FILES, RUN_SCHEMA, own_run, seal
 from .targets import check_target_folder
 
@@ -145,59 +142,23 @@ def _warn(line: str) -> None:
     warnings.warn(line, stacklevel=6)
 
 
-@dataclass(frozen=True, slots=True)
-class RunRecord:
-    """What a run was made from: paths of the logs, how they were read (`as_is`: though broken), and the vehicle."""
+def write_page(run: Path) -> Path:
+    """Write `report.html` into a run folder, from the other files in it.
 
-    logs: list[str]
-    frame: str | None
-    channel_map: Path | None
-    namespace: str | None
-    vehicle: Vehicle
-    as_is: bool = False
+    Parameters
+    ----------
+    run : Path
+        A folder with `findings.json`, `comparison.json`, `nominal.yaml`, `model.yaml`, `series.csv` and, where there is
+        one, `inspection.json`.
 
-
-def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
-    """What a run folder was made from.
+    Returns
+    -------
+    Path
+        The page: no script, no network, the same bytes for the same files.
 
     Raises
     ------
     RequestError
-        when the folder is not a run folder, or its logs are not where they were.
-    VehicleError
-        when its nominal vehicle cannot be read.
+        When a file is missing, cannot be read, or is not of the expected schema; no page is written then.
     """
-    folder = Path(run)
-    finish(folder)
-    if is_network_folder(folder):
-        raise RequestError(
-            f"{folder} is the folder of a trained network, not of a run: effects are added to a vehicle; give a folder "
-            "that 'undertow discover' wrote, or --vehicle V and the LOG after the effects. 'undertow explain' says "
-            "what of the network is a named effect"
-        )
-    try:
-        record = read_json(folder / "run.json")
-        logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
-        namespace = record.get("namespace")  # a run of an earlier version has none
-    except (OSError, ValueError, KeyError, TypeError):
-        raise RequestError(
-            f"{folder} is not a run folder (no readable run.json in it); write one with "
-            "'undertow discover LOG --vehicle V --out RUN'"
-        ) from None
-    how = [text for text in (frame, channel_map, namespace) if text is not None]
-    texts = [*logs, *how] if isinstance(logs, list) else [logs]
-    if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
-        raise RequestError(
-            f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
-            f"'namespace', got {shown(logs)}, {shown(frame)}, {shown(channel_map)}, {shown(namespace)}; run "
-            "'undertow discover' to write the folder anew"
-        )
-    for path in logs:
-        if not Path(path).exists():
-            raise RequestError(
-                f"{folder} was made from {path}, which is not there (seen from {Path.cwd()}); run this where "
-                "'undertow discover' was run, or put the log back"
-            )
-    mapped = None if channel_map is None else Path(channel_map)
-    as_is = record.get("as_is") is True
-    return RunRecord(logs, frame, mapped, namespace, load_vehicle(folder / "nominal.yaml"), as_is)
+    return write_text(Path(run) / "report.html", page(read_run(Path(run))))

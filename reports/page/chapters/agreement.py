@@ -1,8 +1,11 @@
 """Measured against predicted: motion over time and from above, accelerations as scatter, their errors as histograms."""
 
 from ....comparison.facts import Comparison
-from ....workflows.run_folder.read import RunFolder
-from ...wording import ACCELERATION_UNITS, AXES, goodness, ordinal, typeset, unit_text
+from ....physics.frames import AXES
+from ....physics.in_words import unit_text
+from ....residuals.scores import ACCELERATION_UNITS
+from ...run_contents import RunFolder
+from ...wording import goodness, ordinal, typeset
 from ..figures.agreement_figures import histogram, scatter, scatter_stride
 from ..figures.figure_data import held_out_rows, held_out_stretch
 from ..figures.figures import speeds, track

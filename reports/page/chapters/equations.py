@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 
 from ....physics.effects import EFFECTS, PARAMETERS
+from ....physics.in_words import MINUS, listing, unit_text
 from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
 from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
-from ....workflows.run_folder.read import RunFolder
-from ...wording import MINUS, interval, listing, trimmed, unit_text
+from ...run_contents import RunFolder
+from ...wording import interval, trimmed
 from .. import mathml
-from ..figures.figure_data import coefficient_rows, vehicle_value
+from ..coefficients import coefficient_rows, vehicle_value
 from ..markup import Html, element, render, table
 
 UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}

@@ -1,7 +1,7 @@
 """How the page was made: demands on an effect, versions, command, and digests of what it was made from."""
 
-from ....workflows.run_folder.read import RunFolder
-from ...wording import words
+from ....physics.in_words import words
+from ...run_contents import RunFolder
 from ..markup import Html, element, render, table
 from .parameters import bullets, plain
 

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from ....discovery.findings import Advice
 from ....discovery.identifiability.visible import Identifiability
-from ....workflows.run_folder.read import RunFolder
-from ...wording import listing, typeset, words
+from ....physics.in_words import listing, words
+from ...run_contents import RunFolder
+from ...wording import typeset
 from ..figures.excitation_figure import excitation
 from ..markup import Html, element, figure, render
 

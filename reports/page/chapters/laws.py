@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from ....comparison.facts import Amount, AuditRecord, RulingRecord
-from ....workflows.run_folder.read import RunFolder
-from ...wording import listing, number, typeset, unit_text
+from ....physics.in_words import listing, number, unit_text
+from ...run_contents import RunFolder
+from ...wording import typeset
 from ..markup import Html, element, render, table
 from ..rivals import laws_of
 

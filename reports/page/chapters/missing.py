@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 from ....discovery.findings import FoundEffect, FoundTerm
-from ....workflows.run_folder.read import RunFolder
-from ...wording import MINUS, added_to, effect_words, interval, listing, percent, twins, unit_text, within
-from ..figures.figure_data import coefficient_rows
+from ....physics.in_words import MINUS, listing, percent, unit_text
+from ...run_contents import RunFolder
+from ...wording import added_to, effect_words, interval, twins, within
+from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects
 from ..markup import Html, element, figure, lines, render, table
 

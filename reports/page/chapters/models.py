@@ -5,9 +5,11 @@ from collections.abc import Sequence
 
 from ....comparison.differences import PairedRecord
 from ....comparison.facts import ComparedModel, Comparison, Domain
-from ....residuals.scores import ByAxis, RolloutRecord
-from ....workflows.run_folder.read import RunFolder
-from ...wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, goodness, interval, typeset, unit_text, within
+from ....physics.frames import AXES
+from ....physics.in_words import unit_text
+from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
+from ...run_contents import RunFolder
+from ...wording import goodness, interval, typeset, within
 from ..figures.model_figures import trust
 from ..markup import Html, element, figure, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals

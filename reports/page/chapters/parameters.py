@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ....physics.errors import VehicleError
+from ....physics.in_words import MINUS, finite, listing, number, unit_text, words
 from ....physics.vehicle import Vehicle
-from ....workflows.run_folder.read import RunFolder
-from ...wording import MINUS, energy_lines, energy_verdict, finite, interval, listing, number, trimmed, unit_text, words
+from ...run_contents import RunFolder
+from ...wording import energy_lines, energy_verdict, interval, trimmed
 from ..markup import Html, element, render, table
 
 

@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
-from ....workflows.run_folder.read import RunFolder
-from ...wording import ACCELERATION_UNITS, AXES, ROLLOUT_UNITS, listing, percent, step_words, typeset, unit_text, words
+from ....physics.frames import AXES
+from ....physics.in_words import listing, percent, unit_text, words
+from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
+from ...run_contents import RunFolder
+from ...wording import step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
 from ..outcome import hero, outcome

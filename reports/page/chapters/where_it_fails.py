@@ -8,10 +8,12 @@ import pandas as pd
 from ....comparison.failing.failures import Structure
 from ....comparison.failing.rows import scene
 from ....comparison.failing.segments import FailingSeconds
-from ....comparison.failing.whose import told_of
 from ....discovery.findings import FailingPlace
-from ....workflows.run_folder.read import RunFolder
-from ...wording import ACCELERATION_UNITS, AXES, NARROW, percent, share_removed, typeset, unit_text, words
+from ....physics.frames import AXES
+from ....physics.in_words import NARROW, percent, share_removed, unit_text, words
+from ....residuals.scores import ACCELERATION_UNITS
+from ...run_contents import RunFolder
+from ...wording import told_of, typeset
 from ..figures.failure_figures import by_heading, error_map, heat_steps, local_error, spectra
 from ..figures.figure_data import regime_rows
 from ..figures.figures import regime_bars

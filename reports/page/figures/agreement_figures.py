@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import PercentFormatter
 from numpy.typing import NDArray
 
-from ...wording import ACCELERATION_UNITS, unit_text
+from ....physics.in_words import unit_text
+from ....residuals.scores import ACCELERATION_UNITS
 from ..markup import Html
 from .figure_data import ACCELERATIONS
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel

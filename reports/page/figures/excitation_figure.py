@@ -6,7 +6,7 @@ import matplotlib
 import numpy as np
 
 from ....discovery.identifiability.visible import Excitation
-from ...wording import percent, words
+from ....physics.in_words import percent, words
 from ..markup import Html
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 

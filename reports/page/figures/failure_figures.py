@@ -12,7 +12,9 @@ from scipy.ndimage import uniform_filter1d
 from ....comparison.failing.frequency import Frequency
 from ....comparison.failing.heading import Heading
 from ....comparison.failing.rows import Array, scene
-from ...wording import ACCELERATION_UNITS, AXES, unit_text
+from ....physics.frames import AXES
+from ....physics.in_words import unit_text
+from ....residuals.scores import ACCELERATION_UNITS
 from ..markup import Html
 from .svg import HEAT, ROLES, STYLE, canvas, drawn, panel
 

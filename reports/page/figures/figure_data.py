@@ -1,32 +1,14 @@
-"""What the figures draw, worked out from the run folder's tables: rollout pieces, held-out rows, coefficient rows."""
-
-from collections.abc import Sequence
-from dataclasses import dataclass
+"""What the figures draw, worked out from the run folder's tables: rollout pieces, held-out rows."""
 
 import numpy as np
 import pandas as pd
 
-from ....discovery.findings import FoundEffect
-from ....physics.effects import BY_NAME
-from ....physics.errors import VehicleError
-from ....physics.vehicle import Vehicle
+from ....comparison.failing.rows import ENOUGH_SECONDS
 
 SHOWN_SECONDS = 120.0  # longest stretch of held-out motion drawn as lines
 SHOWN_POINTS = 600  # points per line after thinning
-ENOUGH_SECONDS = 60.0  # held-out motion shorter than this cannot fill the regimes
 ACCELERATIONS = {"surge": "u_dot", "sway": "v_dot", "yaw": "r_dot"}  # columns of the series
 PREDICTED = ("u", "v", "r", "north", "east")
-
-
-@dataclass(frozen=True, slots=True)
-class CoefficientRow:
-    """One coefficient of a missing effect: before, after, and the 95 % interval of the value after [`unit`]."""
-
-    symbol: str
-    unit: str
-    before: float
-    after: float
-    interval: tuple[float, float]
 
 
 def held_out_stretch(series: pd.DataFrame) -> pd.DataFrame:
@@ -77,32 +59,3 @@ def rollouts(series: pd.DataFrame) -> pd.DataFrame:
     breaks["restart"] = False
     joined = pd.concat([breaks.assign(order=0), thinned.assign(order=1)])
     return joined.sort_values(["time", "order"], kind="stable").drop(columns="order").reset_index(drop=True)
-
-
-def coefficient_rows(
-    candidates: Sequence[FoundEffect], missing: Sequence[str], nominal: Vehicle, corrected: Vehicle
-) -> list[CoefficientRow]:
-    """The coefficients of the missing effects; an interval of an added amount is shifted by the nominal value."""
-    rows = []
-    for candidate in candidates:
-        if candidate.effect not in missing:
-            continue
-        effect = BY_NAME.get(candidate.effect)
-        for term in candidate.terms:
-            symbol, value = term.symbol, term.value
-            low, high = term.ci95 or (np.nan, np.nan)
-            before, after = vehicle_value(nominal, symbol), vehicle_value(corrected, symbol)
-            shift = before if effect is not None and effect.added else 0.0
-            after = after if np.isfinite(after) else value + shift
-            interval = (low + shift, high + shift) if np.isfinite([low, high]).all() else (after, after)
-            if np.isfinite([before, after]).all():
-                rows.append(CoefficientRow(symbol, term.unit, before, after, interval))
-    return rows
-
-
-def vehicle_value(vehicle: Vehicle, symbol: str) -> float:
-    """A vehicle's value of a symbol; NaN when it has no such parameter."""
-    try:
-        return vehicle.value(symbol)
-    except VehicleError:
-        return float("nan")

@@ -9,9 +9,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from ....discovery.findings import FoundEffect
-from ...wording import MINUS, finite, number, percent, unit_text, words
+from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
+from ..coefficients import CoefficientRow
 from ..markup import Html
-from .figure_data import CoefficientRow, rollouts
+from .figure_data import rollouts
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import matplotlib
 from matplotlib.axes import Axes
 
-from ...wording import interval, unit_text, within
+from ....physics.in_words import unit_text
+from ...wording import interval, within
+from ..coefficients import CoefficientRow
 from ..fleet import Shared
 from ..markup import Html
-from .figure_data import CoefficientRow
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 LINE, HEAD, LEFT, WIDTH, RIGHT = 22, 30, 150, 620, 200

@@ -7,7 +7,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 
-from ...wording import MINUS, number
+from ....physics.in_words import MINUS, number
 from ..markup import Html
 from ..rivals import Rival
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel

@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 from ....comparison.failing.bins import splits
 from ....comparison.failing.rows import acceleration_error, scene
-from ...wording import ACCELERATION_UNITS, AXES
+from ....physics.frames import AXES
+from ....residuals.scores import ACCELERATION_UNITS
 
 
 def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:

@@ -1,0 +1,31 @@
+"""Digests of logs, by which it is known later whether a log is the same."""
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+_CHUNK = 1 << 20
+
+
+def log_digests(paths: Sequence[str]) -> list[dict[str, Any]]:
+    """SHA-256 of each log as it is on disk now; of a folder, over the names and contents of the files in it.
+
+    A log that is no longer there has null.
+    """
+    return [{"path": path, "sha256": _digest(Path(path))} for path in paths]
+
+
+def _digest(path: Path) -> str | None:
+    files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    digest = hashlib.sha256()
+    try:
+        for file in files:
+            if path.is_dir():
+                digest.update(f"{file.relative_to(path).as_posix()}\0{file.stat().st_size}\0".encode())
+            with file.open("rb") as stream:
+                while chunk := stream.read(_CHUNK):
+                    digest.update(chunk)
+    except OSError:
+        return None
+    return digest.hexdigest()

@@ -1,0 +1,90 @@
+"""What every verb works on: logs read and prepared once for a vehicle, and the part that judges."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from ..log import Log
+from .dataset import DataSet
+from .split import PARTS, Split
+
+PathLike = str | os.PathLike[str]
+INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """The prepared parts of the logs by name, and which one judges."""
+
+    split: Split
+    judge: str = "test"
+
+    def data(self, part: str) -> DataSet:
+        """A part by name: train, validation or test."""
+        found: DataSet = getattr(self.split, part)
+        return found
+
+    @property
+    def judged(self) -> DataSet:
+        """The data on which models are scored: one part, or all of them."""
+        if self.judge != "all":
+            return self.data(self.judge)
+        every = [self.data(part) for part in PARTS]
+        return DataSet(
+            tuple(m for data in every for m in data.motions),
+            every[0].notes,
+            every[0].recipe,
+            tuple(m for data in every for m in data.raw),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Logs read and prepared once, for everything that follows.
+
+    Attributes
+    ----------
+    paths : as given
+    logs : as read
+    vehicle : the nominal model
+    weak : unfiltered parts at the logs' own rate, for the weak form
+    parts : the paper's preparation, on which models are judged
+    notes : what reading and preparing had to say
+    frame, channel_map, namespace : the options with which the logs were read
+    as_is : whether logs that are known to be broken were wanted as they are
+    warnings : what is wrong with the logs, to be told above every result
+    """
+
+    paths: tuple[str, ...]
+    logs: tuple[Log, ...]
+    vehicle: Vehicle
+    weak: Split
+    parts: Parts
+    notes: tuple[str, ...]
+    frame: str | None = None
+    channel_map: str | None = None
+    namespace: str | None = None
+    as_is: bool = False
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def fitting(self) -> tuple[Motion, ...]:
+        """Unfiltered motions of the training and validation parts; the test part is never fitted."""
+        return (*self.weak.train.motions, *self.weak.validation.motions)
+
+    @property
+    def log_names(self) -> str:
+        """Names of the logs' files, for a sentence."""
+        return ", ".join(Path(path).name for path in self.paths)
+
+    @property
+    def starts(self) -> dict[str, int]:
+        """The stamp of each log at the zero of its motions' time [ns], by their source."""
+        return {str(log.path): log.start_ns for log in self.logs}
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the command columns."""
+        return tuple(t.channel for t in self.vehicle.thrusters)

@@ -1,0 +1,102 @@
+"""Numbers, units and names in words, the same wherever undertow says them."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+MINUS = "\N{MINUS SIGN}"
+NARROW = "\N{NO-BREAK SPACE}"
+
+
+def words(name: str) -> str:
+    """An identifier in plain words.
+
+    Examples
+    --------
+    >>> words("surge_quadratic_damping")
+    'surge quadratic damping'
+    """
+    return name.replace("_", " ")
+
+
+def finite(value: Any) -> float:
+    """The value as a float, NaN for anything that is not a finite number (a diverged rollout is null in the files)."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return math.nan
+    return float(value)
+
+
+def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a") -> str:
+    """A number with `digits` significant digits, an integer whole; no exponent where it can be avoided.
+
+    Examples
+    --------
+    >>> number(-9.1374), number(1234.5), number(0.000123), number(None), number(0.0)
+    ('-9.14', '1234', '0.000123', 'n/a', '0')
+    """
+    if isinstance(value, int) and not isinstance(value, bool):
+        return str(value).replace("-", minus)
+    value = finite(value)
+    if math.isnan(value):
+        return blank
+    if value == 0.0:
+        return "0"
+    magnitude = math.floor(math.log10(abs(value)))
+    if -5 < magnitude < 7:
+        text = f"{value:.{max(digits - 1 - magnitude, 0)}f}"
+    else:
+        text = f"{value:.{digits - 1}e}"
+    return text.replace("-", minus)
+
+
+def share_removed(share: Any) -> str:
+    """The share of a squared error that an effect removes: more than all where other effects add to it beside it.
+
+    Examples
+    --------
+    >>> [share_removed(share).replace(NARROW, " ") for share in (0.3, 1.34)]
+    ['30 %', 'more than all']
+    """
+    return "more than all" if finite(share) > 1.0 else percent(share)
+
+
+def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:
+    """A share as a whole percentage that never claims certainty.
+
+    Examples
+    --------
+    >>> [percent(share).replace(NARROW, " ") for share in (0.41, 0.9991, 0.002, -0.03)]
+    ['41 %', '> 99 %', '< 1 %', '-3 %']
+    """
+    value = finite(share)
+    if math.isnan(value):
+        return blank
+    if 0.995 <= value < 1.0:
+        return f">{NARROW}99{NARROW}%"
+    if 0.0 < value < 0.005:
+        return f"<{NARROW}1{NARROW}%"
+    return f"{round(100.0 * value):d}{NARROW}%".replace("-", minus)
+
+
+def unit_text(unit: str) -> str:
+    """A unit, or text with units, with raised exponents; nothing for a pure number.
+
+    Examples
+    --------
+    >>> unit_text("N s^2/m^2"), unit_text("N m (s/m)^1 (s/rad)^2"), unit_text("-")
+    ('N s²/m²', 'N m (s/m) (s/rad)²', '')
+    """
+    return "" if unit in ("-", "1") else unit.replace(")^1", ")").replace("^2", "²").replace("^3", "³")
+
+
+def listing(names: Sequence[str]) -> str:
+    """Names as a phrase.
+
+    Examples
+    --------
+    >>> listing(["drag", "lag", "wind"])
+    'drag, lag and wind'
+    """
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]}"

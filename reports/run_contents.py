@@ -1,0 +1,46 @@
+"""The contents of a run folder, read and checked: all that a page is made of."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ..comparison.facts import AuditRecord, Comparison, MadeFrom
+from ..discovery.findings import Findings
+from ..physics.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class RunFolder:
+    """The files that `discover` wrote, read and checked.
+
+    Attributes
+    ----------
+    folder : Path
+    findings : Findings
+    comparison : Comparison
+    nominal, corrected : Vehicle
+        The vehicle before (`nominal.yaml`) and after (`model.yaml`).
+    series : DataFrame
+        `series.csv`, SI units, one row per time step (10 Hz).
+    inspections : list of dict
+        One of each log, as in `inspection.json`; none where that was not written.
+    audit : AuditRecord
+        None where `audit.json` was not written.
+    record : MadeFrom
+        As in `run.json`, what the run was made from; empty where that was not written.
+    digests : dict
+        The first 12 hexadecimal digits of each file's SHA-256.
+    """
+
+    folder: Path
+    findings: Findings
+    comparison: Comparison
+    nominal: Vehicle
+    corrected: Vehicle
+    series: pd.DataFrame
+    inspections: list[dict[str, Any]]
+    audit: AuditRecord | None
+    record: MadeFrom
+    digests: dict[str, str]

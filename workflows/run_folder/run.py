@@ -1,0 +1,29 @@
+"""A finished main job, before it is written."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pandas as pd
+
+from ...comparison.audit import Audit
+from ...comparison.facts import Comparison
+from ...discovery.discover import Discovery
+from ...discovery.findings import Findings
+from ...discovery.settings import DiscoverySettings
+from ...measurements.preparation.prepared_logs import Inputs
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A finished main job, before it is written; `audit` is of the corrected model, `verb` what asked for the run."""
+
+    inputs: Inputs
+    discovery: Discovery
+    findings: Findings
+    comparison: Comparison
+    series: pd.DataFrame
+    settings: DiscoverySettings
+    audit: Audit
+    verb: tuple[str, ...] = ("discover",)
