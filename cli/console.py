@@ -3,14 +3,18 @@
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
 
 from ..physics.printable import one_line, printable, shortened
+
+if TYPE_CHECKING:
+    from ..discovery.findings import FoundEffect, Step
+
 
 WIDEST = 120
 """Columns beyond which nothing is spread out."""
@@ -170,3 +174,17 @@ def fail(text: str) -> NoReturn:
     """Print a message on stderr and leave with exit code 2; a long one is shortened in its middle."""
     complain(f"undertow: {shortened(one_line(text), _MOST_TOLD)}")
     raise typer.Exit(2)
+
+
+def show_steps(steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = ()) -> None:
+    """The errors step by step, and what is left of them."""
+    from ..reports.terminal.findings_screen import error_left, steps_table
+
+    show(steps_table(steps, candidates))
+    prose(error_left(steps))
+
+
+def warn(warnings: Iterable[str]) -> None:
+    """What is wrong with the logs, above everything else."""
+    for text in warnings:
+        prose(f"Warning: {text}")

@@ -1,0 +1,112 @@
+"""The verb `add`: add effects by name, refit, and print the error before and after."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..physics.effects import EFFECTS
+from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
+from .options import (
+    AsIsOption,
+    ForceOption,
+    FrameOption,
+    JsonOption,
+    MapOption,
+    NamespaceOption,
+    earlier_files,
+    read_logs,
+)
+
+
+def catalogue() -> str:
+    """The names of all effects, a paragraph for each family."""
+    names: dict[str, list[str]] = {}
+    for effect in EFFECTS:
+        names.setdefault(effect.family, []).append(effect.name)
+    families = (f"{family}: {', '.join(members)}." for family, members in names.items())
+    return "\n\n".join(("Effects:", *families, "A term without a name is an axis and a form, such as yaw:u|r|."))
+
+
+def add(
+    effects: Annotated[
+        list[str], typer.Argument(metavar="EFFECT...", help="Effects to add; with --vehicle, a LOG last.")
+    ],
+    run: Annotated[
+        Path | None, typer.Option("--run", help="Run folder whose logs and nominal vehicle are used.")
+    ] = None,
+    vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    force: ForceOption = False,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Add effects by name, refit, and print the error before and after."""
+    with failing_clearly():
+        from ..physics.errors import RequestError
+        from ..workflows.discover_and_add import add as add_named
+        from ..workflows.run_folder.read import read_run_inputs
+
+        if (run is None) == (vehicle is None):
+            raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
+        read = (run, effects if run is None else (), vehicle, channels)
+        earlier = earlier_files((("--out", "add", out),), read, force=force)
+        names, paths, nominal = effects, [], vehicle
+        if run is not None:
+            given = [word for word in effects if _is_log(word)]
+            options = (("--frame", frame), ("--map", channels), ("--namespace", namespace))
+            given += [name for name, value in options if value is not None]
+            if given:
+                raise RequestError(
+                    f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
+                    "or give --vehicle V in place of --run"
+                )
+            record = read_run_inputs(run)
+            paths, nominal, frame, channels = record.logs, record.vehicle, record.frame, record.channel_map
+            namespace, as_is = record.namespace, as_is or record.as_is
+        else:
+            names, paths = _effects_then_logs(effects)
+        if not names:
+            raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
+        inputs = read_logs(paths, nominal, frame, channels, namespace=namespace, as_is=as_is)
+        found = add_named(names, inputs, progress=progress)
+        if out is not None:
+            found.discovery.corrected.save(out, by="add")
+        tell_replaced(earlier)
+        findings = found.findings
+        if as_json:
+            content = findings.to_dict()
+            wanted = {key: content[key] for key in ("warnings", "steps", "candidates", "unnamed")}
+            print_json({"schema": "undertow.added/1", **wanted})
+            return
+        from ..reports.terminal.findings_screen import added_table, energy_text, unnamed_table
+
+        say("")
+        warn(findings.warnings)
+        prose(findings.headline)
+        tables = [added_table(findings.candidates)] if findings.candidates else []
+        show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
+        show_steps(findings.steps, findings.candidates)
+        show(energy_text(findings.passivity))
+        say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
+
+
+def _effects_then_logs(words: list[str]) -> tuple[list[str], list[str]]:
+    """Effects come first, then the logs."""
+    for k, word in enumerate(words):
+        if _is_log(word):
+            return words[:k], words[k:]
+    from ..physics.errors import RequestError
+
+    raise RequestError(f"add: expected a LOG after the effects {' '.join(words)}, got none")
+
+
+def _is_log(word: str) -> bool:
+    """Whether a word names an existing file or folder, or looks like a log or a pattern."""
+    from ..measurements.collection import is_pattern
+    from ..measurements.formats.registry import SUFFIXES
+
+    return Path(word).exists() or Path(word).suffix.lower() in SUFFIXES or is_pattern(word)

@@ -1,0 +1,67 @@
+"""The verb `check`: judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, print_json, progress, prose, say, show, tell_replaced
+from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, SeedOption, earlier_files
+
+
+def check(
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL",
+            help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported): "
+            "f(velocity (n, 3), heading (n,), commands (n, thrusters)) -> accelerations (n, 3).",
+        ),
+    ],
+    logs: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[LOG]...", help="Logs whose speeds are the envelope; a run folder has its own."),
+    ] = None,
+    vehicle: Annotated[
+        str | None, typer.Option("--vehicle", "-v", help="Vehicle of a model that carries none (ONNX, function).")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="audit.json to write.")] = None,
+    force: ForceOption = False,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
+    with failing_clearly():
+        from ..physics.files import write_json
+        from ..reports.terminal.reading_progress import reading_progress
+        from ..workflows.check import check as judge
+
+        earlier = earlier_files((("--out", "check", out),), (model, logs, vehicle, channels), force=force)
+        with reading_progress(progress) as reading:
+            found = judge(
+                model,
+                logs or [],
+                vehicle,
+                frame=frame,
+                channel_map=channels,
+                namespace=namespace,
+                seed=seed,
+                reading=reading,
+            )
+        if out is not None:
+            write_json(out, found.to_dict())
+        tell_replaced(earlier)
+        if as_json:
+            print_json(found.to_dict())
+        else:
+            from ..reports.terminal.audit_screen import audit_screen, headline
+
+            prose(headline(found))
+            show(*audit_screen(found))
+            if out is not None:
+                say(f"Audit: {out}")
+    if found.verdict == "fail":
+        raise typer.Exit(1)

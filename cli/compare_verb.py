@@ -1,0 +1,70 @@
+"""The verb `compare`: compare models with measurements on the same rows: which to trust, by how much."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, print_json, say, show, tell_replaced, warn
+from .options import (
+    AsIsOption,
+    ForceOption,
+    FrameOption,
+    JsonOption,
+    Logs,
+    MapOption,
+    NamespaceOption,
+    VehicleOption,
+    earlier_files,
+    read_logs,
+)
+
+
+def compare(
+    logs: Logs,
+    vehicle: VehicleOption,
+    model: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--model", help="Vehicle file, run folder, network, ONNX file, or package.module:function (imported)."
+        ),
+    ] = None,
+    judge: Annotated[str, typer.Option("--split", help="Rows to judge on: test, validation, train or all.")] = "test",
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="comparison.json to write.")] = None,
+    series: Annotated[
+        Path | None, typer.Option("--series", help="MCAP file to write, for Foxglove or PlotJuggler.")
+    ] = None,
+    force: ForceOption = False,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare models with measurements on the same rows: which to trust, by how much, and where they fail."""
+    with failing_clearly():
+        from ..physics.files import write_json
+        from ..workflows.compare import compare as compare_models
+
+        targets = (("--out", "compare", out), ("--series", "compare --series", series))
+        earlier = earlier_files(targets, (logs, vehicle, channels, model), force=force)
+        inputs = read_logs(logs, vehicle, frame, channels, judge, namespace=namespace, as_is=as_is)
+        found = compare_models(inputs, model or [], series)
+        if out is not None:
+            write_json(out, found.to_dict())
+        tell_replaced(earlier)
+        if as_json:
+            print_json(found.to_dict())
+        else:
+            from ..reports.terminal.comparison_screen import best_text, comparison_table, notes_list
+            from ..reports.terminal.failures_screen import failures_table, structure_list
+            from ..reports.wording import told_of
+
+            warn(found.warnings)
+            table = comparison_table(found.models, found.split, found.differences)
+            show(best_text(found.best), table, failures_table(found.failures, told_of(found.models, found.structure)))
+            show(structure_list(found.structure), notes_list(found))
+            if out is not None:
+                say(f"Comparison: {out}")
+            if series is not None:
+                say(f"Series for Foxglove and PlotJuggler: {series}")

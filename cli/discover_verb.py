@@ -1,0 +1,99 @@
+"""The verb `discover`: rank, test and select the physical effects that the vehicle model misses."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, warn
+from .options import (
+    AsIsOption,
+    ForceOption,
+    FrameOption,
+    JsonOption,
+    Logs,
+    MapOption,
+    NamespaceOption,
+    SeedOption,
+    VehicleOption,
+    check_folder,
+    read_logs,
+)
+
+if TYPE_CHECKING:
+    from ..measurements.preparation.prepared_logs import Inputs
+
+
+def discover(
+    logs: Logs,
+    vehicle: VehicleOption,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Run folder to write.")],
+    no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
+    force: ForceOption = False,
+    refit: Annotated[
+        bool, typer.Option("--refit", help="Calibrate the model's own parameters while effects are judged.")
+    ] = False,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Rank, test and select the physical effects that the vehicle model misses."""
+    with failing_clearly():
+        check_folder(out, (logs, vehicle, channels), report=not no_report, force=force)
+        read = partial(read_logs, logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        tell_discovery(out, read, report=not no_report, seed=seed, refit=refit, force=force, as_json=as_json)
+
+
+def tell_discovery(
+    out: Path,
+    read: Callable[[], "Inputs"],
+    *,
+    report: bool,
+    seed: int,
+    refit: bool = False,
+    force: bool = False,
+    as_json: bool = False,
+) -> None:
+    """Read, search, write the run folder, and tell the story; the time told is that of all four."""
+    import time
+
+    begun = time.perf_counter()
+    from ..discovery.settings import DiscoverySettings
+    from ..reports.page.outcome import opening
+    from ..reports.terminal import failures_screen as screen
+    from ..reports.terminal import findings_screen as terminal
+    from ..workflows.discover_and_add import discover as find
+    from ..workflows.run_folder.write import write_run
+
+    run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
+    write_run(run, out, report=report, force=force, progress=progress)
+    findings = run.findings
+    if as_json:
+        print_json(findings.to_dict())
+        return
+    say("")
+    warn(findings.warnings)
+    for text in opening(findings, run.comparison):
+        prose(text)
+    show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates))
+    show(terminal.missing_in_words(findings.candidates))
+    if findings.unnamed:
+        show(terminal.unnamed_table(findings.unnamed))
+    if findings.calibrated:
+        show(terminal.calibrated_table(findings.calibrated), terminal.left_list(findings.left, findings.absorbed))
+    show_steps(findings.steps, findings.candidates)
+    show(terminal.energy_text(findings.passivity))
+    prose(terminal.not_judged(findings.candidates))
+    show(terminal.advice_list(findings.advice))
+    say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
+    if len(run.findings.steps) > 1:
+        say(f"Corrected vehicle: {out / 'model.yaml'}")
+    if report:
+        say(f"Report: {out / 'report.html'}")
+    if (out / "series.mcap").is_file():
+        say(f"Series for Foxglove and PlotJuggler: {out / 'series.mcap'}")

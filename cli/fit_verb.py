@@ -1,0 +1,66 @@
+"""The verb `fit`: calibrate the parameters that the vehicle model has, under the laws of energy."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
+from .options import (
+    AsIsOption,
+    ForceOption,
+    FrameOption,
+    JsonOption,
+    Logs,
+    MapOption,
+    NamespaceOption,
+    SeedOption,
+    VehicleOption,
+    earlier_files,
+    read_logs,
+)
+
+
+def fit(
+    logs: Logs,
+    vehicle: VehicleOption,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    free: Annotated[
+        list[str] | None, typer.Option("--free", metavar="SYMBOL", help="Calibrate this too, though it has no value.")
+    ] = None,
+    hold: Annotated[list[str] | None, typer.Option("--hold", metavar="SYMBOL", help="Leave this as it is.")] = None,
+    force: ForceOption = False,
+    seed: SeedOption = 0,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Calibrate the parameters that the vehicle model has, under the laws of energy."""
+    with failing_clearly():
+        from ..discovery.settings import DiscoverySettings
+        from ..reports.terminal import findings_screen as terminal
+        from ..workflows.fit import fit as calibrate
+
+        earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, channels), force=force)
+        inputs = read_logs(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
+        if out is not None:
+            done.vehicle.save(out, by="fit")
+        tell_replaced(earlier)
+        if as_json:
+            print_json(done.to_dict())
+            return
+        say("")
+        warn(done.inputs.warnings)
+        prose(" ".join(done.sentences))
+        show(terminal.calibrated_table(done.calibration.parameters), terminal.left_list(done.left))
+        show_steps(done.steps)
+        show(terminal.energy_text(done.calibration.lawful.passivity))
+        say("Nothing is written without --out." if out is None else f"Calibrated vehicle: {out}")
+
+
+def _symbols(given: list[str] | None) -> list[str]:
+    """Symbols given one by one or with commas."""
+    return [symbol.strip() for text in given or [] for symbol in text.split(",")]

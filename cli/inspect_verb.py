@@ -1,0 +1,64 @@
+"""The verb `inspect`: say whether logs are sound and what to do about it, and what undertow would do with them."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, print_json, progress, say, say_lines, show, tell_replaced
+from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, earlier_files
+
+
+def inspect(
+    logs: Annotated[
+        list[Path], typer.Argument(metavar="LOG...", help="Logs of one boat, or folders of them; several tell more.")
+    ],
+    vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Vehicle whose needs are checked.")] = None,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    map_out: Annotated[
+        Path | None, typer.Option("--map-out", help="YAML file to write the channel map in use to, for --map.")
+    ] = None,
+    fix: Annotated[
+        Path | None, typer.Option("--fix", metavar="OUT.csv", help="Write the log with the safe repairs made.")
+    ] = None,
+    force: ForceOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Say whether logs are sound and what to do about it, and what undertow would do with them.
+
+    Exit code 1 for a log with a defect, or one that cannot be used; with --fix, where the repaired log has one.
+    """
+    with failing_clearly():
+        from ..measurements.channels.channel_map import map_text
+        from ..physics.files import write_text
+        from ..physics.marks import on_top
+        from ..physics.vehicle import load_vehicle
+        from ..reports.terminal.reading_progress import reading_progress
+        from ..workflows.inspect import look_over
+
+        earlier = earlier_files(
+            (("--map-out", "inspect --map-out", map_out), ("--fix", "inspect --fix", fix)),
+            (logs, vehicle, channels),
+            force=force,
+        )
+        model = None if vehicle is None else load_vehicle(vehicle)
+        with reading_progress(progress) as reading:
+            found, read = look_over(
+                logs, model, frame=frame, channel_map=channels, namespace=namespace, fix=fix, progress=reading
+            )
+        if map_out is not None:
+            write_text(map_out, on_top("inspect --map-out", map_text(read.entries, read.unused)))
+        tell_replaced(earlier)
+        if as_json:
+            print_json(found)
+        else:
+            from ..reports.terminal.inspection_screen import fixed_text, inspection_screen, inspections_screen
+
+            show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
+            of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
+            say(f"The channel map in use{of}; edit it, and give it back with --map:")
+            say_lines(f"\n{map_text(read.entries)}")
+        if not found.get("fixed", found)["usable"]:
+            raise typer.Exit(1)

@@ -1,0 +1,76 @@
+"""What the verbs share: the options that they declare, and how they read logs."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .console import progress
+
+if TYPE_CHECKING:
+    from ..measurements.preparation.prepared_logs import Inputs
+
+
+Logs = Annotated[
+    list[Path],
+    typer.Argument(metavar="LOG...", help="Logs, or folders of them: CSV, Parquet, bags, .bin, .tlog, .ulg, .mat."),
+]
+VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one.")]
+FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
+MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
+NamespaceOption = Annotated[
+    str | None, typer.Option("--namespace", help="Start of the topics of the vehicle meant, in a log of several.")
+]
+AsIsOption = Annotated[
+    bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Write over what this verb did not write; never over what it reads.")
+]
+SeedOption = Annotated[
+    int, typer.Option("--seed", min=0, help="Seed of everything random; equal seeds give equal files.")
+]
+
+
+def read_logs(
+    logs: list[Path] | list[str],
+    vehicle: Any,
+    frame: str | None,
+    channels: Path | None,
+    judge: str = "test",
+    namespace: str | None = None,
+    as_is: bool = False,
+) -> "Inputs":
+    """Logs read and prepared for a vehicle, with a bar or lines of progress."""
+    from ..reports.terminal.reading_progress import reading_progress
+    from ..workflows.inputs import read_inputs
+
+    with reading_progress(progress) as reading:
+        return read_inputs(
+            logs,
+            vehicle,
+            frame=frame,
+            channel_map=channels,
+            namespace=namespace,
+            judge=judge,
+            as_is=as_is,
+            reading=reading,
+        )
+
+
+def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:
+    """Refuse a run folder that cannot be written, before the work on it begins."""
+    from ..workflows.run_folder.write import check_target
+
+    check_target(out, reads, report=report, force=force)
+
+
+def earlier_files(
+    targets: Iterable[tuple[str, str, Path | None]], reads: Iterable[Any], *, force: bool = False
+) -> list[Path]:
+    """Check the files to be written, each with its option and what writes it; give those that are there already."""
+    from ..workflows.run_folder.targets import Kind, check_targets
+
+    return check_targets([(option, Kind(by), path) for option, by, path in targets], reads, force=force)

@@ -1,0 +1,32 @@
+"""The verb `report`: write the HTML page of run folders, one page of several, and PDF."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, progress, say
+from .options import ForceOption
+
+
+def report(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Run folders; several give a page for all, too.")
+    ],
+    model: Annotated[
+        list[str] | None, typer.Option("--model", help="Model to compare with the run's own; as in compare.")
+    ] = None,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Print every page to a PDF, through a browser that is there.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Page of several runs (./report.html), or a copy of the one.")
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Write the HTML page of run folders, one page of several, and PDF."""
+    with failing_clearly():
+        from ..workflows.report import report as report_runs
+
+        for path in report_runs(runs, models=model or [], pdf=pdf, out=out, force=force, progress=progress):
+            say(f"{path}")

@@ -1,0 +1,64 @@
+"""The verb `simulate`: write the log of a world with hidden effects."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..physics.effects import EFFECTS
+from .console import failing_clearly, say, tell_replaced
+from .options import ForceOption, SeedOption, VehicleOption, earlier_files
+
+
+def amounts() -> str:
+    """What the values of `simulate --effect` mean, effect by effect."""
+    added, absolute = (", ".join(e.name for e in EFFECTS if e.added is kind) for kind in (True, False))
+    return "\n\n".join(
+        (
+            "Added to the vehicle's own number, so that X_uu=-12 makes -8 to -20 (a term such as yaw:u|r| too): "
+            f"{added}.",
+            f"Put in the place of the vehicle's own number: {absolute}.",
+            "Symbols such as X_uu, lag or port_scale count like their effects; mass, inertia_z and Y_rdot are put in "
+            "place. What came of it is printed.",
+        )
+    )
+
+
+def simulate(
+    vehicle: VehicleOption,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Log to write: .csv, .csv.gz or .parquet.")],
+    effect: Annotated[
+        list[str] | None,
+        typer.Option("--effect", help="Hidden effect as name=value[,value], or a symbol=value; see below."),
+    ] = None,
+    programme: Annotated[str, typer.Option("--programme", help="Manoeuvres: rich, zigzag or gentle.")] = "rich",
+    duration: Annotated[
+        float, typer.Option("--duration", min=1.0, max=86400.0, help="Length of the log in seconds.")
+    ] = 300.0,
+    noise: Annotated[str, typer.Option("--noise", help="Sensors: clean, field or rough.")] = "field",
+    force: ForceOption = False,
+    seed: SeedOption = 0,
+) -> None:
+    """Write the log of a world with hidden effects."""
+    with failing_clearly():
+        from ..physics.errors import RequestError
+        from ..physics.vehicle import load_vehicle
+        from ..physics.worlds.world import parse_effect, simulate_world
+
+        earlier = earlier_files((("--out", "simulate", out),), (vehicle,), force=force)
+        hidden: dict[str, tuple[float, ...]] = {}
+        for text in effect or []:
+            name, values = parse_effect(text)
+            if name in hidden:
+                raise RequestError(
+                    f"--effect {text}: {name} is given twice; give each effect once, with all its values"
+                )
+            hidden[name] = values
+        nominal = load_vehicle(vehicle)
+        world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
+        world.write(out)
+        tell_replaced(earlier)
+        before = {symbol: nominal.value(symbol) for symbol in world.vehicle.values}
+        changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
+        listed = ", ".join(changed) or "nothing"
+        say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
