@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from places import ROOT
 from verbs import inspected, refused, strict
 
-SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
-MAPS = Path(__file__).resolve().parents[1] / "examples" / "maps"
+SHARED = ROOT.parent / "shared" / "data"
+MAPS = ROOT / "examples" / "maps"
 RAW = SHARED / "blueboat" / "raw"
 
 

@@ -7,14 +7,15 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from undertow.discovery.findings import FoundTerm
 from undertow.workflows.discover_and_add import add, discover
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.run import Run
 
-HERE = Path(__file__).parent / "data"
-SHARED = Path(__file__).parents[2] / "shared" / "data" / "gazebo"
+HERE = ROOT / "tests" / "data"
+SHARED = ROOT.parent / "shared" / "data" / "gazebo"
 LEVEL = ("B_4", "F_1", "H_1")
 QUADRATIC = ("B_2", "B_4", "C_1", "C_2", "D_1", "D_2", "E_2", "G_2", "H_1")
 PLAIN = ("A_1", "A_2", "F_1")

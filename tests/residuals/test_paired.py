@@ -2,17 +2,15 @@
 
 import importlib.util
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from undertow.residuals.paired import block_length, paired_difference, paired_ratio
 
 RNG = np.random.default_rng(7)
-SPEC = importlib.util.spec_from_file_location(
-    "paired_benchmark", Path(__file__).resolve().parents[1] / "benchmarks" / "paired.py"
-)
+SPEC = importlib.util.spec_from_file_location("paired_benchmark", ROOT / "benchmarks" / "paired.py")
 assert SPEC is not None
 assert SPEC.loader is not None
 STUDY = sys.modules[SPEC.name] = importlib.util.module_from_spec(SPEC)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log, read_log
@@ -13,7 +14,7 @@ from undertow.measurements.preparation.prepare import prepare
 from undertow.measurements.preparation.resampling import even_grid, is_logged_on_change, segments
 from undertow.physics.vehicle import load_vehicle
 
-SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
+SHARED = ROOT.parent / "shared" / "data"
 
 
 TWIN = load_vehicle("blueboat")
@@ -218,7 +219,7 @@ def test_recipes_are_checked(wrong, message):
 
 
 def gazebo():
-    for folder in (Path(__file__).resolve().parents[1] / "data", SHARED / "gazebo"):
+    for folder in (ROOT / "data", SHARED / "gazebo"):
         logs = sorted(folder.glob("*.csv.gz"))
         if logs:
             return logs[0]

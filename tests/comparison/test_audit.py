@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.physics.errors import RequestError
@@ -34,7 +35,7 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.foreign import FunctionModel, load_function
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+BENCHMARKS = ROOT / "benchmarks"
 HULL = load_vehicle("blueboat")
 BOX = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
 EDGE = pytest.mark.parametrize(("sign", "verdict"), [(-1.0, "pass"), (1.0, "fail")], ids=["kept", "broken"])

@@ -9,6 +9,7 @@ from types import ModuleType
 import numpy as np
 import pandas as pd
 import pytest
+from places import ROOT
 from verbs import call, strict
 
 from undertow.measurements.clock import APART
@@ -19,7 +20,7 @@ from undertow.measurements.quality.finding import Finding, Reach
 from undertow.physics.errors import LogError
 from undertow.workflows.inputs import read_inputs
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+BENCHMARKS = ROOT / "benchmarks"
 NAMED = (
     "clock set forward by 1.7e9 s",
     "clock set back by 50 s",

@@ -1,11 +1,11 @@
 """What holds for every network: causality, memory, a quiet start, its options, and energy where it is promised."""
 
-from pathlib import Path
 from typing import ClassVar, final
 
 import numpy as np
 import pytest
 import torch
+from places import ROOT
 from torch import Tensor, nn
 
 from undertow.measurements.preparation.standardisation import Standardisation
@@ -178,7 +178,7 @@ def test_the_shortest_reach_works(name: str):
 
 
 def test_the_documents_example_is_a_network():
-    page = (Path(__file__).parents[1] / "docs" / "extending.md").read_text("utf-8")
+    page = (ROOT / "docs" / "extending.md").read_text("utf-8")
     names = {"final": final, "ClassVar": ClassVar, "nn": nn, "quiet_head": quiet_head, "Network": Network}
     names |= {"Scaling": Scaling, "Tensor": Tensor, "Memory": Memory}
     exec(page[page.index("@final\nclass GRU") :].split("```")[0], names)

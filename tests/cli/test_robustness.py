@@ -13,11 +13,12 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from places import ROOT
 from verbs import done
 
 from undertow.cli.console import open_streams
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+BENCHMARKS = ROOT / "benchmarks"
 LONG = ("simulate", "-v", "blueboat", "--duration", "80000", "--out", "log.csv")
 """A call that takes a minute, and writes at its end."""
 LINUX = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="processes are watched through /proc")
@@ -187,7 +188,7 @@ def test_twenty_columns_hold_every_word(tmp_path: Path, monkeypatch: pytest.Monk
 def killing(attacks: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """A warm process that forks verbs, on a ground that has logs and a vehicle."""
     folder = tmp_path_factory.mktemp("ground")
-    boat = Path(__file__).resolve().parents[1] / "physics" / "vehicles" / "blueboat.yaml"
+    boat = ROOT / "physics" / "vehicles" / "blueboat.yaml"
     shutil.copy(boat, folder / "boat.yaml")
     done("simulate", "-v", "blueboat", "--duration", "40", "--out", folder / "a.csv")
     warm = ("train", "a.csv", "-v", "boat.yaml", "--epochs", "1", "--option", "units=4", "--out", "warm")

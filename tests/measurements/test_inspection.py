@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from undertow.measurements.alignment import align
 from undertow.measurements.canonical import Channel
@@ -14,7 +15,7 @@ from undertow.measurements.statistics import noise_level
 from undertow.physics.vehicle import load_vehicle
 
 TIME = 0.05 * np.arange(2401, dtype=float)
-SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
+SHARED = ROOT.parent / "shared" / "data"
 TWIN = load_vehicle("blueboat")
 
 

@@ -9,8 +9,9 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from places import ROOT
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+BENCHMARKS = ROOT / "benchmarks"
 SLICE = ("singles", "triples", "nothing")
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log, inspect_logs
@@ -27,8 +28,8 @@ from undertow.measurements.statistics import robust_fit
 from undertow.physics.frames import body_to_earth
 from undertow.workflows.inputs import _alignment_notes
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
-DATA = Path(__file__).resolve().parent / "data"
+BENCHMARKS = ROOT / "benchmarks"
+DATA = ROOT / "tests" / "data"
 ACCUSED = ("warning", "defect")
 PLANTED = (
     "port and starboard swapped",

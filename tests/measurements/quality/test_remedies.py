@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
@@ -26,8 +27,8 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.soundness import sound
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
-DATA = Path(__file__).resolve().parent / "data"
+BENCHMARKS = ROOT / "benchmarks"
+DATA = ROOT / "tests" / "data"
 HULL = load_vehicle("blueboat")
 
 

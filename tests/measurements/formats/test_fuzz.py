@@ -3,12 +3,12 @@
 import contextlib
 import importlib
 import time
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from log_samples import SAMPLES, broken
+from places import ROOT
 
 from undertow.measurements.formats.base import read_head
 from undertow.measurements.formats.registry import FORMATS, format_of
@@ -44,7 +44,7 @@ def test_a_broken_file_is_refused_clearly_or_read_in_part(name, tmp_path):
 
 
 def test_memory_that_runs_out_counts_as_a_failure(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[1] / "benchmarks"))
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
     fuzz = importlib.import_module("fuzz")
     refusal = LogError("a broken MATLAB file")
     refusal.__cause__ = ValueError("no room")
