@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -16,20 +16,31 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
-FLOORS = ("physics", "measurements", "residuals", "discovery", "reports", "exports", "app", "__main__")
+FLOORS = (
+    *("physics", "measurements", "residuals", "discovery", "comparison", "exports", "reports", "workflows"),
+    *("cli", "__main__"),
+)
+"""The house from the ground floor up: a file imports its own floor and those below."""
+DISCOVERY = (
+    *("balance", "candidates", "search", "identifiability", "lawful", "reason", "findings", "evidence", "experiment"),
+    *("settings", "basis", "calibration", "selection", "discover", "distillation"),
+)
+"""The rooms of discovery, and the files beside them, in the order in which one may use the other."""
+OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
+"""Names that every room may use; any other tells one file of the whole house."""
 NOT_PACKAGES = {"tests", "examples", "benchmarks", "build", "dist", "runs"}
 
 ROOMS = {
-    "cvxpy": ("discovery/",),
+    "cvxpy": ("discovery/lawful/",),
     "pysindy": ("discovery/",),
-    "matplotlib": ("reports/",),
+    "matplotlib": ("reports/page/figures/",),
     "torch": ("residuals/",),
     "safetensors": ("residuals/",),
-    "pyarrow": ("measurements/formats/", "physics/worlds"),
-    "rosbags": ("measurements/formats/",),
-    "pymavlink": ("measurements/formats/",),
-    "pyulog": ("measurements/formats/",),
-    "mcap": ("reports/viewer",),
+    "pyarrow": ("measurements/formats/tables/", "physics/worlds/"),
+    "rosbags": ("measurements/formats/ros/",),
+    "pymavlink": ("measurements/formats/autopilots/",),
+    "pyulog": ("measurements/formats/autopilots/",),
+    "mcap": ("exports/",),
     "casadi": ("exports/",),
     "onnx": ("exports/",),
     "onnxruntime": ("exports/", "residuals/"),
@@ -123,6 +134,41 @@ def test_console_scripts_point_at_functions():
 # The floors
 
 
+def imported_files(path: Path) -> set[Path]:
+    """The files of the package that a file imports, at any depth."""
+    found = set()
+    for target in relative_imports(path):
+        whole, above = Path(*target), Path(*target[:-1])
+        for module in (whole, above):
+            if module.with_suffix(".py") in KNOWN or module / "__init__.py" in KNOWN:
+                found.add(module.with_suffix(".py") if module.with_suffix(".py") in KNOWN else module / "__init__.py")
+                break
+    return found - {path}
+
+
+KNOWN = set(SOURCES)
+GRAPH = {path: imported_files(path) for path in SOURCES}
+
+
+def circles(graph: Mapping[str, set[str]]) -> list[list[str]]:
+    """Groups of nodes of which each leads to every other."""
+    reached: dict[str, set[str]] = {}
+    for node in graph:
+        seen, waiting = set(), [node]
+        while waiting:
+            for other in graph.get(waiting.pop(), set()) - seen:
+                seen.add(other)
+                waiting.append(other)
+        reached[node] = seen
+    groups = {frozenset(o for o in seen if node in reached[o]) for node, seen in reached.items() if node in seen}
+    return sorted(sorted(group) for group in groups)
+
+
+def room(path: Path) -> str:
+    """The room of a floor that a file lies in, or the file itself where it stands beside the rooms."""
+    return "/".join(path.with_suffix("").parts[:2])
+
+
 @EVERY_SOURCE
 def test_imports_run_downstairs(path: Path):
     floor = path.with_suffix("").parts[0]
@@ -132,6 +178,43 @@ def test_imports_run_downstairs(path: Path):
     for target in relative_imports(path):
         assert target[0] in FLOORS, f"{path} imports {target[0]!r} from the root, which lies above every floor"
         assert FLOORS.index(target[0]) <= FLOORS.index(floor), f"{path} imports {'.'.join(target)} from upstairs"
+
+
+@pytest.mark.parametrize("path", [p for p in SOURCES if p.parts[0] == "discovery" and p.name != "__init__.py"], ids=str)
+def test_the_rooms_of_discovery_keep_the_order_of_the_method(path: Path):
+    here = path.with_suffix("").parts[1]
+    assert here in DISCOVERY, f"{here} has no place in the order of discovery"
+    for target in relative_imports(path):
+        if target[0] == "discovery":
+            assert DISCOVERY.index(target[1]) <= DISCOVERY.index(here), f"{path} imports {'.'.join(target)}"
+
+
+def test_no_files_import_each_other_in_a_circle():
+    assert circles({str(a): {str(b) for b in bs} for a, bs in GRAPH.items()}) == []
+
+
+def test_no_rooms_import_each_other_in_a_circle():
+    rooms: dict[str, set[str]] = {}
+    for path, targets in GRAPH.items():
+        rooms.setdefault(room(path), set()).update({room(target) for target in targets} - {room(path)})
+    assert circles(rooms) == []
+
+
+def test_a_file_name_tells_which_file_is_meant():
+    named: dict[str, list[str]] = {}
+    for path in SOURCES:
+        named.setdefault(path.name, []).append(str(path))
+    assert {n: paths for n, paths in named.items() if len(paths) > 1 and n not in OF_ONE_NAME} == {}
+
+
+def test_the_tests_lie_where_the_rooms_lie():
+    folders = {path.relative_to(ROOT / "tests").parent for path in (ROOT / "tests").rglob("test_*.py")}
+    rooms = {path.parent for path in SOURCES} | {Path("benchmarks")}
+    assert folders - rooms == set(), "a folder of tests that no room of the package has"
+
+
+def test_the_registry_of_verbs_is_nothing_else():
+    assert len((ROOT / "__main__.py").read_text(encoding="utf-8").splitlines()) < 100
 
 
 @EVERY_SOURCE
@@ -205,16 +288,3 @@ def test_constraints_cover_every_dependency():
 def test_no_registry_address(name: str):
     text = (ROOT / name).read_text(encoding="utf-8")
     assert re.findall(r"index-url|find-links|trusted-host|file://|https?://\S*(?:simple|pypi|npmjs)\S*", text) == []
-
-
-def test_nothing_reads_yaml_or_json_past_the_door():
-    stray = re.compile(r"json\.loads?\(|yaml\.(safe_)?load\(|JSONDecoder|gzip\.open|zlib\.decompress|BZ2Dec|LZ4F|ZstdD")
-    found = {
-        f"{path}: {line.strip()}"
-        for path in SOURCES
-        for line in (ROOT / path).read_text("utf-8").splitlines()
-        if stray.search(line) and str(path) not in ("physics/reading.py", "measurements/formats/unpacking.py")
-    }
-    assert {line for line in found if "measurements/formats/base.py: with gzip.open" not in line} == {
-        "measurements/formats/ros/ros2_bag.py: unpacker = zstd().ZstdDecompressor()"
-    }
