@@ -66,7 +66,7 @@ def corner(rng: Draw) -> Model:
     """One corner of the envelope: the outer fifth on each axis."""
     boat = sister(rng)
     reach, sign = ends(boat), rng.choice([-1.0, 1.0], 3)
-    return window(boat, lambda nu, psi, c: (nu * sign > 0.8 * reach).all(axis=1), "corner")
+    return window(boat, lambda nu, psi, c: np.all(nu * sign > 0.8 * reach, axis=1), "corner")
 
 
 def ridge(rng: Draw) -> Model:
@@ -104,7 +104,7 @@ def both_commands(rng: Draw) -> Model:
     boat = sister(rng)
     full, side = newtons(boat), float(rng.choice([-1.0, 1.0]))
     push = np.array([0.0, 0.3 * side * full_force(boat)[1], 0.0])
-    return function(boat, lambda nu, psi, c: (c > 0.86 * full).all(axis=1)[:, None] * push, "both commands")
+    return function(boat, lambda nu, psi, c: np.all(c > 0.86 * full, axis=1)[:, None] * push, "both commands")
 
 
 def command_box(rng: Draw) -> Model:
@@ -113,7 +113,7 @@ def command_box(rng: Draw) -> Model:
     full, low = newtons(boat), rng.uniform(-0.9, 0.7, 2)
 
     def inside(nu: Array, psi: Array, c: Array) -> np.ndarray:
-        return ((c / full > low) & (c / full < low + 0.16)).all(axis=1)
+        return np.all((c / full > low) & (c / full < low + 0.16), axis=1)
 
     return window(boat, inside, "command box", share=1.0)
 

@@ -20,7 +20,7 @@ _NAME = 60
 
 
 def _number(value: Any) -> Any:
-    """Refuse true and false, which Python counts as 1 and 0, and what overflows or vanishes in any calculation."""
+    """Refuse true and false, which Python counts as 1 and 0, and what overflows; what vanishes is 0."""
     if isinstance(value, bool):
         raise ValueError("expected a number")
     try:
@@ -29,9 +29,7 @@ def _number(value: Any) -> Any:
         amount = LARGEST * 10 if isinstance(value, int) else 0.0  # words are for pydantic to refuse
     if amount > LARGEST or amount != amount:
         raise ValueError(f"expected a finite number of at most {LARGEST:g}")
-    if 0.0 < amount < sys.float_info.min:
-        raise ValueError("expected a number that is not so close to zero")
-    return value
+    return 0.0 if 0.0 < amount < sys.float_info.min else value
 
 
 def positive(value: float) -> float:

@@ -279,7 +279,7 @@ def test_constraints_cover_every_dependency():
     project = PROJECT["project"]
     wanted = {normalised(r) for r in project["dependencies"]}
     for extra in project["optional-dependencies"].values():
-        wanted |= {normalised(r) for r in extra}
+        wanted |= {normalised(r) for r in extra} - {"undertow"}  # an extra that is made of others
     assert wanted - set(pins()) == set()
     assert pins()["torch"] == "2.13.0"
 

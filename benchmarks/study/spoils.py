@@ -260,7 +260,7 @@ SPOILS = (
     Spoil("sway 0", _changed(v=_zero), (("stuck", "v "),)),
     Spoil("speeds 0", _changed(u=_zero, v=_zero), (("stuck", "u"),)),
     Spoil("x and y exchanged", _exchanged("x", "y"), (("units", "x and y"),)),
-    Spoil("u and v exchanged", _exchanged("u", "v"), (("units", "u and v"),)),
+    Spoil("u and v exchanged", _exchanged("u", "v"), (("units", "u and v"), ("exchanged", "u and v"))),
     Spoil("sway reversed", _changed(v=np.negative), (("units", "v "),)),
     Spoil("y reversed", _changed(y=np.negative), (("units", "y "),)),
     Spoil("speeds in knots", _changed(u=lambda u: KNOTS * u, v=lambda v: KNOTS * v), (("units", "knots"),)),

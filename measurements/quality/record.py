@@ -1,5 +1,6 @@
 """A log under examination: its channels as repaired so far, and the motions that they make."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -18,6 +19,7 @@ from ..preparation.prepare import prepare
 RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
 _MOST = 0.5
+_RUDDER = re.compile(r"rudder|\bhelm|\bfin_angle|azimuth", re.IGNORECASE)
 _EVEN = Recipe(rate=RATE, cutoff=None)
 
 
@@ -63,6 +65,11 @@ class Record:
         except LogError as error:
             return cls(log, (), names, str(error).removeprefix(f"{log.path}: "), vehicle)
         return cls(log, tuple(_stretch(m, _commands(log, names, m)) for m in motions), names, "", vehicle)
+
+    @property
+    def steered(self) -> tuple[str, ...]:
+        """Columns of a rudder or its like, which no vehicle file has."""
+        return tuple(sorted(name for name in self.log.unused if _RUDDER.search(name)))
 
     def repaired(self, channels: Mapping[str, Channel]) -> "Record":
         """The same log with other channels."""

@@ -3,21 +3,21 @@
 from .checks.clocks import Clocks
 from .checks.commands import Commands
 from .checks.deviation import Deviation
+from .checks.drive import Drive
+from .checks.exchanged import Exchanged
 from .checks.excitation import Excitation
 from .checks.held import HeldFixes
 from .checks.late import LateFixes
 from .checks.neutral import Neutral
 from .checks.rates import Gaps, Rates
+from .checks.resampled import Resampled
 from .checks.sides import Sides
+from .checks.spikes import Spikes
 from .checks.stamps import Stamps
 from .checks.stuck import Stuck
 from .checks.tilt import Tilt
 from .checks.units import Units
-from .drive import Drive
-from .exchanged import Exchanged
 from .finding import Check
-from .resampled import Resampled
-from .spikes import Spikes
 
 CHECKS: tuple[Check, ...] = (
     Stamps(),

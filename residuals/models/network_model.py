@@ -114,6 +114,8 @@ class NetworkModel(Model):
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """See `Model.settled`; a network with a memory sees the state for `coasting.SETTLE`."""
+        if not velocity.shape[0]:
+            return np.zeros((0, 3))
         thrust, _ = held_thrust(self.vehicle, commands)
         seen = stacked_inputs(self.vehicle, heading, tuple(velocity.T), thrust, self.heading)
         parts = []

@@ -17,7 +17,7 @@ from ...physics.printable import shown
 from ...physics.reading import parse_json
 from ..models.neural import CHECKPOINT
 
-SCHEMA = "undertow.checkpoint/1"
+SCHEMA = "undertow.checkpoint/2"
 
 
 @dataclass(frozen=True, slots=True)

@@ -271,7 +271,7 @@ def test_the_command_of_a_run_is_one_that_the_command_line_takes(verb, tmp_path,
 
 def test_the_record_of_a_made_up_run_reads_back(fleet):
     Path("one/run.json").write_text(json.dumps({"schema": "undertow.run/1", "versions": 3}))
-    refused("report", "one", match="expected an object in versions, got 3")
+    refused("report", "one", match="expected an object under 'versions', got 3")
 
 
 def test_the_recorded_command_makes_the_run_again(tmp_path, monkeypatch):

@@ -53,8 +53,8 @@ class _Comparison:
     response: Callable[[Record, Stretch], Response]
     consequence: str
     tolerance: float = _IN_STEP
-    fatal: tuple[float, float] = (-np.inf, np.inf)
     alike: tuple[float, float] = _ALIKE
+    fatal: tuple[float, float] = (-np.inf, np.inf)
 
 
 def _turning(record: Record, stretch: Stretch) -> Response:
@@ -130,7 +130,8 @@ class Clocks(Check):
             lags = [_lag([pair.response(record, s) for s in record.stretches]) for record in having]
             every = [pair.response(record, s) for record in having for s in record.stretches]
             lag = lags[0] if len(having) == 1 else _lag(every)
-            finding = _compared(pair, lag, [one for one in lags if one is not None and _sure(one, _FOLLOWS, _SURE)])
+            known = [one for one in lags if one is not None and _sure(one, _FOLLOWS, _SURE)]
+            finding = _compared(pair, lag, known, any(record.steered for record in having))
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:
                 gyro = lag.seconds
             found.append(finding)
@@ -155,7 +156,8 @@ def _sure(lag: Lag | None, explained: float, error: float = _UNSURE) -> bool:
     return lag is not None and lag.explained >= explained and lag.error <= error
 
 
-def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag]) -> Finding:
+def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: bool) -> Finding:
+    """The finding on one pair of records; no force is learnt of a boat that a rudder steers, whatever its clocks."""
     names = (*pair.channels[:1],)
     if lag is None or not _sure(lag, _FOLLOWS) or not pair.alike[0] <= lag.slope <= pair.alike[1]:
         text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
@@ -172,7 +174,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag]) -> Findin
     order = "after" if lag.seconds > 0 else "before"
     text = f"{pair.late} tells of a motion {abs(lag.seconds):.2f} s {order} {pair.reference} does{between}"
     shifts = dict.fromkeys(pair.channels, -lag.seconds)
-    apart = low > pair.fatal[1] or high < pair.fatal[0]
+    apart = not steered and (low > pair.fatal[1] or high < pair.fatal[0])
     return Finding(
         "clocks",
         "defect" if apart else "warning",

@@ -1,13 +1,10 @@
 """Whether there is a command of a thruster, and nothing else that steers."""
 
-import re
 from collections.abc import Sequence
 from typing import ClassVar, final
 
 from ..finding import Check, Finding
 from ..record import Record
-
-_RUDDER = re.compile(r"rudder|\bhelm|\bfin_angle|azimuth", re.IGNORECASE)
 
 
 @final
@@ -19,7 +16,7 @@ class Commands(Check):
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`."""
         names = tuple(sorted({name for record in records for name in record.commands}))
-        rudders = sorted({name for record in records for name in record.log.unused if _RUDDER.search(name)})
+        rudders = sorted({name for record in records for name in record.steered})
         found = []
         if rudders:
             found.append(

@@ -9,10 +9,10 @@ import numpy as np
 from ....physics.thrusters import Thruster, push_and_turn, side_named
 from ...alignment import LEAST_CORRELATION, band_passed
 from ...canonical import command_kind
-from ..exchanged import may_be_exchanged
 from ..finding import Check, Finding, Reach
 from ..record import RATE, Record
 from ..response import Answer, Trials, answers, trials
+from .exchanged import may_be_exchanged
 from .neutral import neutral_of
 
 _STEP = 1.0 / RATE

@@ -18,9 +18,10 @@ import pytest
 from sample_run import edit, write_sample
 from verbs import call, done, files, refused
 
+from undertow.comparison.facts import Comparison
 from undertow.measurements.log import read_log
 from undertow.physics.errors import RequestError
-from undertow.physics.files import try_out, write_bytes, write_text
+from undertow.physics.files import strict_json, try_out, write_bytes, write_text
 from undertow.physics.marks import at_end, in_stamps, on_top, written_by
 from undertow.physics.vehicle import load_vehicle
 from undertow.workflows.run_folder.run_files import DATA, own_run, seal
@@ -311,11 +312,12 @@ def test_a_page_with_remarks_of_the_user_is_not_made_again(here: Path):
 
 def test_a_run_compared_anew_is_replaced_whole_and_still_a_run(here: Path, monkeypatch: pytest.MonkeyPatch):
     compared = json.loads(Path("mon/comparison.json").read_text()) | {"notes": ["compared anew"]}
-    monkeypatch.setattr("undertow.workflows.compare.compare_run", lambda folder, models: compared)
+    record = Comparison.read(compared, "comparison.json", "")
+    monkeypatch.setattr("undertow.workflows.compare.compare_run", lambda folder, models: record)
     Path("mon/notes.txt").write_text("mine")
     nominal, node = Path("mon/nominal.yaml").read_bytes(), Path("mon").stat().st_ino
     done("report", "mon", "--model", "blueboat")
-    assert json.loads(Path("mon/comparison.json").read_text()) == compared
+    assert json.loads(Path("mon/comparison.json").read_text()) == json.loads(strict_json(record.to_dict()))
     assert Path("mon").stat().st_ino != node
     assert Path("mon/nominal.yaml").read_bytes() == nominal
     assert own_run(Path("mon")) == {path.name for path in Path("mon").iterdir()} - {"notes.txt"}

@@ -191,5 +191,5 @@ def test_an_effect_is_named_only_where_held_out_rows_saw_it(run: RunFolder, time
     found, why = one.to(stage, ~stage.held_out, 2)
     assert (found, why) == ((), "not seen on held-out rows (0.0 s of this are, 2 s are needed)")
     found, why = Contributions(one.effects, one.changes, 0.01 * square, square).to(stage, everywhere, 2)
-    assert found == []
+    assert found == ()
     assert why.startswith("no effect removes a tenth")

@@ -6,10 +6,10 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
-from ..canonical import Channel
-from .finding import Channels, Check, Finding, Fix, Reach
-from .record import Record
+from ....physics.frames import Array
+from ...canonical import Channel
+from ..finding import Channels, Check, Finding, Fix, Reach
+from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50

@@ -12,13 +12,13 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.forces import modelled_acceleration
-from ...physics.frames import Array
-from ..alignment import band_passed
-from .checks.neutral import centre_of
-from .checks.sides import side_of
-from .finding import Check, Finding, Reach
-from .record import RATE, Record, Stretch
+from ....physics.forces import modelled_acceleration
+from ....physics.frames import Array
+from ...alignment import band_passed
+from ..finding import Check, Finding, Reach
+from ..record import RATE, Record, Stretch
+from .neutral import centre_of
+from .sides import side_of
 
 _STEP = 1.0 / RATE
 _QUICK = (0.15, 2.0)
@@ -86,7 +86,8 @@ class Drive(Check):
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: one finding for each command that is at fault, or one for all."""
         names = sorted({name for record in records for name in record.commands})
-        having = [record for record in records if set(names) <= set(record.commands)]
+        # What a rudder does, thrusters that stand still do not explain.
+        having = [record for record in records if set(names) <= set(record.commands) and not record.steered]
         names = _judged(having, names)
         if not names:
             return []

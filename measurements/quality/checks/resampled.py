@@ -6,10 +6,10 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ...physics.frames import Array
-from ..canonical import Channel, command_kind
-from .finding import Channels, Check, Finding, Fix
-from .record import Record
+from ....physics.frames import Array
+from ...canonical import Channel, command_kind
+from ..finding import Channels, Check, Finding, Fix
+from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r", "ax", "ay")
 _LEAST_ROWS = 200

@@ -6,14 +6,14 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...physics.frames import Array, body_to_earth
-from ...physics.thrusters import push_and_turn, side_named
-from ..alignment import band_passed
-from ..canonical import Channel, command_kind
-from ..statistics import surely_more
-from .finding import Channels, Check, Finding, Fix, Reach
-from .record import RATE, Record, Stretch
-from .response import answers, trials
+from ....physics.frames import Array, body_to_earth
+from ....physics.thrusters import push_and_turn, side_named
+from ...alignment import band_passed
+from ...canonical import Channel, command_kind
+from ...statistics import surely_more
+from ..finding import Channels, Check, Finding, Fix, Reach
+from ..record import RATE, Record, Stretch
+from ..response import answers, trials
 
 _STEP = 1.0 / RATE
 _SPEEDS = ("u", "v")
