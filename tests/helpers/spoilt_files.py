@@ -70,7 +70,7 @@ def _spoil(holder: Any, key: Any, chance: Random, places: list[Any]) -> None:
         holder[chance.choice(("x", "", "\x1b[2J", "schema", key + "\n", key[:-1]))] = holder.pop(key)
     elif way == 2 and there in _keys(other):
         holder[key] = copy.deepcopy(other[there])
-    elif way == 3 and isinstance(holder[key], int | float) and not isinstance(holder[key], bool):
+    elif way == 3 and isinstance(holder[key], float):
         holder[key] *= chance.choice((-1.0, 0.0, 1e-12, 1e12, 1e300))
     elif way == 4:
         holder[key] = [holder[key]]

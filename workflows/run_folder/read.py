@@ -16,7 +16,7 @@ from ...discovery.findings import Findings
 from ...physics.errors import RequestError, VehicleError
 from ...physics.file_records import Record
 from ...physics.folders import finish
-from ...physics.printable import shortened, shown
+from ...physics.printable import listed, shortened, shown
 from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from ...reports.run_contents import RunFolder
@@ -176,11 +176,11 @@ def _series(content: bytes, path: Path) -> pd.DataFrame:
         raise RequestError(f"{path} lacks the column {', '.join(lacking)}; {REMEDY}")
     if series.empty:
         raise RequestError(f"{path} has no rows; {REMEDY}")
-    numeric = [name for name in SERIES_COLUMNS if name not in ("part", "log")]
+    numeric = [name for name in series.columns if name != "part"]
     broken = [name for name in numeric if not pd.api.types.is_numeric_dtype(series[name])]
     broken += [name for name in numeric if name not in broken and not (series[name].abs().fillna(0) < LARGEST).all()]
     if broken:
-        raise RequestError(f"{path}: expected numbers in the column {', '.join(broken)}; {REMEDY}")
+        raise RequestError(f"{path}: expected numbers in the column {listed(broken)}; {REMEDY}")
     return series
 
 

@@ -138,7 +138,8 @@ def _regime_drawing(by: str, before: pd.DataFrame, after: pd.DataFrame, tops: Ma
         axes = panel(figure, left, 46 + row * (tall + 22), width - left - 6, tall)
         places = np.arange(len(rows))
         axes.bar(places - 0.2, rows["rmse"], 0.38, color=ROLES["before"])
-        axes.bar(places + 0.2, after.loc[after["axis"] == axis, "rmse"], 0.38, color=ROLES["after"])
+        later = after[after["axis"] == axis].set_index("regime")["rmse"]  # of some regimes one model may know nothing
+        axes.bar(places + 0.2, later.reindex(rows["regime"]), 0.38, color=ROLES["after"])
         axes.set(xlim=(-0.5, len(rows) - 0.5), ylim=(0.0, tops[axis]), xticks=[])
         axes.locator_params(axis="y", nbins=3)
         title = f"{axis} [{unit_text(rows['unit'].iloc[0])}]"

@@ -9,6 +9,9 @@ from ....comparison.failing.rows import acceleration_error, scene
 from ....physics.frames import AXES
 from ....residuals.scores import ACCELERATION_UNITS
 
+_COLUMNS = ("by", "regime", "low", "high", "axis", "rows", "share_of_rows", "rmse", "unit", "share_of_error")
+"""Of a table of regimes, which a log that never moved leaves without rows."""
+
 
 def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:
     """The acceleration error of a model by regime.
@@ -53,7 +56,7 @@ def regime_table(series: pd.DataFrame, model: str = "before") -> pd.DataFrame:
                         "share_of_error": float(squares[index, column] / total) if total > 0.0 else share_of_rows,
                     }
                 )
-    return pd.DataFrame.from_records(records)
+    return pd.DataFrame.from_records(records, columns=list(_COLUMNS))
 
 
 def _sums(
