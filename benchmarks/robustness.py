@@ -14,6 +14,7 @@ import argparse
 import os
 import platform
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -105,6 +106,8 @@ def main() -> int:
     chosen.part = chosen.part or PARTS
     if not STRACE:
         print("STRACE IS MISSING: Python's audit hooks kill instead, and do not see ctypes", file=sys.stderr)
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background: what it starts would ignore Ctrl-C
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     begun, rows = time.perf_counter(), []
     print(f"undertow {version('undertow')}\n\n{Row.HEAD}\n| --- |" + " --- |" * 8)
     with tempfile.TemporaryDirectory(prefix="undertow-robustness-") as folder, ThreadPoolExecutor(WORKERS) as pool:

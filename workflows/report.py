@@ -6,10 +6,11 @@ from pathlib import Path
 
 from ..comparison.facts import Comparison
 from ..physics.errors import RequestError
-from ..physics.exchange import link
+from ..physics.exchange import at_rest, identity, link
 from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, replace_folder
 from ..reports.page.fleet_page import fleet_page
+from ..reports.page.page import page
 from ..reports.page.pdf import find_browser, print_pdf
 from .run_folder.read import read_run
 from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, own_report, reseal
@@ -60,6 +61,7 @@ def report(
     target = None if out is None and len(folders) == 1 else Path(out or FLEET)
     browser = find_browser() if pdf else None
     new = [PAGE, *[PDF] * pdf, *[COMPARISON, RECORD] * bool(models)]
+    seen = {folder: identity(folder) for folder in folders}
     for folder in folders:
         read_run(folder)
         _check_run(folder, new, force)
@@ -71,7 +73,10 @@ def report(
         check_targets(files, (folders, models), force=force)
     found = _compared(folders, models, progress)
     for folder in folders:
-        _rewrite(folder, found.get(folder), browser, force)
+        if folder in found or browser is not None:
+            _replace(folder, seen[folder], found.get(folder), browser, force)
+        else:
+            _rewrite(folder)
     pages = [folder / PAGE for folder in folders]
     if target is not None:
         read = [read_run(folder) for folder in folders]
@@ -92,14 +97,38 @@ def _check_run(folder: Path, new: Sequence[str], force: bool) -> None:
         raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
 
 
-def _rewrite(folder: Path, comparison: Comparison | None, browser: Path | None, force: bool) -> None:
-    """Write the page of a run anew; where other files change with it, the folder is replaced as a whole."""
+def _rewrite(folder: Path) -> None:
+    """Write the page of a run anew; once more where another process has replaced the run meanwhile."""
+    try:
+        while True:
+            seen = identity(folder)
+            text = page(read_run(folder))
+            with at_rest(folder):
+                if identity(folder) == seen:
+                    write_text(folder / PAGE, text)
+                    return
+    except OSError as error:
+        raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
+
+
+def _replace(
+    folder: Path, seen: tuple[int, int] | None, comparison: Comparison | None, browser: Path | None, force: bool
+) -> None:
+    """Replace a run as a whole by itself with a new page and what changes with it.
+
+    Raises
+    ------
+    RequestError
+        when the folder cannot be written, or is another than the one `seen` when the work began.
+    """
 
     def build(work: Path) -> list[str]:
         new = [PAGE]
         for name in RUN_FILES:
             if (folder / name).is_file():
                 link(folder / name, work / name)
+        if identity(folder) != seen:
+            raise RequestError(f"another process has replaced {folder} meanwhile; call report again")
         if comparison is not None:
             write_json(work / COMPARISON, comparison.to_dict())
             new += [COMPARISON, *[RECORD] * reseal(work, [COMPARISON])]
@@ -110,10 +139,7 @@ def _rewrite(folder: Path, comparison: Comparison | None, browser: Path | None, 
         return new
 
     try:
-        if comparison is None and browser is None:
-            write_page(folder)
-        else:
-            replace_folder(folder, build, own_report, force=force)
+        replace_folder(folder, build, own_report, force=force)
     except OSError as error:
         raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
 

@@ -1,0 +1,55 @@
+"""The page of a run belongs to that run, also when another process replaces it meanwhile."""
+
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import undertow.workflows.report as module
+from undertow.physics.errors import RequestError
+from undertow.physics.exchange import exchange
+
+
+def two_runs(tmp_path: Path) -> tuple[Path, Path]:
+    """A run, and the one that takes its place."""
+    run, other = tmp_path / "run", tmp_path / "other"
+    for folder, words in ((run, "old"), (other, "new")):
+        folder.mkdir()
+        (folder / "findings.json").write_text(words)
+    return run, other
+
+
+def replaced_once(module: ModuleType, monkeypatch: pytest.MonkeyPatch, run: Path, other: Path) -> list[str]:
+    """Let the first page that is made see its run replaced; the list tells of what each page was made."""
+    made: list[str] = []
+
+    def page(words: str) -> str:
+        if not made:
+            assert exchange(run, other)
+        made.append(words)
+        return f"<!DOCTYPE html>{words}"
+
+    monkeypatch.setattr(module, "page", page)
+    monkeypatch.setattr(module, "read_run", lambda folder: (folder / "findings.json").read_text())
+    return made
+
+
+def test_a_page_is_made_again_where_its_run_was_replaced_meanwhile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, other = two_runs(tmp_path)
+    made = replaced_once(module, monkeypatch, run, other)
+    module._rewrite(run)
+    assert made == ["old", "new"]
+    assert (run / "report.html").read_text().endswith("new")
+    assert not (other / "report.html").exists()
+
+
+def test_a_run_that_was_replaced_meanwhile_is_not_replaced_by_its_forerunner(tmp_path: Path) -> None:
+    run, other = two_runs(tmp_path)
+    seen = module.identity(run)
+    assert exchange(run, other)
+    with pytest.raises(RequestError, match="another process has replaced .* meanwhile"):
+        module._replace(run, seen, None, None, False)
+    assert [path.name for path in run.iterdir()] == ["findings.json"]
+    assert (run / "findings.json").read_text() == "new"
