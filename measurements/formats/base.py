@@ -168,6 +168,7 @@ class Format:
     suffixes : usual endings of the file name, by which the command line tells a log from other words
     library : import name of the library of the extra `logs` that reads it; empty for our own readers. Whatever it
         raises is turned into a LogError at the door (`registry.read_recording`).
+    marked : whether its content has a mark of its own; formats without one are asked after those with one
     """
 
     name: str
@@ -175,6 +176,7 @@ class Format:
     read: Callable[[Head, Request], Recording]
     suffixes: tuple[str, ...] = ()
     library: str = ""
+    marked: bool = True
 
 
 def read_head(path: Path) -> Head:

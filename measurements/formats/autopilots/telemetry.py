@@ -254,4 +254,4 @@ def _read(head: Head, request: Request) -> Recording:
     return recording(Telemetry(head.path, request), request, str(head.path))
 
 
-TELEMETRY = Format("MAVLink telemetry", _matches, _read, (".tlog",), library="pymavlink")
+TELEMETRY = Format("MAVLink telemetry", _matches, _read, (".tlog",), library="pymavlink", marked=False)

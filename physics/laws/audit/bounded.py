@@ -30,6 +30,7 @@ class BoundedSpeed(Law):
     """
 
     name: ClassVar[str] = "bounded speed"
+    place: ClassVar[int] = 70
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

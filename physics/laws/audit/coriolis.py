@@ -23,6 +23,7 @@ class CoriolisWork(Law):
     """
 
     name: ClassVar[str] = "Coriolis does no work"
+    place: ClassVar[int] = 80
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

@@ -25,6 +25,7 @@ class PositiveDamping(Law):
     """
 
     name: ClassVar[str] = "positive damping"
+    place: ClassVar[int] = 30
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

@@ -65,6 +65,7 @@ class Dissipation(Law):
     """Damping takes power out everywhere in the envelope (Fossen 2021, section 6.4)."""
 
     name: ClassVar[str] = "dissipation"
+    place: ClassVar[int] = 20
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
@@ -79,6 +80,7 @@ class Outside(Law):
     """
 
     name: ClassVar[str] = "outside the envelope"
+    place: ClassVar[int] = 100
     counts: ClassVar[bool] = False
     stretch: ClassVar[float] = 1.5
 

@@ -24,6 +24,7 @@ class EnergyBalance(Law):
     """
 
     name: ClassVar[str] = "energy balance"
+    place: ClassVar[int] = 50
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

@@ -28,6 +28,7 @@ class PositiveMass(Law):
     """
 
     name: ClassVar[str] = "positive mass"
+    place: ClassVar[int] = 10
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

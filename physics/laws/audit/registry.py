@@ -1,25 +1,10 @@
-"""All laws, in the order in which they are told."""
+"""All laws, in the order in which they are told: every `Law` that a file of this folder defines."""
 
+from collections.abc import Callable
+
+from ...members import classes_in
+from .. import audit
 from .base import Law
-from .bounded import BoundedSpeed
-from .coriolis import CoriolisWork
-from .damping import PositiveDamping
-from .dissipation import Dissipation, Outside
-from .energy_balance import EnergyBalance
-from .mass import PositiveMass
-from .rest import Rest
-from .symmetry import MirrorSymmetry
-from .thrust import PowerUnderThrust
 
-LAWS: tuple[Law, ...] = (
-    PositiveMass(),
-    Dissipation(),
-    PositiveDamping(),
-    PowerUnderThrust(),
-    EnergyBalance(),
-    Rest(),
-    BoundedSpeed(),
-    CoriolisWork(),
-    MirrorSymmetry(),
-    Outside(),
-)
+_KINDS: tuple[Callable[[], Law], ...] = classes_in(audit, Law)
+LAWS: tuple[Law, ...] = tuple(sorted((kind() for kind in _KINDS), key=lambda law: law.place))

@@ -22,6 +22,7 @@ class MirrorSymmetry(Law):
     """
 
     name: ClassVar[str] = "mirror symmetry"
+    place: ClassVar[int] = 90
     counts: ClassVar[bool] = False
 
     def judge(self, witness: Witness) -> Ruling:

@@ -29,6 +29,7 @@ class PowerUnderThrust(Law):
     """
 
     name: ClassVar[str] = "power under thrust"
+    place: ClassVar[int] = 40
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
