@@ -1,10 +1,14 @@
 """All laws, in the order in which they are told: every `Law` that a file of this folder defines."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from ...members import classes_in
 from .. import audit
 from .base import Law
 
-_KINDS: tuple[Callable[[], Law], ...] = classes_in(audit, Law)
-LAWS: tuple[Law, ...] = tuple(sorted((kind() for kind in _KINDS), key=lambda law: law.place))
+
+def _told(kinds: Iterable[Callable[[], Law]]) -> tuple[Law, ...]:
+    return tuple(sorted((kind() for kind in kinds), key=lambda law: law.place))
+
+
+LAWS: tuple[Law, ...] = _told(classes_in(audit, Law))
