@@ -28,7 +28,7 @@ DISCOVERY = (
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
 """Names that every room may use; any other tells one file of the whole house."""
-NOT_PACKAGES = {"tests", "examples", "benchmarks", "build", "dist", "runs"}
+NOT_PACKAGES = {"tests", "examples", "benchmarks", "docs", "build", "dist", "runs"}
 
 ROOMS = {
     "cvxpy": ("discovery/lawful/",),
