@@ -33,6 +33,13 @@ EXPECTED = (
 )
 
 _HEAD_BYTES = 65536
+"""Bytes at the beginning of a file from which its format is told [B]: marks are some ten bytes, and the header of a
+table with a thousand columns fits."""
+EVERY = 1 << 22
+"""Bytes between two words of progress [B]: a reader takes a fraction of a second for them."""
+DEEPEST = 8
+"""Levels of messages in messages, and of structs in structs, that are looked into: those of robots have four
+(`pose.pose.position.x`, in a list), and each level more may multiply the fields of a damaged file."""
 
 
 @dataclass(frozen=True, slots=True)

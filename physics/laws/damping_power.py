@@ -25,6 +25,7 @@ _LEAST = (1e-3, 1e-3, 1e-3)
 _OTHER_WAY = 0.05
 """A measured envelope reaches at least this share of its longer side to the other side of rest."""
 _DIGITS = 3
+"""Decimals to which an envelope is rounded outwards, so that what is printed is what was judged."""
 
 State = tuple[float, float, float]
 

@@ -11,6 +11,7 @@ from .search import rays
 from .witness import TOLD, Proof, Witness
 
 _SKIN = 1.0 + 1e-9
+"""How far beyond the border a state is moved, as a multiple of its distance: rounding leaves none inside."""
 
 
 def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) -> Ruling:

@@ -11,6 +11,7 @@ from .witness import Witness
 SHARE = 0.1
 """Difference between the sides, as a share of full thrust, from which a boat is called lopsided."""
 _SIGNS = np.array([1.0, -1.0, -1.0])
+"""Of surge, sway and yaw in a mirror that stands on the centre line."""
 
 
 @final
