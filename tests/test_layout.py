@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -291,7 +291,7 @@ def is_number(value: ast.expr | None) -> bool:
 DERIVED = {"1.0 / RATE", "np.pi / 180.0", "math.pi / 180.0"}
 
 
-def unreasoned(module: ast.Module, lines: list[str]) -> list[str]:
+def unreasoned(module: ast.Module, lines: Sequence[str]) -> list[str]:
     """Constants of a module that are numbers and have neither a remark nor a text below them, or below the next one."""
     blocks: list[list[list[str]]] = [[]]  # assignments that follow each other, line by line, with the numbers of each
     last = 0

@@ -12,9 +12,10 @@ from ..frames import GRAVITY, Array, body_to_earth, earth_to_body
 from ..motion import Motion
 
 BAND = (0.3, 0.8)
-"""Lowest and highest frequency met [Hz]."""
+"""Lowest and highest frequency met [Hz]: of waves of 2.4 to 17 m where the boat lies still, longer than small boats and
+too quick for their thrusters."""
 PEAK, SHARPNESS = 0.5, 3.3
-"""Peak [Hz] and peak enhancement factor (gamma) of the spectrum."""
+"""Peak [Hz], of waves of 6 m, and peak enhancement factor (gamma) of the spectrum, the mean of JONSWAP."""
 _COMPONENTS = 60
 """Waves that are added, one from each equal part of the band: enough for a sum that is normally distributed."""
 

@@ -9,7 +9,8 @@ from .base import Law, Ruling, in_words
 from .witness import Witness
 
 SHARE = 0.1
-"""Difference between the sides, as a share of full thrust, from which a boat is called lopsided."""
+"""Difference between the sides, as a share of full thrust, from which a boat is called lopsided: chosen and not
+derived, since the law does not count."""
 _SIGNS = np.array([1.0, -1.0, -1.0])
 """Of surge, sway and yaw in a mirror that stands on the centre line."""
 
