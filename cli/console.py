@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
 
+from ..physics.errors import MOST_TOLD
 from ..physics.printable import one_line, printable, shortened
 
 if TYPE_CHECKING:
@@ -20,8 +21,6 @@ WIDEST = 120
 """Columns beyond which nothing is spread out."""
 NARROWEST = 20
 """Columns below which nothing is squeezed: a name and a number beside each other need them; the terminal wraps."""
-_MOST_TOLD = 3900
-"""Characters of a message, so that what stands before it fits into 4,000 as well."""
 
 
 def open_streams() -> None:
@@ -89,7 +88,7 @@ def tell_replaced(paths: Iterable[Path]) -> None:
 
 def progress(line: str) -> None:
     """Print a line about work that goes on, on stderr."""
-    complain(f"  {shortened(one_line(line), _MOST_TOLD)}")
+    complain(f"  {shortened(one_line(line), MOST_TOLD)}")
 
 
 def complain(text: str) -> None:
@@ -172,7 +171,7 @@ def interrupted(error: KeyboardInterrupt, more: str = "") -> NoReturn:
 
 def fail(text: str) -> NoReturn:
     """Print a message on stderr and leave with exit code 2; a long one is shortened in its middle."""
-    complain(f"undertow: {shortened(one_line(text), _MOST_TOLD)}")
+    complain(f"undertow: {shortened(one_line(text), MOST_TOLD)}")
     raise typer.Exit(2)
 
 

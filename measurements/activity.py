@@ -8,10 +8,13 @@ import numpy as np
 from ..physics.motion import Motion
 
 _ASTERN = -0.05
+"""Surge speed below which a boat goes astern [m/s]: beyond what a rough sensor adds (0.04, `worlds.world.NOISE`)."""
 _TURNING = 0.05
+"""Yaw rate from which a boat turns [rad/s]: three times what a rough sensor adds."""
 _SHIP = 0.3
 """Share of its fastest turn from which a ship that turns slowly, but far, is said to turn."""
 _FAR = 0.5
+"""Turn from which it is far [rad]: 30 degrees are no meander about a course."""
 
 
 @dataclass(frozen=True, slots=True)

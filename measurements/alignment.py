@@ -9,9 +9,11 @@ from scipy.signal import butter, sosfiltfilt
 from ..physics.frames import Array
 
 LEAST_CORRELATION = 0.7
-"""Correlation from which two records tell of the same motion, or, negative, of opposite ones."""
+"""Correlation from which two records tell of the same motion, or, negative, of opposite ones: half of the variance of
+one is that of the other."""
 _BAND = (0.05, 1.0)
-"""Motion slower or faster than this [Hz] is left out of the comparison."""
+"""Motion slower or faster than this [Hz] is left out of the comparison: below is drift, above is noise of
+derivatives."""
 
 
 @dataclass(frozen=True, slots=True)

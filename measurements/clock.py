@@ -16,9 +16,11 @@ APART = 10.0
 _FAR = 1.0
 """Time by which a stamp is out of order from which it was not overtaken by another, but is wrong [s]."""
 _PERIODS = 10.0
+"""The same in steps of a slow channel: a row that was overtaken is out of order by some of them."""
 _WIDEST = 3
 """Rows of wrong stamps in a row, at most; more of them are a piece of their own."""
 _FEW = 0.02
+"""Share of rows whose stamps may be wrong one by one; of more, the clock was set or the rows were shuffled."""
 _ROWS = 20
 """Rows that pieces have on average, at least, where the clock was set and the rows were not shuffled."""
 _LATEST = 1e11

@@ -12,6 +12,7 @@ from .formats.registry import expected, format_of
 
 _PATTERN = frozenset("*?[")
 _LISTED = 8
+"""Names of files that a message tells: two lines."""
 
 
 def find_logs(names: Sequence[str | os.PathLike[str]]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -14,23 +14,35 @@ import numpy as np
 from ..physics.forces import apparent_wind
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
+from .statistics import ROUNDS
 
-_FAST = 0.2
-"""Share of the top surge speed from which a row can show a deviation."""
+FAST = 0.2
+"""Share of the top surge speed from which a row can show a deviation: what it makes grows with speed, and slower rows
+show drift."""
 _TOP = 0.99
-"""Share of all rows that are no faster than the top surge speed."""
-_STRAIGHT = 0.1
-"""Yaw rate [rad/s] up to which a run counts as straight."""
+"""Share of all rows that are no faster than the top surge speed: false fixes are fewer than one in a hundred."""
+STRAIGHT = 0.1
+"""Yaw rate [rad/s] up to which a run counts as straight: 6 degrees a second, beyond what a boat yaws about its
+course."""
 _LEAST = np.radians(1.0)
+"""Deviation from which there is one [rad]: a degree makes 0.017 m/s of sway at 1 m/s, what good sensors add in
+noise."""
 _SOUND = np.radians(2.0)
+"""Deviation up to which a compass is right [rad]: two make 0.035 m/s of sway at 1 m/s, what rough sensors add in
+noise."""
 _USUAL = np.radians(10.0)
+"""Size of a coefficient that is nothing unusual [rad]; one far above is held back: one heading alone asks for it."""
 _EXPLAINS, _PLAINLY = 0.3, 0.7
+"""Shares of the squared sway velocity that a deviation explains to be one, and to be plain: of less than 0.3 the rest
+makes more than twice as much, and of more than 0.7 no drift or lift makes as much."""
 _AGREE, _MOST_AGREE = 0.75, 0.78
+"""Share of stretches in which it leaves less, for the same two: 3 of 4, and 4 of 5 less a fiftieth."""
 _CLEARLY = 5.0
 """Standard errors that a deviation must reach to be plain; with few stretches their estimate is too small."""
 _BLOCK = 5.0
+"""Length of a stretch that counts once [s]: rows of one run err together, and of longer stretches there are too few."""
 _LEAST_BLOCKS = 4
-_ROBUST_ROUNDS = 6
+"""Stretches without which nothing is said: of fewer, 3 of 4 cannot agree."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +167,7 @@ def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
     found, blocks, begun = [np.zeros((0, 4))], [np.zeros(0, dtype=int)], 0
     for motion in motions:
         surge, sway, rate = motion.velocity.T
-        use = (np.abs(surge) > max(_FAST * fastest, 1e-6)) & (np.abs(rate) < _STRAIGHT)
+        use = (np.abs(surge) > max(FAST * fastest, 1e-6)) & (np.abs(rate) < STRAIGHT)
         stretch = ((motion.time - motion.time[0]) // _BLOCK).astype(int)[use]
         found.append(np.column_stack([sway, surge, motion.heading, rate])[use])
         _, number = np.unique(stretch, return_inverse=True)
@@ -178,7 +190,7 @@ def _robust_fit(columns: Array, target: Array, held: Array, weight: Array | None
     w = np.ones(target.size) if weight is None else weight
     found, inverse = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2)
     spread = float(np.std(target))
-    for _ in range(_ROBUST_ROUNDS if weight is None else 1):
+    for _ in range(ROUNDS if weight is None else 1):
         normal = (columns * w[:, None]).T @ columns + spread**2 * np.diag(held**2)
         inverse = np.asarray(np.linalg.pinv(normal, rcond=1e-10, hermitian=True), dtype=float)
         found = inverse @ (columns.T @ (w * target))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-_CHUNK = 1 << 20
+from ..physics.reading import BLOCK
 
 
 def log_digests(paths: Sequence[str]) -> list[dict[str, Any]]:
@@ -24,7 +24,7 @@ def _digest(path: Path) -> str | None:
             if path.is_dir():
                 digest.update(f"{file.relative_to(path).as_posix()}\0{file.stat().st_size}\0".encode())
             with file.open("rb") as stream:
-                while chunk := stream.read(_CHUNK):
+                while chunk := stream.read(BLOCK):
                     digest.update(chunk)
     except OSError:
         return None

@@ -10,7 +10,9 @@ from scipy.stats import t as student
 from ..physics.frames import Array
 from ..physics.motion import Motion
 
-_ROUNDS = 6
+ROUNDS = 6
+"""Times that a robust fit is weighed anew: with a fifth of false rows its values then still move by less than a
+twentieth of their standard error."""
 CI = 1.96
 """Standard errors in half a 95 % interval."""
 _BY_CHANCE, _ODDS = 0.01, 1000.0
@@ -58,7 +60,7 @@ def robust_fit(columns: Array, target: Array, stretch: NDArray[np.int64]) -> Fit
     alive = scale > 0.0
     scaled = columns / np.where(alive, scale, 1.0)
     weight, found, inverse = np.ones(target.size), np.zeros(size), np.zeros((size, size))
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         normal = (scaled * weight[:, None]).T @ scaled
         inverse = np.asarray(np.linalg.pinv(normal, rcond=1e-10, hermitian=True), dtype=float)
         found = inverse @ (scaled.T @ (weight * target))

@@ -1,16 +1,16 @@
 """The three ways in which undertow refuses: a log, a vehicle, or a request that cannot be used."""
 
-from .printable import shortened, shown
+from .printable import MOST_SHOWN, shortened, shown
 
-_MOST_TOLD = 3900
-"""Characters of a text, so that "undertow: " and a path can be put before it within the 4,000 of any message."""
+MOST_TOLD = MOST_SHOWN - 100
+"""Characters of a text, so that "undertow: " and a path can be put before it within what any message may have."""
 
 
 class _BoundedError(ValueError):
     """A text that fits on a screen, whatever of a broken file it quotes: of a longer one, head and tail are kept."""
 
     def __init__(self, text: str = "") -> None:
-        super().__init__(shortened(str(text), _MOST_TOLD))
+        super().__init__(shortened(str(text), MOST_TOLD))
 
 
 class LogError(_BoundedError):

@@ -21,6 +21,7 @@ _LONGEST = 200
 """Bytes of a name that its unfinished neighbours bear: a name has at most 255."""
 _STREAM = re.compile(r"/dev/(?:std(?P<name>in|out|err)|fd/(?P<number>\d+))|/proc/self/fd/(?P<proc>\d+)")
 _NAMED = {"in": 0, "out": 1, "err": 2}
+"""Numbers of the standard streams (POSIX, unistd.h)."""
 _TRIED = 1 << 16
 """Bytes that are written to see whether a file can be [B]: those of a page, and more than what a full disk has."""
 

@@ -26,6 +26,7 @@ _STALE = ".undertow-stale"
 _LEFT = re.compile(r"(\..+)?\.undertow-([0-9a-f]{8}|commit|unfinished|stale)")
 """Names that are not somebody's, but what a process left or is at work on."""
 _LISTED = 4
+"""Names that a message tells before it counts the rest: they fit on a line."""
 _TRIED = 1 << 20
 """Bytes that are written to see whether a folder can be [B]: those of a run of a few minutes."""
 

@@ -19,6 +19,9 @@ FORCE_UNITS = ("N", "N", "N m")
 SPEED_UNITS = ("m/s", "m/s", "rad/s")
 ACCELERATION_UNITS = ("m/s^2", "m/s^2", "rad/s^2")
 
+GRAVITY = 9.80665
+"""Standard gravity [m/s^2] (3rd General Conference on Weights and Measures, 1901)."""
+
 
 def wrap_angle(angle: Array) -> Array:
     """Wrap angles [rad] to the half-open interval from -pi to pi.

@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import BinaryIO
 
+from .reading import BLOCK
+
 _MARK = re.compile(rb"written by undertow ([a-z]+(?: --[a-z-]+)?), sha256 ([0-9a-f]{64})")
 _LINE = re.compile(rb"(?:# |<!-- |% )" + _MARK.pattern + rb"(?: -->)?")
 _SIMULATE = "simulate"
@@ -27,7 +29,6 @@ _MOST = 1 << 30
 """Bytes after which a file is not read on [B]: none of undertow is so long, but a small gzip file can pretend to be."""
 _MOST_METADATA = 1 << 24
 """Bytes of metadata that are searched in a Parquet file [B]; those of a simulated log are a few thousand."""
-_CHUNK = 1 << 20
 
 
 def remark(verb: str, data: bytes) -> str:
@@ -145,6 +146,6 @@ def _digest(chunks: Iterator[bytes]) -> str:
 
 def _chunks(stream: BinaryIO | gzip.GzipFile, most: int) -> Iterator[bytes]:
     """A file in parts, up to `most` bytes; a digest of only the beginning agrees with no mark."""
-    while most > 0 and (chunk := stream.read(min(_CHUNK, most))):
+    while most > 0 and (chunk := stream.read(min(BLOCK, most))):
         yield chunk
         most -= len(chunk)

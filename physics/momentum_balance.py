@@ -13,6 +13,7 @@ from .terms import parse_form
 from .vehicle import Vehicle
 
 NEGLIGIBLE = 1e-12
+"""Coefficient that is what rounding leaves of nothing, in SI units: its term is not written."""
 
 
 @dataclass(frozen=True, slots=True)

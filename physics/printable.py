@@ -10,6 +10,7 @@ _VALUE = 120
 _ITEMS = 8
 """Parts of a foreign value that are looked at, in each of its levels."""
 _DEEPEST = 3
+"""Levels of a foreign value that are looked at: with eight parts each, at most 512 values."""
 
 _CONTROLS = "\x00-\x08\x0b-\x1f\x7f-\x9f"
 """C0 without tab and line feed, DEL, C1: escape sequences begin with these."""

@@ -17,6 +17,8 @@ from .printable import printable, shortened, shown
 
 MOST_TEXT = 32 * 2**20
 """Bytes of a text: a vehicle has 2 kB, the findings of an hour 100 kB, the inspections of a hundred logs 10 MB."""
+BLOCK = 1 << 20
+"""Bytes that are read at once from a file that may be long [B]: the call then costs nothing beside the reading."""
 _DEEPEST = 64
 """Levels of lists in lists; undertow's own files have 12."""
 _MOST_NODES = 500_000

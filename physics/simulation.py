@@ -12,7 +12,8 @@ from .motion import Motion
 from .vehicle import Vehicle
 
 SPEED_LIMIT = 50.0
-"""Speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held."""
+"""Speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held: 100 knots, and eight turns a
+second."""
 
 _ERROR, _PARTS = 0.3, 8
 """Error of a step, as a share of the speeds, above which it is halved, and most parts of a step: what turns fast under

@@ -11,6 +11,7 @@ from .printable import shown
 
 _FACTOR = re.compile(r"(\|[uvr]\||[uvr])(?:\^([1-3]))?")
 _INDEX = {"u": 0, "v": 1, "r": 2}
+"""Places of the velocities in a state."""
 _ORDER = ("u", "v", "r", "|u|", "|v|", "|r|")
 
 

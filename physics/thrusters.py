@@ -17,6 +17,7 @@ _SLIGHT = 0.1
 """Share of a thruster's force, or of its arm, below which its sign says nothing: it is lost in what the file rounds."""
 CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
 _NEUTRAL_PWM, _HALF_RANGE_PWM = 1500.0, 500.0
+"""Pulse at rest, and from there to full thrust [us]: servos and speed controllers take 1000 to 2000."""
 _MOST_POINTS = 10_000
 """Points of a curve: a command in microseconds has 1,400 steps."""
 GAINS = (

@@ -34,6 +34,7 @@ from .thrusters import GAINS, Thruster
 _LONGEST_NAME = 200
 """Letters of a name: two lines of a page."""
 _MOST_THRUSTERS = 64
+"""Thrusters of a vehicle: twice the outputs of an autopilot (ArduPilot has 32)."""
 _MOST_TERMS = 1000
 """Terms that nobody has named: more than three times all monomials up to degree three, on three axes."""
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")

@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -28,7 +28,7 @@ DISCOVERY = (
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
 """Names that every room may use; any other tells one file of the whole house."""
-NOT_PACKAGES = {"tests", "examples", "benchmarks", "build", "dist", "runs"}
+NOT_PACKAGES = {"tests", "examples", "benchmarks", "docs", "build", "dist", "runs"}
 
 ROOMS = {
     "cvxpy": ("discovery/lawful/",),
@@ -259,6 +259,79 @@ def test_the_doctests_of(path: Path):
     failed, attempted = doctest.testmod(importlib.import_module(module_name(path)))
     assert attempted > 0
     assert failed == 0, "see the captured output"
+
+
+# The numbers
+
+
+UNREASONED = {"discovery", "residuals", "comparison", "exports"}
+"""Floors whose numbers have not all got their reasons yet."""
+
+
+def is_number(value: ast.expr | None) -> bool:
+    """Whether an expression is a number, or numbers in a tuple, a table or an array, that nothing else explains."""
+    match value:
+        case ast.Constant():
+            return isinstance(value.value, int | float) and not isinstance(value.value, bool)
+        case ast.UnaryOp():
+            return is_number(value.operand)
+        case ast.BinOp():  # 1 / RATE and pi / 180 tell their reason
+            known = [side for side in (value.left, value.right) if isinstance(side, ast.Name | ast.Attribute)]
+            plain = [side for side in (value.left, value.right) if is_number(side)]
+            return bool(plain) and not (known and ast.unparse(value) in DERIVED)
+        case ast.Tuple() | ast.List():
+            return any(is_number(part) for part in value.elts)
+        case ast.Dict():
+            return any(is_number(part) for part in value.values)
+        case ast.Call(func=ast.Attribute(value=ast.Name(id="np" | "math"))) | ast.Call(func=ast.Name(id="float")):
+            return any(is_number(part) for part in value.args)
+    return False
+
+
+DERIVED = {"1.0 / RATE", "np.pi / 180.0", "math.pi / 180.0"}
+
+
+def unreasoned(module: ast.Module, lines: Sequence[str]) -> list[str]:
+    """Constants of a module that are numbers and have neither a remark nor a text below them, or below the next one."""
+    blocks: list[list[list[str]]] = [[]]  # assignments that follow each other, line by line, with the numbers of each
+    last = 0
+    for node in module.body:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            if node.lineno != last + 1:
+                blocks.append([])
+            last = node.end_lineno or node.lineno
+            named = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names = [name.id for target in named for name in ast.walk(target) if isinstance(name, ast.Name)]
+            constant = all(re.fullmatch(r"_?[A-Z][A-Z0-9_]*", name) for name in names) and is_number(node.value)
+            blocks[-1].append(names if constant and "  # " not in lines[last - 1] else [])
+            continue
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and node.lineno == last + 1:
+            del blocks[-1][-2:]  # what a text stands below: one assignment, or a pair
+        blocks.append([])
+    return [name for block in blocks for names in block for name in names]
+
+
+@pytest.mark.parametrize("path", [path for path in SOURCES if path.parts[0] not in UNREASONED], ids=str)
+def test_every_number_has_a_reason(path: Path):
+    assert unreasoned(parsed(path), (ROOT / path).read_text(encoding="utf-8").splitlines()) == []
+
+
+def test_a_number_without_a_reason_is_found():
+    text = """
+A = 1
+'Why.'
+B = 2
+C = 3  # why
+
+D = 3
+E, F = 4, 5
+G = -6.0
+'Why E, F and G.'
+_H = {"a": 1}
+I = 1.0 / RATE
+J = 2 * B
+"""
+    assert unreasoned(ast.parse(text), text.splitlines()) == ["B", "D", "_H", "J"]
 
 
 # The pins

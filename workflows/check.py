@@ -25,7 +25,8 @@ from .inputs import read_inputs
 from .run_folder.read import RunRecord, read_run_inputs
 
 _LEAST = 0.05
-"""Least reach of an envelope that a network's standardisation gives [m/s, m/s, rad/s]."""
+"""Least reach of an envelope that a network's standardisation gives [m/s, m/s, rad/s]: a boat that went only ahead
+still drifts a little."""
 
 
 def check(

@@ -20,7 +20,8 @@ from .run_folder.run import Say
 
 FIT_SCHEMA = "undertow.fit/1"
 _UNEXPLAINED = (2.0, 0.05)
-"""Multiple of sensor noise, and share of the force scale, above which the force that is left is worth a sentence."""
+"""Multiple of sensor noise, and share of the force scale, above which the force that is left is worth a sentence: four
+times the power of noise, and more than twice the share from which an effect matters."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from typing import Any
 
 from ...physics.errors import LogError
 from ...physics.files import yaml_text
+from ...physics.frames import GRAVITY
 from ...physics.printable import shown
 from ...physics.reading import read_yaml, reason
 from ..canonical import COMMAND_UNITS, UNITS, is_canonical, unit_of
@@ -21,12 +22,13 @@ _UNITS = {
     "km/h": {"m/s": 1.0 / 3.6},
     "cm/s": {"m/s": 0.01},
     "cm": {"m": 0.01},
-    "g": {"m/s^2": 9.80665},
+    "g": {"m/s^2": GRAVITY},
     "rpm": {"rad/s": math.pi / 30.0},
     "percent": {"1": 0.01},
 }
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
 _MOST_UNUSED = 40
+"""Names that a remark lists: a bag has hundreds, and whoever maps channels asks `inspect --json`."""
 _LONGEST = 300
 """Letters of a name that stands in a remark."""
 

@@ -1,5 +1,6 @@
 """What a stream's type and name say it is: the rules by which channels are guessed."""
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ _ROS = (
     (re.compile(r"(?:^|\.)linear_acceleration\.(?P<axis>[xy])$"), {"x": "ax", "y": "ay"}, 2),
 )
 """Field name endings of the ROS messages, the channel of each axis, and their rank (odometry before sensors)."""
-_DEGREES = 0.017453292519943295
+_DEGREES = math.pi / 180.0
 _ARDUPILOT = {
     "gps.lat": ("lat", 1.0),
     "gps.lng": ("lon", 1.0),

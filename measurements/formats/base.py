@@ -33,6 +33,13 @@ EXPECTED = (
 )
 
 _HEAD_BYTES = 65536
+"""Bytes at the beginning of a file from which its format is told [B]: marks are some ten bytes, and the header of a
+table with a thousand columns fits."""
+EVERY = 1 << 22
+"""Bytes between two words of progress [B]: a reader takes a fraction of a second for them."""
+DEEPEST = 8
+"""Levels of messages in messages, and of structs in structs, that are looked into: those of robots have four
+(`pose.pose.position.x`, in a list), and each level more may multiply the fields of a damaged file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +175,7 @@ class Format:
     suffixes : usual endings of the file name, by which the command line tells a log from other words
     library : import name of the library of the extra `logs` that reads it; empty for our own readers. Whatever it
         raises is turned into a LogError at the door (`registry.read_recording`).
+    marked : whether its content has a mark of its own; formats without one are asked after those with one
     """
 
     name: str
@@ -175,6 +183,7 @@ class Format:
     read: Callable[[Head, Request], Recording]
     suffixes: tuple[str, ...] = ()
     library: str = ""
+    marked: bool = True
 
 
 def read_head(path: Path) -> Head:

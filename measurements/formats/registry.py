@@ -1,35 +1,14 @@
-"""The table of all log formats; a new format is one reader file and one entry here."""
+"""All log formats: every `Format` that a file of this folder or of its folders holds; and the one door to a log."""
 
 from pathlib import Path
 
 from ...physics.errors import LogError
-from .autopilots.dataflash import DATAFLASH
-from .autopilots.dataflash_text import DATAFLASH_TEXT
-from .autopilots.telemetry import TELEMETRY
-from .autopilots.ulog import ULOG
+from ...physics.members import objects_in
+from .. import formats
 from .base import EXPECTED, Format, Head, Recording, Request, read_head
-from .ros.mcap import MCAP
-from .ros.ros1_bag import ROS1_BAG
-from .ros.ros2_bag import ROS2_BAG
-from .tables.long_csv import LONG_CSV
-from .tables.matlab import MATLAB
-from .tables.parquet import PARQUET
-from .tables.wide_csv import WIDE_CSV
 
-FORMATS: tuple[Format, ...] = (
-    PARQUET,
-    ROS1_BAG,
-    ROS2_BAG,
-    MCAP,
-    DATAFLASH,
-    DATAFLASH_TEXT,
-    ULOG,
-    MATLAB,
-    TELEMETRY,
-    LONG_CSV,
-    WIDE_CSV,
-)
-"""Asked in this order; those with a mark of their own first, tables last."""
+FORMATS: tuple[Format, ...] = tuple(sorted(objects_in(formats, Format), key=lambda form: not form.marked))
+"""Asked in this order: those with a mark of their own first."""
 
 SUFFIXES = tuple(dict.fromkeys(suffix for form in FORMATS for suffix in form.suffixes))
 """Usual endings of a log's name."""
@@ -77,5 +56,7 @@ def read_recording(path: Path, request: Request | None = None) -> Recording:
 
 def expected() -> str:
     """All that a log may be, for messages."""
-    others = [f"{form.name} ({', '.join(form.suffixes)})" for form in FORMATS if form.library and form is not PARQUET]
+    others = [
+        f"{form.name} ({', '.join(form.suffixes)})" for form in FORMATS if form.library and form.name not in EXPECTED
+    ]
     return f"{EXPECTED}; or one of: {', '.join(others)}" if others else EXPECTED

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...physics.errors import LogError
+from ...physics.reading import BLOCK
 
 _ALWAYS = 64 * 2**20
 """Bytes to which any file may unpack, however small it is: they do no harm."""
@@ -28,11 +29,12 @@ _MOST_LETTERS = 2**30
 """Bytes of text that a packed table may have: numbers of seven letters, as many as may be held."""
 _LONGEST_LINE = 2**20
 """Bytes of one line of a table: 10,000 columns of numbers with all their digits have a third of it."""
-_BLOCK = 2**20
 LARGEST_PART = 256 * 2**20
 """Bytes of one chunk or record, packed or not: a recorder closes its chunks at some MB, or after one large message."""
 _LARGEST_MESSAGE = 64 * 2**20
+"""Bytes of one message that was packed on its own: more than twice a picture of 4K, which is no channel."""
 _FREE_MESSAGES = 1_000_000
+"""Messages that any file may have, however small it is: their tables take some 100 MB."""
 _BYTES_A_MESSAGE = 4
 """Fewest bytes of a file for each message beyond the first million: its two stamps alone hardly pack better."""
 
@@ -205,7 +207,7 @@ class TableText(io.RawIOBase):
         if self._packed is None:
             return
         numbers = 0
-        while block := self.read(_BLOCK):
+        while block := self.read(BLOCK):
             numbers += block.count(separator.encode()) + block.count(b"\n")
             check_table(numbers, self._packed)
         self._file.seek(0)

@@ -10,7 +10,9 @@ from ..canonical import Channel
 Span = tuple[float, float]
 
 _LEAST_GAP = 0.5
+"""Step that is always bridged [s]: in half a second a boat changes its speed little."""
 _GAP_PERIODS = 5.0
+"""Periods of a slow channel that are bridged: four rows may be lost."""
 
 
 def gap_limit(channel: Channel, max_gap: float | None) -> float:

@@ -26,6 +26,7 @@ _LEAST = 2e-4
 _TURNED = np.radians(20.0)
 """Angle up to which heading and track differ by a compass or an antenna, and not by axes."""
 _QUARTER = np.radians(15.0)
+"""Distance from a quarter turn up to which axes are exchanged [rad]: what a compass or an antenna adds to that."""
 
 
 @dataclass(frozen=True, slots=True)

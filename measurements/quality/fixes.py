@@ -18,6 +18,7 @@ _OFF = 0.25
 _BREAK = 5.0
 """Beats without a fix after which the beat is looked for anew."""
 _LONGEST_REST = 120.0
+"""Rest during which an old fix is repeated on every beat [s]: over a longer one it would be most of the log."""
 _RESTART = 50
 """Fixes within which a step that is too short says that the first ones were late, and not that the beat moved."""
 

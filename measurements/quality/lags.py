@@ -14,7 +14,8 @@ from ..statistics import CI
 _BLOCK = 10.0
 """Length of the stretches that are left out one at a time [s]."""
 _LEAST_BLOCKS = 4
-_QUICK = (0.2, 2.0)
+"""Stretches without which no error is told: leaving out one of three says little of the rest."""
+QUICK = (0.2, 2.0)
 """The band in which a boat answers its thrusters and drag has no say [Hz]."""
 
 
@@ -61,7 +62,7 @@ class Lag:
 
 def quick(rate: Array, step: float) -> Array:
     """Keep 0.2 to 2 Hz of records (n, ...) sampled every `step` [s], without moving them in time."""
-    return band_passed(rate, step, (_QUICK[0], min(_QUICK[1], 0.4 / step)))
+    return band_passed(rate, step, (QUICK[0], min(QUICK[1], 0.4 / step)))
 
 
 def lag_of(

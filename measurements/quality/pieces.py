@@ -14,6 +14,7 @@ from ..statistics import Fit, robust_fit
 _WINDOW = 4.0
 """Length of the pieces over which changes are compared [s]: long beside the noise of a position, short beside drift."""
 _LEAST_PIECES = 6
+"""Pieces that are needed: each has two ways, and a track has four unknowns."""
 
 
 @dataclass(frozen=True, slots=True)

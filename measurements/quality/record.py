@@ -19,6 +19,7 @@ from ..preparation.prepare import prepare
 RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
 _MOST = 0.5
+"""Share of a stretch in which a record must have values to be compared at all."""
 _RUDDER = re.compile(r"rudder|\bhelm|\bfin_angle|azimuth", re.IGNORECASE)
 _EVEN = Recipe(rate=RATE, cutoff=None)
 

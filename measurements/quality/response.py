@@ -18,7 +18,9 @@ _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
 """The band in which a boat answers its thrusters and drag has little say [Hz]; a slower one for speeds that are made of
 positions, whose noise grows with frequency."""
 _LEAST_BLOCKS = 8
+"""Blocks that are needed: all of eight agree by chance in 1 of 128 cases."""
 _LEAST_ROWS = 200
+"""Rows of a stretch that is looked at: 10 s, the longest delay that is tried both ways."""
 _TIMES = 5.0
 """Standard errors from which a sign is certain."""
 _SHARE = 0.15

@@ -16,10 +16,12 @@ from .record import RATE, Record
 _PIECE = 2.0
 """Length of the pieces over which changes of speed are compared [s]: a boat's answer to its thrusters."""
 _LEAST_PIECES = 20
+"""Pieces that are needed: 40 s, some manoeuvres."""
 _CLEARLY = 0.5
 """Error that speeds in their unit leave, at most, of that in metres a second: an effect that the vehicle lacks leaves
 more, since it does not divide speed, drag and acceleration alike."""
 _FINE = 0.1
+"""Share by which a record may differ from a unit: sensors are calibrated to some per cent, and forces known to ten."""
 
 
 def speed_unit(records: Sequence[Record], units: Mapping[float, str]) -> list[Finding]:

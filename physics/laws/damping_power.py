@@ -21,10 +21,12 @@ from ..motion import Motion
 from ..vehicle import Vehicle
 
 _LEAST = (1e-3, 1e-3, 1e-3)
-"""Smallest reach of an envelope on an axis [m/s, m/s, rad/s]."""
+"""Smallest reach of an envelope on an axis [m/s, m/s, rad/s]: the last digit that is kept of it."""
 _OTHER_WAY = 0.05
-"""A measured envelope reaches at least this share of its longer side to the other side of rest."""
+"""A measured envelope reaches at least this share of its longer side to the other side of rest: a boat that was never
+driven astern drifts back a little."""
 _DIGITS = 3
+"""Decimals to which an envelope is rounded outwards, so that what is printed is what was judged."""
 
 State = tuple[float, float, float]
 

@@ -17,7 +17,7 @@ from ..thrusters import Thruster, command_of
 from ..vehicle import Vehicle
 
 COMMAND_STEP = 0.1
-"""Step of the command grid [s]; a command is held until the next one."""
+"""Step of the command grid [s]; a command is held until the next one, as controllers at 10 Hz do."""
 
 Manoeuvre = Callable[[np.random.Generator], Array]
 """Draws one manoeuvre: (m, 2) common and differential command, normalised to -1..1, 10 Hz."""

@@ -18,7 +18,8 @@ from .hidden_effects import apply_effects
 from .manoeuvres import COMMAND_STEP, programme
 
 _WIND = (-5.0, 3.3)
-"""Velocity of the air over ground in which effects are sized, towards north and east [m/s]."""
+"""Velocity of the air over ground in which effects are sized, towards north and east [m/s]: 6 m/s, a moderate breeze
+(Beaufort 4), aslant to both axes."""
 _WILDEST = 3.0
 """Share by which an effect changes 10 s rollouts beyond which it makes another boat of the vehicle."""
 

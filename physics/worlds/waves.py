@@ -8,15 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..frames import Array, body_to_earth, earth_to_body
+from ..frames import GRAVITY, Array, body_to_earth, earth_to_body
 from ..motion import Motion
 
 BAND = (0.3, 0.8)
-"""Lowest and highest frequency met [Hz]."""
+"""Lowest and highest frequency met [Hz]: of waves of 2.4 to 17 m where the boat lies still, longer than small boats and
+too quick for their thrusters."""
 PEAK, SHARPNESS = 0.5, 3.3
-"""Peak [Hz] and peak enhancement factor (gamma) of the spectrum."""
+"""Peak [Hz], of waves of 6 m, and peak enhancement factor (gamma) of the spectrum, the mean of JONSWAP."""
 _COMPONENTS = 60
-_GRAVITY = 9.81
+"""Waves that are added, one from each equal part of the band: enough for a sum that is normally distributed."""
 
 
 def jonswap(frequency: Array) -> Array:
@@ -49,7 +50,7 @@ def in_waves(motion: Motion, amplitude: float, rng: np.random.Generator) -> Moti
     angle = motion.time[:, None] * omega + phase
     speed, shift = np.cos(angle) @ size, np.sin(angle) @ (size / omega)
     off = motion.heading - direction
-    turned = np.sin(off) * np.cos(off) * (np.cos(angle) @ (size * omega / _GRAVITY))
+    turned = np.sin(off) * np.cos(off) * (np.cos(angle) @ (size * omega / GRAVITY))
     heading = motion.heading + turned
     along = np.array([np.cos(direction), np.sin(direction)])
     north, east = body_to_earth(motion.heading, motion.velocity[:, 0], motion.velocity[:, 1])

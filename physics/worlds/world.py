@@ -34,7 +34,7 @@ __all__ = [
 FINE_STEP = 0.02
 """Step of the simulation [s]; it divides the command step."""
 DURATIONS = (1.0, 86400.0)
-"""Shortest and longest world [s]."""
+"""Shortest and longest world [s]: one that moves at all, and a day."""
 
 
 @dataclass(frozen=True, slots=True)

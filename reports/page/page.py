@@ -3,17 +3,10 @@
 from collections.abc import Sequence
 
 from ...physics.marks import at_end
+from ...physics.members import objects_in
 from ..run_contents import RunFolder
-from .chapters.agreement import agreement
-from .chapters.equations import equations
-from .chapters.how_it_was_made import made
-from .chapters.identifiability import identified
-from .chapters.laws import laws
-from .chapters.missing import missing_effects
-from .chapters.models import models
-from .chapters.parameters import calibrated, data, energy, parameter_table
-from .chapters.verdict import falling_error, headline
-from .chapters.where_it_fails import where_it_fails
+from . import chapters
+from .chapters.base import Chapter
 from .markup import Html, element, render
 from .style import CSS
 
@@ -26,26 +19,14 @@ WAVE = Html(
     '<path d="M2 13q5-6 10 0t10 0 8-2" stroke="var(--after)"/></g></svg>'
 )
 
+CHAPTERS = tuple(sorted(objects_in(chapters, Chapter), key=lambda chapter: chapter.place))
+"""Every `Chapter` that a file of their folder holds, from the top of the page down."""
+
 
 def page(run: RunFolder) -> str:
     """The HTML text of the report."""
     name = run.nominal.name
-    sections = [
-        headline(run),
-        falling_error(run),
-        agreement(run),
-        where_it_fails(run),
-        missing_effects(run),
-        equations(run),
-        parameter_table(run),
-        calibrated(run),
-        energy(run),
-        models(run),
-        laws(run),
-        identified(run),
-        data(run),
-        made(run),
-    ]
+    sections = [chapter.write(run) for chapter in CHAPTERS]
     return document(name, f"what the model of {name} is missing", sections)
 
 

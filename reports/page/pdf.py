@@ -21,6 +21,7 @@ PLACES = (
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
 SECONDS = 90.0
+"""Time that a browser gets [s]: it prints in seconds, but its first start on a slow machine takes longer."""
 HINT = (
     f"install Chromium, Chrome or Edge, or name one in the environment variable {VARIABLE} (or run 'playwright install "
     "chromium' after 'pip install playwright'); or open the HTML page in any browser and print it"

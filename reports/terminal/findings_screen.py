@@ -29,7 +29,7 @@ from .layout import Fitting, Prose, bullets, glossary, plain_table, section, sta
 VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "yellow", "no evidence": "dim"}
 
 _WORSE = 1.05
-"""Share of the error before from which predictions are said to get worse."""
+"""Share of the error before from which predictions are said to get worse: less may be chance on one part of a log."""
 
 
 def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -> Table:

@@ -16,6 +16,7 @@ from .quality_table import quality_parts, style_of
 
 _MOST_UNUSED = 12
 _MOST_STRETCHES = 4
+"""Names that are told of what is not used, and stretches: some lines, beside what is used."""
 WARNING = "yellow"
 
 

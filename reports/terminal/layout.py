@@ -15,6 +15,7 @@ from rich.text import Text
 from ...physics.printable import printable, shortened
 
 _WIDEST = 1000
+"""Columns in which every table stands without folding, to learn how wide it is by itself."""
 
 
 class _Terminal(Console):

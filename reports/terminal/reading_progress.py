@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 LARGE = 50_000_000
-"""Bytes from which a log's reading is worth a line, where there is no terminal."""
+"""Bytes from which a log's reading is worth a line, where there is no terminal: it takes some seconds."""
 EVERY = 5.0
-"""Seconds between plain lines."""
+"""Seconds between plain lines: often enough to see that it goes on, seldom enough for the log of a batch job."""
 
 
 @contextmanager

@@ -5,14 +5,12 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 
 from ...physics.errors import RequestError
+from ...physics.members import classes_in
+from .. import networks
 from .base import Network, Scaling
-from .dissipative import Dissipative
-from .lstm import LSTM
-from .mlp import MLP
-from .tcn import TCN
-from .transformer import Transformer
 
-NETWORKS: dict[str, type[Network]] = {cls.name: cls for cls in (MLP, LSTM, TCN, Transformer, Dissipative)}
+NETWORKS: dict[str, type[Network]] = {cls.name: cls for cls in classes_in(networks, Network)}
+"""Every `Network` that a file of this folder defines."""
 
 _MOST = {"units": 4096, "layers": 16, "heads": 64, "window": 4096, "kernel": 64, "gain": 10.0}
 """Largest value of each option; a file that asks for more is damaged or hostile."""

@@ -38,6 +38,7 @@ _MOST_SERIES = 512 * 2**20
 _MOST_CELLS = 64_000_000
 """Numbers of it: as many as fit into 0.5 GB."""
 _LONGEST_HEADER = 65536
+"""Bytes within which the first line ends [B]: the columns of a boat with 64 thrusters have 2 kB."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...physics.files import strict_json, write_json
 from ...physics.marks import written_by
-from ...physics.reading import read_json
+from ...physics.reading import BLOCK, read_json
 
 RUN_SCHEMA = "undertow.run/1"
 RECORD, PAGE, PDF = "run.json", "report.html", "report.pdf"
@@ -24,7 +24,6 @@ DATA = (*(name for name in _SCHEMAS if name != RECORD), "model.yaml", "nominal.y
 """What the pages are made of."""
 RUN_FILES = (*DATA, RECORD, PAGE, PDF)
 """What a run folder holds; series.mcap and the pages may be left out."""
-_CHUNK = 1 << 20
 
 
 def is_run(folder: str | os.PathLike[str]) -> bool:
@@ -98,7 +97,7 @@ def _digest(path: Path) -> str | None:
     digest = hashlib.sha256()
     try:
         with path.open("rb") as stream:
-            while chunk := stream.read(_CHUNK):
+            while chunk := stream.read(BLOCK):
                 digest.update(chunk)
     except OSError:
         return None

@@ -22,6 +22,7 @@ _FUNCTIONS = {70: ("throttle", "Throttle"), 73: ("port", "ThrottleLeft"), 74: ("
 }
 """SERVOn_FUNCTION of ArduPilot that drives a thruster: our name of the thruster, and ArduPilot's."""
 _NO_PULSE = (0.0, 65535.0)
+"""Outputs that drive nothing: 0, and UINT16_MAX of a channel that is not used (MAVLink, common.xml)."""
 _DEFAULTS = {"MIN": 1100.0, "TRIM": 1500.0, "MAX": 1900.0, "REVERSED": 0.0}
 """Of SERVOn_..., where the log does not say (ArduPilot, SRV_Channel.cpp)."""
 

@@ -16,19 +16,20 @@ from typing import Any
 import numpy as np
 
 from ....physics.frames import Array
-from ..base import Format, Head, Recording, Request, torn
+from ..base import EVERY, Format, Head, Recording, Request, torn
 from . import ardupilot
 from .autopilot import Table, numbers
 
 _MARK = b"\xa3\x95"
 _FMT = 128
+"""Type of the message that tells the layout of another (ArduPilot, LogStructure.h)."""
 _FMT_BODY = struct.Struct("<BB4s16s64s")
 _FMT_LENGTH = 3 + _FMT_BODY.size
+"""With two bytes of mark and one of type."""
 _SENSOR = "#"
 """Unit, in FMTU, of the field that says which sensor or which filter a message is of."""
 _PAGE = 528
 """A log may end in so many equal bytes, the rest of its last page; they are no break."""
-_EVERY = 1 << 22
 _PART = 1 << 14
 """Messages that are unpacked together; of a rare type they may lie on a page of the file each."""
 
@@ -148,7 +149,7 @@ class DataFlash:
                 offsets.append(at)
                 latest = offsets
                 at += length
-                if at - told > _EVERY:
+                if at - told > EVERY:
                     told = at
                     _release(content, at)
                     request.progress(at, size)

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from ....physics.frames import Array
-from ..base import Format, Head, Recording, Request
+from ..base import EVERY, Format, Head, Recording, Request
 from . import ardupilot
 from .autopilot import Table
 
 _TEXTS = frozenset("nNZaM")
 """Format characters of fields that are no numbers."""
-_EVERY = 1 << 22
 
 
 class DataFlashText:
@@ -50,7 +49,7 @@ class DataFlashText:
                 elif name in self._fields:
                     self._lines.setdefault(name, array("Q")).append(start)
                 start = end + 1
-                if start - told > _EVERY:
+                if start - told > EVERY:
                     told = start
                     request.progress(start, len(content))
 

@@ -14,15 +14,16 @@ from typing import Any
 import numpy as np
 
 from ....physics.frames import Array
-from ..base import Request, torn
+from ..base import EVERY, Request, torn
 
 _MARK = re.compile(rb"[\xfd\xfe]")
 _PAYLOAD = {0xFE: 6, 0xFD: 10}
 """First byte of a message (MAVLink 1, MAVLink 2) -> where its payload begins."""
 _SIGNED = 0x01
 _SIGNATURE = 13
+"""Flag of a message with a signature, and bytes of that (MAVLink 2, message signing)."""
 _STAMP = 8
-_EVERY = 1 << 22
+"""Bytes of the stamp that stands before each message of a telemetry log, microseconds since 1970."""
 Key = tuple[int, int, int]
 """System, component and number of a message."""
 
@@ -112,7 +113,7 @@ class Telemetry:
                         offsets = self._offsets[key] = array("Q")
                     offsets.append(at)
                 at += length
-                if at - told > _EVERY:
+                if at - told > EVERY:
                     told = at
                     request.progress(at, size)
                 continue

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ....physics.errors import LogError
-from ....physics.frames import Array
+from ....physics.frames import GRAVITY, Array
 from ...geodesy import local_metres
 from ..base import Format, Head, Name, Recording, Request, Stream
 from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, servo_commands
@@ -22,13 +22,12 @@ _CLOCKS = {"time_boot_ms": 1e3, "time_usec": 1e6}
 """Field of the vehicle's own clock -> ticks per second."""
 _OUT_OF_STEP = 1.0
 """A message whose clock differs by more than this [s] from the others' has another clock."""
-_GRAVITY = 9.80665
-"""Standard gravity [m/s^2]; accelerations come in thousandths of it."""
 _ARDUPILOT = 3
 """MAV_AUTOPILOT of ArduPilot in HEARTBEAT."""
 _MOTION = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
 """What only a vehicle sends."""
 _UNKNOWN_HEADING = 65535
+"""UINT16_MAX in GLOBAL_POSITION_INT.hdg: not known (MAVLink, common.xml)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +210,7 @@ def _accelerations(reader: _Reader, keys: Mapping[str, Key]) -> list[Stream]:
         if imu is not None:
             reader.notes.append(f"ax ay: xacc and yacc of {imu.topic}, from thousandths of gravity")
             values = {"ax": imu.columns["xacc"], "ay": imu.columns["yacc"]}
-            return [imu.stream(field, 1e-3 * _GRAVITY * value) for field, value in values.items()]
+            return [imu.stream(field, 1e-3 * GRAVITY * value) for field, value in values.items()]
     return []
 
 
@@ -254,4 +253,4 @@ def _read(head: Head, request: Request) -> Recording:
     return recording(Telemetry(head.path, request), request, str(head.path))
 
 
-TELEMETRY = Format("MAVLink telemetry", _matches, _read, (".tlog",), library="pymavlink")
+TELEMETRY = Format("MAVLink telemetry", _matches, _read, (".tlog",), library="pymavlink", marked=False)

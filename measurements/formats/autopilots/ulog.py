@@ -16,7 +16,7 @@ import numpy as np
 
 from ....physics.errors import LogError
 from ....physics.frames import Array, heading_from_quaternion
-from ..base import Format, Head, Name, Recording, Request, Stream, torn
+from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, torn
 from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, silenced
 
 _MAGIC = b"ULog\x01\x12\x35"
@@ -25,8 +25,6 @@ _START = 16
 _HEADER = struct.Struct("<HB")
 _FIELDS = 20_000
 """Most fields that all topics may have together; nested arrays of a damaged definition would fill the memory."""
-_DEPTH = 8
-_EVERY = 1 << 22
 _REREAD = 8
 """Bytes of messages that may be looked at for each byte of the file; a damaged file is searched byte by byte."""
 _CLOCKS = ("timestamp", "timestamp_sample")
@@ -50,6 +48,7 @@ _ACCELERATIONS = (
 _FIRST_MOTOR = 101
 """PWM_MAIN_FUNCn of the first motor (PX4, output_functions.yaml)."""
 _MOTORS = 12
+"""Controls of actuator_motors, and functions of outputs for motors (PX4, ActuatorMotors.msg)."""
 _UNSET = 1e-12
 """Squared length up to which a quaternion was never set: no heading."""
 
@@ -91,7 +90,7 @@ class _Log:
         self.offered: list[Name] = []
         headers: list[Any] = []
         outer, fields = self, 0
-        most = _REREAD * self.size + _EVERY
+        most = _REREAD * self.size + EVERY
 
         class Bounded(ULog):
             """Counts what it reads."""
@@ -99,14 +98,14 @@ class _Log:
             class _MessageHeader(ULog._MessageHeader):
                 def __init__(self) -> None:
                     super().__init__()
-                    self.bytes, self.next = 0, _EVERY
+                    self.bytes, self.next = 0, EVERY
                     headers.append(self)
 
                 def initialize(self, data: bytes) -> None:
                     self.msg_size, self.msg_type = _HEADER.unpack(data)
                     self.bytes += 3 + self.msg_size
                     if self.bytes > self.next:
-                        self.next += _EVERY
+                        self.next += EVERY
                         request.progress(min(self.bytes, outer.size), outer.size)
                         if self.bytes > most:
                             # In the data, pyulog takes struct.error for the end of the file, and gives what it has.
@@ -122,7 +121,7 @@ class _Log:
                 def _parse_nested_type(self, prefix_str: str, type_name: str, message_formats: Any) -> None:
                     nonlocal fields
                     fields += sum(max(size, 1) for _, size, _ in message_formats[type_name].fields)
-                    if fields > _FIELDS or prefix_str.count(".") > _DEPTH:
+                    if fields > _FIELDS or prefix_str.count(".") > DEEPEST:
                         raise ValueError("more fields than any log has")
                     super()._parse_nested_type(prefix_str, type_name, message_formats)
 

@@ -10,16 +10,13 @@ from typing import Any
 import numpy as np
 
 from ....physics.reading import parse_json
-from ..base import Name, Request, Stream
+from ..base import DEEPEST, Name, Request, Stream
 from .ros_clock import Stamps, overtaken
-from .ros_table import frame_of
+from .ros_table import LONGEST_LIST, frame_of
+from .ros_types import LONGEST_DEFINITION, MOST_FIELDS
 
-_DEEPEST = 8
-_MOST_FIELDS = 400
-_MOST_ELEMENTS = 64
 _LARGEST = 16 * 2**20
 """Bytes of one message that is still unpacked; a list of nothing takes some twenty times its text in memory."""
-_LONGEST_SCHEMA = 2**20
 _NUMBERS = frozenset({"number", "integer", "boolean"})
 _SECONDS, _NANOSECONDS = ("sec", "secs"), ("nsec", "nanosec", "nsecs")
 _STAMPED = ("header", "timestamp", "stamp")
@@ -112,7 +109,7 @@ class JsonTopic:
 
     def _learn(self, fields: Sequence[str]) -> None:
         """Ask which of new fields are wanted."""
-        room = _MOST_FIELDS - len(self._fields)
+        room = MOST_FIELDS - len(self._fields)
         if len(fields) > room:
             self._unread[Name(self.name, "(more fields)", self._kind)] = None
         # JSON may spell half a character, which no report could name.
@@ -135,11 +132,11 @@ def json_topic(name: str, kind: str, definition: str, request: Request, unread: 
     definition : JSON Schema of the messages; empty for none
     """
     try:
-        declared = list(_declared(parse_json(definition[:_LONGEST_SCHEMA], lenient=True), "", 0))
+        declared = list(_declared(parse_json(definition[:LONGEST_DEFINITION], lenient=True), "", 0))
     except (ValueError, TypeError):
         # No schema, or one that leaves open what there is: the messages tell.
         return JsonTopic(name, kind, request, unread)
-    names = [Name(name, field, kind) for field in declared[:_MOST_FIELDS]]
+    names = [Name(name, field, kind) for field in declared[:MOST_FIELDS]]
     if request.choose(names):
         return JsonTopic(name, kind, request, unread)
     unread |= dict.fromkeys(names)
@@ -152,10 +149,10 @@ def _gather(value: Any, path: str, depth: int, found: dict[str, float]) -> None:
         found[path] = float(value)
     elif value is None:
         found[path] = math.nan
-    elif isinstance(value, dict) and depth < _DEEPEST:
+    elif isinstance(value, dict) and depth < DEEPEST:
         for key, part in value.items():
             _gather(part, f"{path}.{key}" if path else key, depth + 1, found)
-    elif isinstance(value, list) and depth < _DEEPEST and len(value) <= _MOST_ELEMENTS:
+    elif isinstance(value, list) and depth < DEEPEST and len(value) <= LONGEST_LIST:
         for k, part in enumerate(value):
             _gather(part, f"{path}[{k}]", depth + 1, found)
 
@@ -186,7 +183,7 @@ def _declared(schema: Any, path: str, depth: int) -> Iterator[str]:
     """
     kind = schema.get("type") if isinstance(schema, dict) else None
     kinds = set(kind if isinstance(kind, list) else [kind]) - {"null"}
-    if kinds == {"object"} and isinstance(schema.get("properties"), dict) and depth < _DEEPEST:
+    if kinds == {"object"} and isinstance(schema.get("properties"), dict) and depth < DEEPEST:
         if schema.get("additionalProperties") or schema.get("patternProperties"):
             raise ValueError("an open schema")
         for key, part in schema["properties"].items():

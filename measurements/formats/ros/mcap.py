@@ -15,6 +15,7 @@ from .ros_messages import Collector
 
 MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
+"""Opcodes of records (mcap.dev/spec)."""
 _RECORD = struct.Struct("<BQ")
 _MESSAGE_START = struct.Struct("<HIQQ")
 _CHUNK_START = struct.Struct("<QQQII")

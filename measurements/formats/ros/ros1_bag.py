@@ -15,9 +15,11 @@ from .ros_messages import Collector
 _MAGIC = b"#ROSBAG V"
 _VERSION = b"#ROSBAG V2.0\n"
 _BAG_HEADER, _CHUNK, _CONNECTION, _MESSAGE = 3, 5, 7, 2
+"""Values of `op` in the header of a record (ROS bag format 2.0)."""
 _LENGTH = struct.Struct("<I")
 _STAMP = struct.Struct("<II")
 _LARGEST_HEADER = 16 * 2**20
+"""Bytes of the header of a record, or of the definition of a connection [B]: these have some kB."""
 
 
 def _matches(head: Head) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 from ....physics.errors import LogError
 from ....physics.printable import listed
-from ....physics.reading import parse_yaml, read_bytes
+from ....physics.reading import BLOCK, parse_yaml, read_bytes
 from ..base import Format, Head, Recording, Request, in_file
 from ..unpacking import ZSTD_MAGIC, Allowance, zstd
 from .mcap import MAGIC as MCAP_MAGIC
@@ -22,9 +22,9 @@ from .ros_messages import Collector
 METADATA = "metadata.yaml"
 _KEY = "rosbag2_bagfile_information"
 _LONGEST_METADATA = 16 * 2**20
+"""Bytes of metadata.yaml [B]: a topic takes 1 kB, most of it its quality of service."""
 _STORAGE = re.compile(r"(?P<stem>.+?)(?:_(?P<split>\d+))?\.(?:db3|mcap)(?:\.zstd)?")
 _JOURNAL = re.compile(r".+\.db3-(?:wal|shm|journal)")
-_BLOCK = 2**20
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,10 +116,10 @@ def _unpacked(path: Path, target: Path) -> list[str]:
     with path.open("rb") as source, target.open("wb") as file:
         try:
             while not unpacker.eof and not why:
-                block = source.read(_BLOCK) if unpacker.needs_input else b""
+                block = source.read(BLOCK) if unpacker.needs_input else b""
                 if not block and unpacker.needs_input:
                     why = "it ends too early"
-                content = unpacker.decompress(block, _BLOCK)
+                content = unpacker.decompress(block, BLOCK)
                 written += len(content)
                 allowance.take(len(content))
                 if len(content) > shutil.disk_usage(target.parent).free:

@@ -19,6 +19,7 @@ made, and computers that set their clocks by each other agree better."""
 LATE = 0.02
 """A median delay above this [s] is worth a note."""
 _ASTRAY = 30.0
+"""Time by which a header may be later than usual [s]: no message waits longer for its recorder."""
 DISORDER = 1.0
 """Stamps that run back by less [s] are of messages that overtook each other."""
 

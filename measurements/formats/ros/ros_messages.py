@@ -16,7 +16,9 @@ from .ros_table import Table
 from .ros_types import MessageType, message_type
 
 _MOST_SHAPES = 64
+"""Shapes that the messages of a topic may have: each takes a table, and scans have a new one every time."""
 _MOST_TOPICS = 10_000
+"""Topics of a bag: one with everything in it has some hundred."""
 
 
 class Collector:

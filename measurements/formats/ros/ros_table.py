@@ -23,7 +23,8 @@ _ABSENT = {
 MAVROS marks a twist in the same way. It may change from message to message; where it is said, there is no number."""
 _NO_FIX = {"sensor_msgs/msg/NavSatFix": ("status.status", -1, ("latitude", "longitude", "altitude"))}
 """By sensor_msgs/NavSatStatus.msg, a status of -1 says that there is no fix; the position is then no number."""
-_MOST_ELEMENTS = 64
+LONGEST_LIST = 64
+"""Elements of a list that are told apart: joints and thrusters; a longer one is a scan or a picture."""
 _POSE = ("pose.", "position.", "orientation.")
 
 
@@ -103,7 +104,7 @@ def _first_of(message: Any, path: str) -> float | None:
 
 def _element_names(message: Any, what: MessageType, path: str) -> list[str]:
     count = len(attrgetter(path)(message))
-    if count > _MOST_ELEMENTS:
+    if count > LONGEST_LIST:
         raise ValueError(f"{path} has {count} elements")
     if not what.has_names:
         return [f"{path}[{k}]" for k in range(count)]

@@ -5,10 +5,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-_DEEPEST = 8
-_MOST_FIELDS = 400
+from ..base import DEEPEST
+
+MOST_FIELDS = 400
+"""Numbers of one message that are read: the state of an autopilot has some hundred."""
+LONGEST_DEFINITION = 2**20
+"""Characters of a definition or a schema: the longest of ROS have some ten thousand."""
 _LONGEST_ARRAY = 32
-_LONGEST_DEFINITION = 2**20
+"""Numbers of an array of fixed length that are read: the outputs of an autopilot, not a covariance, which has 36."""
 _MOST_ELEMENTS = 10_000
 """Fields and elements of a whole message, nested ones multiplied: more is made to fill memory, or no measurement."""
 _LONGEST_SEQUENCE = 100_000
@@ -63,7 +67,7 @@ def message_type(kind: str, definition: str, language: str, encoding: str, distr
         whatever rosbags raises for a definition that it cannot read; KeyError for an unknown type; ValueError for one
         that is too long, or of too many elements.
     """
-    if len(definition) > _LONGEST_DEFINITION:
+    if len(definition) > LONGEST_DEFINITION:
         raise ValueError(f"a definition of {len(definition)} characters")
     store = _store(kind, definition, language, encoding, distribution)
     fields = store.fielddefs[kind][1]
@@ -147,7 +151,7 @@ def _leaves(store: Any, kind: str, prefix: str, depth: int) -> Iterator[tuple[st
     from rosbags.interfaces import Nodetype
     from rosbags.typesys.base import normalize_fieldname
 
-    if depth > _DEEPEST or kind in _STAMPS or kind == _HEADER:
+    if depth > DEEPEST or kind in _STAMPS or kind == _HEADER:
         return
     found = 0
     for raw, (node, what) in store.fielddefs[kind][1]:
@@ -164,6 +168,6 @@ def _leaves(store: Any, kind: str, prefix: str, depth: int) -> Iterator[tuple[st
             part = iter([(path, 0 if whole else length)] if keep else [])
         for leaf in part:
             found += 1
-            if found > _MOST_FIELDS:
+            if found > MOST_FIELDS:
                 return
             yield leaf

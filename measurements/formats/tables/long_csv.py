@@ -12,4 +12,4 @@ def _read(head: Head, request: Request) -> Recording:
     return with_remarks(long_recording(read_text(head), head.path), head)
 
 
-LONG_CSV = Format("long CSV", _matches, _read, (".csv", ".gz"))
+LONG_CSV = Format("long CSV", _matches, _read, (".csv", ".gz"), marked=False)

@@ -14,13 +14,12 @@ import pandas as pd
 
 from ....physics.errors import LogError
 from ....physics.frames import Array
-from ..base import Format, Head, Recording, Request, Stream
+from ..base import DEEPEST, Format, Head, Recording, Request, Stream
 from .matlab_elements import check_elements
 from .tables import wide_recording
 
 _TIMES = {"t": "t", "time": "time", "Time": "time", "tout": "time", "timestamp_ns": "timestamp_ns"}
 """Names of a time vector -> what a wide table calls such a column; `T` may be anything."""
-_DEPTH = 8
 _FOREIGN = {
     b"\xff\xd8\xff": "a JPEG picture",
     b"\x89PNG": "a PNG picture",
@@ -112,7 +111,7 @@ def _gather(path: str, content: dict[str, Any], times: list[_Table], tables: lis
         if name == "signals" and own:
             _simulink(path, value, own[0])
         elif isinstance(value, dict):
-            if path.count(".") < _DEPTH:
+            if path.count(".") < DEEPEST:
                 _gather(below, value, times, tables, left)
         elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
             for k, part in enumerate(list(np.ravel(np.asarray(value, dtype=object)))[:64]):

@@ -12,7 +12,9 @@ from pathlib import Path
 from ..unpacking import inflated, most_held
 
 _HEADER = 128
+"""Bytes before the first element (MAT-File Format, level 5)."""
 _MATRIX, _PACKED = 14, 15
+"""Types of elements that are a matrix, and that are packed (MAT-File Format, level 5)."""
 _NUMBERS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 """Types of elements that hold numbers or text -> bytes of one."""
 _CELL, _STRUCTS, _TEXT = 1, (2, 3), 4
@@ -20,6 +22,7 @@ _CELL, _STRUCTS, _TEXT = 1, (2, 3), 4
 _BEFORE = 6
 """Most elements that stand before the parts of a matrix."""
 _DEPTH = 32
+"""Levels of structs in structs: more than any log has, and few beside the calls that Python bears."""
 _MOST_PARTS = 500_000
 """Matrices of a file: a struct array of 50,000 messages with 10 fields has so many, and each takes 1 kB in memory."""
 

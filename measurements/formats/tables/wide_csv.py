@@ -12,4 +12,4 @@ def _read(head: Head, request: Request) -> Recording:
     return with_remarks(wide_recording(read_text(head), head.path), head)
 
 
-WIDE_CSV = Format("wide CSV", _matches, _read, (".csv", ".gz"))
+WIDE_CSV = Format("wide CSV", _matches, _read, (".csv", ".gz"), marked=False)

@@ -16,6 +16,7 @@ from .neutral import centre_of
 
 _STEP = 1.0 / RATE
 _IN_STEP = 0.03
+"""Offset up to which records are in step [s]: half a step of the 20 Hz on which they are compared, and rounding."""
 _PITCHING = 0.05
 """Offset up to which records are in step [s]; a boat that pitches as it speeds up holds its accelerometer back."""
 _ALIKE = (0.8, 1.25)

@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...compass import compass_of
+from ...compass import FAST, STRAIGHT, compass_of
 from ...preparation.derive import smooth
 from ..finding import Check, Finding
 from ..record import RATE, Record
@@ -15,12 +15,11 @@ _LEAST = 2.0
 _SLOW = 0.5
 """Drift is slower than this [Hz]; what is faster is the noise of positions."""
 _SETTLES = 4.0
+"""Length from which a motion is looked at [s]: two periods of the slowest filter, whose ends are not true."""
 _LAZY = 0.02, 0.2
 """Of a ship whose fastest turns lie between these [rad/s], no run is straight by the measure of `compass_of`."""
 _SECTORS, _MOST_SECTORS = 12, 7
 """Sectors of the compass, and those on which the boat must have run straight before the curve is told."""
-_STRAIGHT, _FAST = 0.1, 0.2
-"""Yaw rate [rad/s] of a straight run, and the share of the top speed from which it counts."""
 
 
 @final
@@ -92,7 +91,7 @@ def _sectors(records: Sequence[Record]) -> int:
     motions = [stretch.motion for record in records for stretch in record.stretches]
     fast = max(float(np.abs(motion.velocity[:, 0]).max()) for motion in motions)
     headings = [
-        motion.heading[(np.abs(motion.velocity[:, 2]) < _STRAIGHT) & (np.abs(motion.velocity[:, 0]) > _FAST * fast)]
+        motion.heading[(np.abs(motion.velocity[:, 2]) < STRAIGHT) & (np.abs(motion.velocity[:, 0]) > FAST * fast)]
         for motion in motions
     ]
     place = (np.concatenate(headings) % (2.0 * np.pi)) / (2.0 * np.pi) * _SECTORS

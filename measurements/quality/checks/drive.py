@@ -44,12 +44,14 @@ over all gains, from which it was driven: a boat that lies idle gains next to no
 _NOISE = 3.0
 """Times their noise that accelerations must have for anything to be said of them."""
 _LAGS = 3.0
+"""Delays that are tried, both ways [s]: beyond the 2 s that a thruster may have at most."""
 _LONG = 10.0
 """Time from which a command stands still for longer than a manoeuvre's step takes [s]."""
 _ANSWERS = 0.12
 """Share of quick accelerations that commands must explain at some delay within 3 s; those of another run explain up to
 0.09 by chance, the right ones 0.3 or more."""
 _LEAST_ANSWERED = 60.0
+"""Motion that is needed [s]: over less, commands of another run explain more by chance."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from ...alignment import band_passed
 from ...canonical import Channel, command_kind
 from ...statistics import surely_more
 from ..finding import Channels, Check, Finding, Fix, Reach
+from ..lags import QUICK
 from ..record import RATE, Record, Stretch
 from ..response import answers, trials
 
@@ -19,8 +20,8 @@ _STEP = 1.0 / RATE
 _SPEEDS = ("u", "v")
 _WINDOW = 5.0
 """Length of a stretch that counts once [s]: the slowest period in which a boat answers its thrusters."""
-_BAND = (0.2, 2.0)
 _LEAST = 8
+"""Stretches that are needed: all of eight agree by chance in 1 of 128 cases."""
 _FOLLOWS = 0.5
 """Share of the way that the exchanged speeds must explain: less, and something else is wrong as well."""
 _READINGS: dict[str, Callable[[Array, Array], tuple[Array, Array]]] = {
@@ -179,7 +180,7 @@ def _tables(stretch: Stretch, columns: Sequence[int], lag: int, exchange: bool) 
     )
     rows = slice(max(lag, 0), table.shape[0] + min(lag, 0))
     moved = commands[max(-lag, 0) : commands.shape[0] - max(lag, 0)]
-    table = band_passed(np.column_stack([table[rows], moved]), _STEP, _BAND)
+    table = band_passed(np.column_stack([table[rows], moved]), _STEP, QUICK)
     return table[:, 0], table[:, 1], table[:, 10:], table[:, 2:5], table[:, 5:10]
 
 

@@ -8,7 +8,7 @@ from ..finding import Check, Finding
 from ..record import Record
 
 _LITTLE = 60.0
-"""Usable motion below which little can be learned [s]."""
+"""Usable motion below which little can be learned [s]: a few manoeuvres, of which 15 % are held out."""
 
 
 @final

@@ -11,7 +11,9 @@ from ..fixes import LEAST, Fixes, fixes_of, taken_at
 from ..record import Record
 
 _OFTEN = 0.01
+"""Share of steps that are off from which fixes come late, and not now and then."""
 _TOLD = 5
+"""Logs that are told by name: a line."""
 _REAL = 0.5
 """Surplus way over surplus time in a step that is off: 1 for honest stamps, 0 where only the stamp is off."""
 _ROW = 0.6

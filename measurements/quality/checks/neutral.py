@@ -18,6 +18,7 @@ USUAL = 1500.0
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
 _SLOW_FLOOR = (0.1, 0.03)
+"""The same for boats that are slow [m/s, rad/s]: below, sensors show noise."""
 _SETTLED = 2.0
 """A command that is neutral stays for this long [s]."""
 _LEAST = 3.0

@@ -13,12 +13,14 @@ from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r", "ax", "ay")
 _LEAST_ROWS = 200
+"""Rows that are needed, and a tenth of it of measured ones, for a median and quantiles to mean something."""
 _FLAT = 0.01
 """Bend of a record, beside its largest ones, up to which a row lies on the line between its neighbours; of rows that
 are measured, one in fifty does."""
 _SHARE = 0.6
 """Share of such rows from which a log is interpolated: to three times its rate or more."""
 _EVEN = 0.8
+"""Share of spans between measured rows that are of one length, but for rounding: a logger loses some."""
 _ENDS = 0.5
 """Time for which the ends of a log repeat one row from which it was filled up there [s]."""
 

@@ -194,6 +194,7 @@ def _sides(
 
 
 _SIDE = {"port": 1, "starboard": -1}
+"""Sign of the yaw moment of a thruster on that side which pushes ahead."""
 
 
 def _either(unsure: Sequence[Trials], expected: Mapping[str, _Expected]) -> str:

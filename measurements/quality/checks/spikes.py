@@ -13,12 +13,15 @@ from ..record import Record
 
 _MOTION = ("x", "y", "psi", "u", "v", "r")
 _LEAST_ROWS = 50
+"""Rows of which the outermost 2 % are one: of fewer, no usual range can be told."""
 _OUT = 0.5
 """Share of a record's usual range by which a value must leave both its neighbours; a boat does not in one row."""
 _STEPS = 10.0
+"""Median steps by which a value must leave its neighbours, where the range is narrow: a jump, not a quick change."""
 _WHOLE = 0.8
 """Share of its whole range by which a record must jump in one row for a counter that turned over."""
 _FEW = 0.002
+"""Share of spikes up to which the rest of a record can be used as it is."""
 
 
 @final

@@ -37,6 +37,7 @@ that was interpolated to a fine grid has ten rows on one line."""
 _DIGITS = 3.0
 """Steps on the move are at least this many times the last digit of the channel."""
 _MUCH = 0.05
+"""Share of the time from which a stuck sensor spoils what is learnt, as gaps do (`rates`)."""
 _MOST = 0.3
 """Share of the time from which what is left of a stuck sensor's log is no log of it."""
 _TURNS, _RUNS = 0.5, 3.0

@@ -5,18 +5,20 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ....physics.frames import GRAVITY
 from ...statistics import robust_fit
 from ..finding import Check, Finding
 from ..record import RATE, Record
 from .clocks import on_grid
 
-_GRAVITY = 9.81
 _BLOCK = 5.0
+"""Length of a stretch that counts once [s]: rows of one manoeuvre err together."""
 _SMALL = 0.15
 """Leak up to which the accelerometer shows accelerations [m/s^2]: a degree of trim."""
 _MUCH = 0.5
 """Leak from which the accelerometer is of no use as one [m/s^2]."""
 _TIMES = 5.0
+"""Standard errors from which a leak is certain, as a sign is in `response`."""
 
 
 @final
@@ -60,7 +62,7 @@ class Tilt(Check):
                 f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
             )
             return [Finding(self.name, "cannot tell", text, leak, "m/s^2", ends, channels, parts=parts)]
-        angle = float(np.degrees(np.arcsin(np.clip(abs(leak) / _GRAVITY, 0.0, 1.0))))
+        angle = float(np.degrees(np.arcsin(np.clip(abs(leak) / GRAVITY, 0.0, 1.0))))
         trim = "bow up" if leak > 0.0 else "bow down"
         return [
             Finding(

@@ -18,12 +18,14 @@ from ..speed_unit import speed_unit
 _NEAR = 0.12
 """Relative distance to a known ratio up to which it is that one."""
 _FINE = 0.05
+"""Share by which two records of one quantity may differ in size: sensors are calibrated to some per cent."""
 _LARGE = 0.15
 """Share by which one of two records must be too large, over all of its interval, to make what is found false: compass
 deviation makes up to that of the ratio of heading and yaw rate in a log of few headings."""
 _TIMES = 12.0
 """Standard errors that a ratio must reach to be spoken of: a sixth of itself either way is the widest interval."""
 _CLEARLY = 0.02
+"""Share of the turning by which the heading must follow better in degrees than in radians to be in degrees."""
 _CONTRADICTS = 0.3
 """Share of the track that speeds leave unexplained from which they are of another motion; real logs have 0.004."""
 _DEGREE = float(np.pi / 180.0)

@@ -67,10 +67,12 @@ class Law(ABC):
     Attributes
     ----------
     name : as tables and files call it
+    place : where it is told, low numbers first; the mass is first, since nothing else means much without it
     counts : whether a model that breaks it fails the audit
     """
 
     name: ClassVar[str]
+    place: ClassVar[int] = 1000
     counts: ClassVar[bool] = True
 
     @abstractmethod

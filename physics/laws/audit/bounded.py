@@ -11,9 +11,10 @@ from .trial import SECONDS, STEPS, rolled, settling, trial_commands, trial_motio
 from .witness import EXACT, Witness
 
 MOST = 3.0
-"""Multiple of the speed and yaw rate in question that no rollout may exceed."""
+"""Multiple of the speed and yaw rate in question that no rollout may exceed: drag that grows linearly lets a thrust
+that is three times too strong reach it, and no thruster is that."""
 _FAR = 1e3
-"""Multiple of the envelope at which drag must have outgrown thrust."""
+"""Multiple of the envelope at which drag must have outgrown thrust: what does not brake there never does."""
 _PATIENCE = 4.0
 """Multiple of the time in which the vehicle file settles for which a function is rolled out: what nothing brakes then
 goes far beyond what settles."""
@@ -30,6 +31,7 @@ class BoundedSpeed(Law):
     """
 
     name: ClassVar[str] = "bounded speed"
+    place: ClassVar[int] = 70
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

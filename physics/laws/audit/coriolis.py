@@ -9,7 +9,7 @@ from .base import Law, Ruling, in_words, let_pass
 from .witness import Witness
 
 _FEW = 256
-"""States that a black box is asked at, in eight ways each."""
+"""States that a black box is asked at, in eight ways each: 2048 answers, as many as a network gives at once."""
 
 
 @final
@@ -23,6 +23,7 @@ class CoriolisWork(Law):
     """
 
     name: ClassVar[str] = "Coriolis does no work"
+    place: ClassVar[int] = 80
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

@@ -9,6 +9,7 @@ from .base import Law, Ruling, in_words, let_pass
 from .witness import TOLD, Witness
 
 _COUNT = 201
+"""Speeds on each axis: steps of half a per cent of the envelope."""
 _COARSE, _FINEST = 0.05, 1e-10
 """Half of the step of the difference at rest as a share of the reach: for a network, whose kinks are small, and for a
 formula, whose quadratic drag must not yet show. Along an axis nothing nearer to rest is asked."""
@@ -25,6 +26,7 @@ class PositiveDamping(Law):
     """
 
     name: ClassVar[str] = "positive damping"
+    place: ClassVar[int] = 30
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

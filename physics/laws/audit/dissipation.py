@@ -11,6 +11,7 @@ from .search import rays
 from .witness import TOLD, Proof, Witness
 
 _SKIN = 1.0 + 1e-9
+"""How far beyond the border a state is moved, as a multiple of its distance: rounding leaves none inside."""
 
 
 def judge_dissipation(law: Law, witness: Witness, stretch: float, where: str) -> Ruling:
@@ -65,6 +66,7 @@ class Dissipation(Law):
     """Damping takes power out everywhere in the envelope (Fossen 2021, section 6.4)."""
 
     name: ClassVar[str] = "dissipation"
+    place: ClassVar[int] = 20
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""
@@ -79,6 +81,7 @@ class Outside(Law):
     """
 
     name: ClassVar[str] = "outside the envelope"
+    place: ClassVar[int] = 100
     counts: ClassVar[bool] = False
     stretch: ClassVar[float] = 1.5
 

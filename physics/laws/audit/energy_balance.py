@@ -12,7 +12,8 @@ from .base import Law, Ruling, in_words, let_pass
 from .witness import EXACT, Witness
 
 WINDOW = 5.0
-"""Length of the stretches over which energy is counted [s]."""
+"""Length of the stretches over which energy is counted [s]: noise is averaged out, and a gain is still that of one
+manoeuvre."""
 
 
 @final
@@ -24,6 +25,7 @@ class EnergyBalance(Law):
     """
 
     name: ClassVar[str] = "energy balance"
+    place: ClassVar[int] = 50
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

@@ -10,7 +10,8 @@ from .search import Box, SearchSettings, climb
 from .witness import Witness
 
 _MOVING = 0.05
-"""Where nothing is gained, the state told is the closest to a gain at least this share of the envelope from rest."""
+"""Where nothing is gained, the state told is the closest to a gain at least this share of the envelope from rest: at
+rest itself every power is zero, and the closest state would always be that."""
 
 _AGAIN = SearchSettings(starts=12)
 """Of the second search, from the tops of the first."""

@@ -13,9 +13,10 @@ from .trial import possible_commands
 from .witness import Witness
 
 _FEW = 512
-"""Commands with which a boat at rest is pushed."""
+"""Commands with which a boat at rest is pushed, of those that are possible: nearly all of four thrusters (625)."""
 _WEAK = 0.05
-"""Pushes weaker than this share of the strongest tell nothing."""
+"""Pushes weaker than this share of the strongest tell nothing: a network pushes itself by a hundredth (`rest`), which
+would decide their sign."""
 
 
 @final
@@ -28,6 +29,7 @@ class PositiveMass(Law):
     """
 
     name: ClassVar[str] = "positive mass"
+    place: ClassVar[int] = 10
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

@@ -1,25 +1,14 @@
-"""All laws, in the order in which they are told."""
+"""All laws, in the order in which they are told: every `Law` that a file of this folder defines."""
 
+from collections.abc import Callable, Iterable
+
+from ...members import classes_in
+from .. import audit
 from .base import Law
-from .bounded import BoundedSpeed
-from .coriolis import CoriolisWork
-from .damping import PositiveDamping
-from .dissipation import Dissipation, Outside
-from .energy_balance import EnergyBalance
-from .mass import PositiveMass
-from .rest import Rest
-from .symmetry import MirrorSymmetry
-from .thrust import PowerUnderThrust
 
-LAWS: tuple[Law, ...] = (
-    PositiveMass(),
-    Dissipation(),
-    PositiveDamping(),
-    PowerUnderThrust(),
-    EnergyBalance(),
-    Rest(),
-    BoundedSpeed(),
-    CoriolisWork(),
-    MirrorSymmetry(),
-    Outside(),
-)
+
+def _told(kinds: Iterable[Callable[[], Law]]) -> tuple[Law, ...]:
+    return tuple(sorted((kind() for kind in kinds), key=lambda law: law.place))
+
+
+LAWS: tuple[Law, ...] = _told(classes_in(audit, Law))

@@ -21,6 +21,7 @@ class Rest(Law):
     """
 
     name: ClassVar[str] = "rest stays at rest"
+    place: ClassVar[int] = 60
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

@@ -9,8 +9,10 @@ from .base import Law, Ruling, in_words
 from .witness import Witness
 
 SHARE = 0.1
-"""Difference between the sides, as a share of full thrust, from which a boat is called lopsided."""
+"""Difference between the sides, as a share of full thrust, from which a boat is called lopsided: chosen and not
+derived, since the law does not count."""
 _SIGNS = np.array([1.0, -1.0, -1.0])
+"""Of surge, sway and yaw in a mirror that stands on the centre line."""
 
 
 @final
@@ -22,6 +24,7 @@ class MirrorSymmetry(Law):
     """
 
     name: ClassVar[str] = "mirror symmetry"
+    place: ClassVar[int] = 90
     counts: ClassVar[bool] = False
 
     def judge(self, witness: Witness) -> Ruling:

@@ -15,7 +15,8 @@ from .search import Box
 from .witness import EXACT, TOLD, Witness
 
 _SLOW = 0.02
-"""Speed at which a push at rest is tried, as a share of the envelope."""
+"""Speed at which a push at rest is tried, as a share of the envelope: fast enough for a power, and drag is still
+nothing."""
 _KEEN = 256
 """Number of pushes at rest that are tried."""
 
@@ -29,6 +30,7 @@ class PowerUnderThrust(Law):
     """
 
     name: ClassVar[str] = "power under thrust"
+    place: ClassVar[int] = 40
 
     def judge(self, witness: Witness) -> Ruling:
         """See `Law.judge`."""

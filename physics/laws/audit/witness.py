@@ -26,7 +26,7 @@ Settled = Callable[[Array, Array, Array], Array]
 """Acceleration over ground (n, 3) of lasting velocities over ground (n, 3), headings (n,), commands (n, thrusters)."""
 
 EXACT = 1e-8
-"""The same for a model in closed form: rounding."""
+"""Share of the boat's own scale that is let pass of a model in closed form: rounding."""
 TOLD = 1e-6
 """Share of full thrust's power from which a gain within the tolerance is told; less is single precision."""
 

@@ -10,6 +10,7 @@ from ..figures.agreement_figures import histogram, scatter, scatter_stride
 from ..figures.figure_data import held_out_rows, held_out_stretch
 from ..figures.figures import speeds, track
 from ..markup import Html, element, figure, render
+from .base import Chapter
 from .verdict import legend
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -84,3 +85,6 @@ def _title(comparison: Comparison, axis: str, key: str, name: str, unit: str) ->
     ]
     known = [goodness(value) if key == "r2" else typeset(value, 2) for value in values if value == value]
     return f"{axis}   {name} {f' {ARROW} '.join(known)} {unit}".rstrip() if known else axis
+
+
+AGREEMENT = Chapter(30, agreement)

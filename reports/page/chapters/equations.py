@@ -11,6 +11,7 @@ from ...wording import interval, trimmed
 from .. import mathml
 from ..coefficients import coefficient_rows, vehicle_value
 from ..markup import Html, element, render, table
+from .base import Chapter
 
 UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
 Intervals = Mapping[str, tuple[float, float]]
@@ -145,3 +146,6 @@ def _axes_note(vehicle: Vehicle) -> str:
 def _moved(run: RunFolder, symbol: str, after: float) -> bool:
     before = vehicle_value(run.nominal, symbol)
     return abs(after - before) > 1e-9 * max(abs(after), abs(before))
+
+
+EQUATIONS = Chapter(60, equations)

@@ -3,6 +3,7 @@
 from ....physics.in_words import words
 from ...run_contents import RunFolder
 from ..markup import Html, element, render, table
+from .base import Chapter
 from .parameters import bullets, plain
 
 STORY = (
@@ -35,3 +36,6 @@ def made(run: RunFolder) -> Html:
     summary = element("summary", "files and the start of their SHA-256")
     parts.append(element("details", summary, table(("file", "digest"), files, "ll")))
     return render(element("h2", "How this was made"), element("footer", *parts, cls="card"))
+
+
+MADE = Chapter(140, made)

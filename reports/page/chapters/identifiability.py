@@ -9,6 +9,7 @@ from ...run_contents import RunFolder
 from ...wording import typeset
 from ..figures.excitation_figure import excitation
 from ..markup import Html, element, figure, render
+from .base import Chapter
 
 
 def identified(run: RunFolder) -> Html:
@@ -89,3 +90,6 @@ def _names(names: Sequence[str]) -> str:
 
 def _advice(items: Sequence[Advice]) -> list[Html]:
     return [element("li", element("b", item.manoeuvre), f": {item.why}") for item in items]
+
+
+IDENTIFIED = Chapter(120, identified)

@@ -8,6 +8,7 @@ from ...run_contents import RunFolder
 from ...wording import typeset
 from ..markup import Html, element, render, table
 from ..rivals import laws_of
+from .base import Chapter
 
 SIGNS = {"pass": "\N{BULLET} pass", "fail": "\N{MULTIPLICATION SIGN} fail", "noted": "\N{WHITE CIRCLE} noted"}
 STATE_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
@@ -105,3 +106,6 @@ def _asked(audit: AuditRecord) -> str:
 
 def _listed(judged: Mapping[str, object]) -> str:
     return listing(list(judged))
+
+
+LAWS = Chapter(110, laws)

@@ -9,6 +9,7 @@ from ...wording import added_to, effect_words, interval, twins, within
 from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects
 from ..markup import Html, element, figure, lines, render, table
+from .base import Chapter
 
 
 def missing_effects(run: RunFolder) -> Html:
@@ -112,3 +113,6 @@ def _unnamed(terms: Sequence[FoundTerm]) -> list[Html]:
 
 def _value(term: FoundTerm) -> str:
     return f"{term.symbol} = {within(term.value, term.ci95)} {unit_text(term.unit)}".rstrip()
+
+
+MISSING_EFFECTS = Chapter(50, missing_effects)

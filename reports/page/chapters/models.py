@@ -13,6 +13,7 @@ from ...wording import goodness, interval, typeset, within
 from ..figures.model_figures import trust
 from ..markup import Html, element, figure, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
+from .base import Chapter
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
  paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} cannot be told apart on
@@ -204,3 +205,6 @@ def _marked(value: str, told: PairedRecord | None) -> str:
         return value
     cls = {"better": "mark better", "worse": "mark worse"}.get(told.verdict, "mark")
     return render(value, " ", element("span", sign, cls=cls, attributes={"title": told.verdict}))
+
+
+MODELS = Chapter(100, models)

@@ -10,6 +10,7 @@ from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ...wording import energy_lines, energy_verdict, interval, trimmed
 from ..markup import Html, element, render, table
+from .base import Chapter
 
 
 def parameter_table(run: RunFolder) -> Html:
@@ -167,3 +168,9 @@ def _tree(inspection: Mapping[str, Any]) -> list[Html]:
         elif name != "schema":
             facts.append((words(str(name)), plain(value)))
     return [*([table(("", ""), facts, "ll")] if facts else []), *tables]
+
+
+PARAMETER_TABLE = Chapter(70, parameter_table)
+CALIBRATED = Chapter(80, calibrated)
+ENERGY = Chapter(90, energy)
+DATA = Chapter(130, data)

@@ -10,6 +10,7 @@ from ...wording import step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
 from ..outcome import hero, outcome
+from .base import Chapter
 
 ARROW = "\N{RIGHTWARDS ARROW}"
 LEGEND = (("measured", "measured"), ("before", "before: the nominal model"), ("after", "after: the corrected model"))
@@ -112,3 +113,7 @@ def legend(roles: Sequence[str] = ("measured", "before", "after")) -> Html:
 
 def _big(value: float, unit: str, cls: str, label: str) -> Html:
     return element("div", element("b", f"{typeset(value, 2)} {unit}"), element("small", label), cls=f"big {cls}")
+
+
+HEADLINE = Chapter(10, headline)
+FALLING_ERROR = Chapter(20, falling_error)

@@ -20,6 +20,7 @@ from ..figures.figures import regime_bars
 from ..figures.regimes import regime_table
 from ..figures.svg import HEAT
 from ..markup import Html, element, figure, lines, render, table
+from .base import Chapter
 from .verdict import legend
 
 _LOOKS = ("Fast or slow", "Early or late", "With the heading", "Over time")
@@ -207,3 +208,6 @@ def _removed(place: FailingPlace | FailingSeconds) -> Html:
     if not place.removed_by and place.unlinked:
         return element("span", place.unlinked, cls="facts")
     return render(*lines(f"{words(one.effect)} ({share_removed(one.share_removed)})" for one in place.removed_by))
+
+
+WHERE_IT_FAILS = Chapter(40, where_it_fails)

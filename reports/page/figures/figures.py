@@ -17,6 +17,7 @@ from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 SPEEDS = (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
 LINES = (("measured", "", 5.0), ("before", "_before", 1.5), ("after", "_after", 1.5))
+"""Name, ending of its columns and width of its line: measured is widest, so that it shows beneath what is near it."""
 BESIDE: Look = {"xycoords": "data", "textcoords": "offset points", "va": "center"}
 REGIME_TITLES = {"surge speed": "by surge speed [m/s]", "yaw rate": "by yaw rate [rad/s], starboard positive"}
 REGIME_LABELS = {

@@ -13,6 +13,7 @@ from ..markup import Html
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 LINE, HEAD, LEFT, WIDTH, RIGHT = 22, 30, 150, 620, 200
+"""Height of a run and of the head above it, left edge of the axis, width of the figure, room for numbers [px]."""
 
 
 def side_by_side(effect: Shared, names: Sequence[str]) -> Html:

@@ -13,7 +13,9 @@ from ..rivals import Rival
 from .svg import ROLES, STYLE, Look, canvas, drawn, panel
 
 ROW = 40
+"""Height of a model [px]: its name, and marks above each other that can be told apart."""
 WIDTH, LEFT, DOTS, GAP, CELL = 980, 196, 376, 66, 26
+"""Of the figure, of the names, of the errors, between these and the laws, and of a law [px]: ten laws fit the width."""
 LONGEST_NAME = 24  # letters that fit beside the marks
 COLOURS = {"pass": ROLES["after"], "fail": ROLES["before"]}
 SHAPES = {"pass": "o", "fail": "D"}

@@ -59,6 +59,7 @@ STYLE: dict[Any, Any] = {
     "ytick.major.size": 0.0,
     "lines.solid_capstyle": "round",
 }
+"""The look of all figures: text in pixels of the page, a little smaller than its own; thin lines for the grid."""
 
 
 def canvas(width: int, height: int) -> Figure:

@@ -150,7 +150,7 @@ def test_the_options_it_was_built_with_are_kept(name: str):
 @pytest.mark.parametrize(
     ("name", "options", "match"),
     [
-        ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: mlp, lstm, tcn"),
+        ("lstn", {}, r"unknown network 'lstn': did you mean 'lstm'\? There are: dissipative, lstm, mlp, tcn"),
         ("lstm", {"unit": 8}, r"network lstm: unknown option 'unit': did you mean 'units'\? There are: units, layers"),
         ("mlp", {"units": 0}, r"expected a whole number in \(0, 4096\] for units, got 0"),
         ("mlp", {"units": 5000}, r"expected a whole number in \(0, 4096\] for units, got 5000"),

@@ -1,0 +1,41 @@
+"""What the files of a room offer: a registry asks here, so that a new member is one file and nothing else."""
+
+from collections.abc import Iterator
+from importlib import import_module
+from inspect import isabstract
+from pkgutil import walk_packages
+from types import ModuleType
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def objects_in(room: ModuleType, kind: type[T]) -> tuple[T, ...]:
+    """Every object of a kind that stands in a file of a room, in the order of the files' names.
+
+    >>> from undertow.measurements import formats
+    >>> from undertow.measurements.formats.base import Format
+    >>> "MCAP" in [form.name for form in objects_in(formats, Format)]
+    True
+    """
+    found = (value for module in _files(room) for value in vars(module).values() if isinstance(value, kind))
+    return tuple({id(value): value for value in found}.values())
+
+
+def classes_in(room: ModuleType, kind: type[T]) -> tuple[type[T], ...]:
+    """Every class of a kind that a file of a room defines, abstract ones left out, in the order of the files' names."""
+    return tuple(
+        value
+        for module in _files(room)
+        for value in vars(module).values()
+        if isinstance(value, type)
+        and issubclass(value, kind)
+        and value.__module__ == module.__name__
+        and not isabstract(value)
+    )
+
+
+def _files(room: ModuleType) -> Iterator[ModuleType]:
+    """The modules of a package and of the packages in it."""
+    for found in walk_packages(room.__path__, f"{room.__name__}."):
+        yield import_module(found.name)
