@@ -48,7 +48,7 @@ class Neutral(Check):
         found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
         if not found:
             text = "the boat is never at rest with a steady command; the neutral PWM is not known"
-            return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=tuple(names))]
         zeros = _zeros(records, found)
         if zeros:
             return [_compared(found, zeros, _range(records, names))]
@@ -60,24 +60,32 @@ class Neutral(Check):
         value = float(np.median(list((off or found).values())))
         if not off:
             text = f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}"
-            return [Finding(self.name, "ok", text, value, "us", None, tuple(found), parts=parts)]
+            return [
+                Finding(
+                    check=self.name,
+                    verdict="ok",
+                    sentence=text,
+                    value=value,
+                    unit="us",
+                    channels=tuple(found),
+                    parts=parts,
+                )
+            ]
         least = min(abs(end - value) for end in (lows, highs))
         curve = f"set the curve's zero in the vehicle file to {value:g}"
         if least <= _AT_END * (highs - lows):
             return [
                 Finding(
-                    self.name,
-                    "warning",
-                    f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
-                    value,
-                    "us",
-                    None,
-                    tuple(off),
-                    f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
-                    curve,
-                    None,
-                    parts,
-                    f"neutral PWM is {value:g} us",
+                    check=self.name,
+                    verdict="warning",
+                    sentence=f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
+                    value=value,
+                    unit="us",
+                    channels=tuple(off),
+                    consequence=f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
+                    remedy=curve,
+                    parts=parts,
+                    short=f"neutral PWM is {value:g} us",
                 )
             ]
         low, high = LIMITS["pwm"]
@@ -85,19 +93,19 @@ class Neutral(Check):
         shift = Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off))
         return [
             Finding(
-                self.name,
-                "warning",
-                f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
-                value,
-                "us",
-                None,
-                tuple(off),
-                f"a model with its zero at {USUAL:.0f} pushes with {100.0 * abs(value - USUAL) / least:.1f} % of the "
+                check=self.name,
+                verdict="warning",
+                sentence=f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
+                value=value,
+                unit="us",
+                channels=tuple(off),
+                consequence=f"a model with its zero at {USUAL:.0f} pushes with "
+                f"{100.0 * abs(value - USUAL) / least:.1f} % of the "
                 "command at rest, and ahead and astern seem unlike",
-                f"map each with 'offset: {USUAL - value:+g}', or {curve}" if fits else curve,
-                shift if fits else None,
-                parts,
-                f"neutral PWM is {value:g} us",
+                remedy=f"map each with 'offset: {USUAL - value:+g}', or {curve}" if fits else curve,
+                fix=shift if fits else None,
+                parts=parts,
+                short=f"neutral PWM is {value:g} us",
             )
         ]
 
@@ -151,24 +159,38 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
         moves = ", ".join(f"{n} by 'offset: {zeros[n].middle - v:+.4g}'" for n, v in off.items())
         text = f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; range {ends[0]:.0f} to {ends[1]:.0f}"
         return Finding(
-            Neutral.name,
-            "warning",
-            text,
-            value,
-            "us",
-            None,
-            tuple(off),
-            "a model pushes at rest, and ahead and astern seem unlike",
-            f"set the curve's zero in the vehicle file to {value:g}, or map {moves} if the log was not shifted already",
-            None,
-            parts,
-            f"neutral PWM is {value:g} us, not {zero}",
+            check=Neutral.name,
+            verdict="warning",
+            sentence=text,
+            value=value,
+            unit="us",
+            channels=tuple(off),
+            consequence="a model pushes at rest, and ahead and astern seem unlike",
+            remedy=f"set the curve's zero in the vehicle file to {value:g}, or map {moves} if the log was not "
+            "shifted already",
+            parts=parts,
+            short=f"neutral PWM is {value:g} us, not {zero}",
         )
     if zero.by_vehicle or abs(value - USUAL) < _OFF:
-        return Finding(Neutral.name, "ok", f"{text}; {zero.words} there", value, "us", None, tuple(found), parts=parts)
+        return Finding(
+            check=Neutral.name,
+            verdict="ok",
+            sentence=f"{text}; {zero.words} there",
+            value=value,
+            unit="us",
+            channels=tuple(found),
+            parts=parts,
+        )
     remedy = f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells whether it is"
     return Finding(
-        Neutral.name, "note", f"{text}; {zero.words} there", value, "us", None, tuple(found), "", remedy, None, parts
+        check=Neutral.name,
+        verdict="note",
+        sentence=f"{text}; {zero.words} there",
+        value=value,
+        unit="us",
+        channels=tuple(found),
+        remedy=remedy,
+        parts=parts,
     )
 
 

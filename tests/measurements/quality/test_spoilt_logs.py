@@ -171,9 +171,9 @@ def test_a_fix_puts_exchanged_axes_right(case, study: ModuleType, tmp_path: Path
 
 
 def test_a_defect_is_refused_by_its_reach_and_not_by_its_name():
-    assert Finding("anything", "defect", "it is wrong", reach=Reach.LOG).refused
-    assert not Finding("units", "defect", "it is wrong").refused
-    assert not Finding("units", "warning", "it is wrong", reach=Reach.LOG).refused
+    assert Finding(check="anything", verdict="defect", sentence="it is wrong", reach=Reach.LOG).refused
+    assert not Finding(check="units", verdict="defect", sentence="it is wrong").refused
+    assert not Finding(check="units", verdict="warning", sentence="it is wrong", reach=Reach.LOG).refused
 
 
 def test_inspect_ends_with_1_for_a_defect_and_0_for_a_sound_log(case, study: ModuleType, tmp_path: Path):
