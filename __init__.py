@@ -18,7 +18,7 @@ _PUBLIC = {
     "DiscoverySettings": "discovery.settings",
     "EFFECTS": "physics.effects",
     "Findings": "discovery.findings",
-    "Inputs": "measurements.preparation.prepared_logs",
+    "Inputs": "measurements.prepared_logs",
     "Log": "measurements.log",
     "LogError": "physics.errors",
     "Motion": "physics.motion",

@@ -23,7 +23,7 @@ from .options import (
 )
 
 if TYPE_CHECKING:
-    from ..measurements.preparation.prepared_logs import Inputs
+    from ..measurements.prepared_logs import Inputs
 
 
 def discover(

@@ -9,7 +9,7 @@ import typer
 from .console import progress
 
 if TYPE_CHECKING:
-    from ..measurements.preparation.prepared_logs import Inputs
+    from ..measurements.prepared_logs import Inputs
 
 
 Logs = Annotated[

@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ..discovery.lawful.certify import certify
-from ..measurements.preparation.prepared_logs import Parts
 from ..measurements.preparation.split import PARTS
+from ..measurements.prepared_logs import Parts
 from ..physics.errors import expect
 from ..physics.frames import Array
 from ..physics.laws.audit.base import Law, Ruling

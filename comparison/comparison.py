@@ -9,8 +9,8 @@ import pandas as pd
 
 from ..discovery.calibration.calibrate import calibrate_once
 from ..discovery.findings import Step
-from ..measurements.preparation.prepared_logs import Inputs, Parts
 from ..measurements.preparation.split import PARTS
+from ..measurements.prepared_logs import Inputs, Parts
 from ..physics.errors import RequestError
 from ..physics.in_words import percent
 from ..residuals.models.base import Model, VehicleModel

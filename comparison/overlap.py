@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..measurements.log_digests import log_digests
-from ..measurements.preparation.prepared_logs import Inputs
+from ..measurements.prepared_logs import Inputs
 from ..physics.in_words import listing
 from ..physics.reading import read_yaml
 from ..physics.vehicle import Vehicle

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..comparison.audit import Audit, audit
 from ..comparison.models_by_name import load_model
-from ..measurements.preparation.prepared_logs import PathLike
+from ..measurements.prepared_logs import PathLike
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array

@@ -8,7 +8,7 @@ from ..comparison.models_by_name import CORRECTED
 from ..discovery.discover import Discovery, add_effects, find_missing
 from ..discovery.findings import LogFacts, Unexplained
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources

@@ -8,7 +8,7 @@ from ..comparison.comparison import score_step
 from ..discovery.calibration.calibrate import Calibration, calibrate
 from ..discovery.findings import Left, Step
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.in_words import listing

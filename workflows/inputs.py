@@ -11,8 +11,8 @@ from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.log import read_log
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
-from ..measurements.preparation.prepared_logs import Inputs, Parts, PathLike
 from ..measurements.preparation.split import split
+from ..measurements.prepared_logs import Inputs, Parts, PathLike
 from ..measurements.quality.finding import Finding, Reach
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.vehicle import Vehicle, load_vehicle

@@ -12,7 +12,7 @@ from ..comparison.audit import audit_along
 from ..comparison.comparison import judge, row
 from ..comparison.facts import ComparedModel
 from ..measurements.log_digests import log_digests
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from undertow.measurements.preparation.prepared_logs import Inputs
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.simulated_log import SimulatedLog

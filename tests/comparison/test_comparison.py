@@ -16,7 +16,7 @@ from undertow.comparison.comparison import calibrated_model, comparison, ends, j
 from undertow.comparison.facts import Comparison
 from undertow.comparison.recommendation import best
 from undertow.measurements.preparation.dataset import WEAK, DataSet
-from undertow.measurements.preparation.prepared_logs import Inputs, Parts
+from undertow.measurements.prepared_logs import Inputs, Parts
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.motion import Motion

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from undertow.comparison.models_by_name import load_model
 from undertow.comparison.overlap import fitted_notes
-from undertow.measurements.preparation.prepared_logs import Inputs
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

@@ -4,11 +4,11 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...physics.motion import Motion
-from ...physics.vehicle import Vehicle
-from ..log import Log
-from .dataset import DataSet
-from .split import PARTS, Split
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .log import Log
+from .preparation.dataset import DataSet
+from .preparation.split import PARTS, Split
 
 PathLike = str | os.PathLike[str]
 INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
