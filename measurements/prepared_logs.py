@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
+from .inspection import Inspection
 from .log import Log
 from .preparation.dataset import DataSet
 from .preparation.split import PARTS, Split
@@ -55,6 +56,7 @@ class Inputs:
     frame, channel_map, namespace : the options with which the logs were read
     as_is : whether logs that are known to be broken were wanted as they are
     warnings : what is wrong with the logs, to be told above every result
+    inspections : of each log, for this vehicle
     """
 
     paths: tuple[str, ...]
@@ -68,6 +70,7 @@ class Inputs:
     namespace: str | None = None
     as_is: bool = False
     warnings: tuple[str, ...] = ()
+    inspections: tuple[Inspection, ...] = ()
 
     @property
     def fitting(self) -> tuple[Motion, ...]:

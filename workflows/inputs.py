@@ -13,6 +13,7 @@ from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
 from ..measurements.preparation.split import split
 from ..measurements.prepared_logs import Inputs, Parts, PathLike
+from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -67,12 +68,16 @@ def read_inputs(
     read = tuple(
         read_log(name, frame=axes, channel_map=channels, namespace=namespace, progress=reading) for name in names
     )
-    inspections = [inspect_log(log, model) for log in read]
+    examinations = [examine(log, model) for log in read]
+    inspections = tuple(inspect_log(log, model, examination=made) for log, made in zip(read, examinations, strict=True))
     if any(inspection.plan.missing for inspection in inspections):
         prepare(read, model, WEAK)  # what is missing is told before what is wrong with the rest
     told_of = [_alignment_notes(inspection, as_is) for inspection in inspections]
     out_of_step = [note for notes, _ in told_of for note in notes]
-    warnings = (*(text for _, broken in told_of for text in broken), *sound(inspections, model, as_is))
+    warnings = (
+        *(text for _, broken in told_of for text in broken),
+        *sound(inspections, pool(examinations) if len(read) > 1 else (), model, as_is),
+    )
     weak = prepare(read, model, WEAK)
     paper = prepare(read, model, PAPER)
     return Inputs(
@@ -87,6 +92,7 @@ def read_inputs(
         namespace,
         as_is,
         warnings,
+        inspections,
     )
 
 

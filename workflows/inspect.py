@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..measurements.clean_log import check_target, write_clean
 from ..measurements.collection import find_logs
-from ..measurements.inspection import inspect_log, inspect_logs
+from ..measurements.inspection import Fixed, Inspection, Inspections, inspect_log, inspect_logs
 from ..measurements.log import Log, read_log
+from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
 from .inputs import check_frame
@@ -42,7 +42,7 @@ def look_over(
     namespace: str | None = None,
     fix: Path | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> tuple[dict[str, Any], Log]:
+) -> tuple[Inspection | Inspections, Log]:
     """Inspect logs, and write one of them repaired.
 
     Parameters
@@ -54,9 +54,9 @@ def look_over(
 
     Returns
     -------
-    (what was found, the first log) : dict, Log
-        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several, whose `notes` name the files beside
-        them that are no logs; with `fix`, its path and what was done under `fixed`.
+    (what was found, the first log) : Inspection or Inspections, Log
+        Of one log or of several, whose `notes` name the files beside them that are no logs; with `fix`, its path and
+        what was done under `fixed`.
 
     Raises
     ------
@@ -74,13 +74,13 @@ def look_over(
         for log in logs
     ]
     if len(read) > 1:
-        return inspect_logs(read, vehicle).to_dict() | {"notes": list(notes)}, read[0]
-    inspection = inspect_log(read[0], vehicle)
-    found = inspection.to_dict()
-    found["notes"] += notes
-    if fix is not None:
-        examination = inspection.examination
-        write_clean(examination.clean, examination.fixes, examination.left, fix)
-        done = {"done": list(examination.fixes), "left": list(examination.left), "usable": inspection.repaired}
-        found["fixed"] = {"path": str(fix), **done}
-    return found, read[0]
+        return inspect_logs(read, vehicle).but(notes=notes), read[0]
+    examination = examine(read[0], vehicle)
+    inspection = inspect_log(read[0], vehicle, examination=examination)
+    inspection = inspection.but(notes=(*inspection.notes, *notes))
+    if fix is None:
+        return inspection, read[0]
+    done, left = examination.fixes, examination.left
+    write_clean(examination.clean, done, left, fix)
+    fixed = Fixed(path=str(fix), done=done, left=left, usable=inspection.repaired)
+    return inspection.but(fixed=fixed), read[0]

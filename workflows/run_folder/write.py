@@ -8,7 +8,7 @@ from typing import Any
 
 from ...discovery.candidates.effect_forces import found_forces
 from ...exports.mcap_series import Prediction, require_mcap, write_series
-from ...measurements.inspection import inspect_log
+from ...measurements.inspection import Inspections
 from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, expect
@@ -20,8 +20,6 @@ from .read import read_run
 from .run import Run, Say
 from .run_files import DATA, PAGE, PDF, RUN_FILES, RUN_SCHEMA, own_run, seal
 from .targets import check_target_folder
-
-INSPECTIONS_SCHEMA = "undertow.inspections/1"
 
 
 def check_target(
@@ -99,8 +97,7 @@ def _write_files(run: Run, folder: Path, target: Path) -> None:
     run.discovery.corrected.save(folder / "model.yaml")
     write_text(folder / "series.csv", run.series.to_csv(index=False, lineterminator="\n"))
     Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
-    inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
-    write_json(folder / "inspection.json", {"schema": INSPECTIONS_SCHEMA, "logs": inspections})
+    write_json(folder / "inspection.json", Inspections(logs=run.inputs.inspections).to_dict())
 
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
