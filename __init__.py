@@ -23,6 +23,7 @@ _PUBLIC = {
     "LogError": "physics.errors",
     "Motion": "physics.motion",
     "PAPER": "measurements.preparation.dataset",
+    "Reading": "measurements.log_options",
     "Recipe": "measurements.preparation.dataset",
     "RequestError": "physics.errors",
     "Run": "workflows.run_folder.run",

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
 from .options import (
     AsIsOption,
@@ -44,7 +45,7 @@ def fit(
         from ..workflows.fit import fit as calibrate
 
         earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, channels), force=force)
-        inputs = read_logs(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out, by="fit")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..measurements.log_options import AS_GUESSED, Reading
 from .console import progress
 
 if TYPE_CHECKING:
@@ -37,27 +38,15 @@ SeedOption = Annotated[
 def read_logs(
     logs: list[Path] | list[str],
     vehicle: Any,
-    frame: str | None,
-    channels: Path | None,
+    reading: Reading = AS_GUESSED,
     judge: str = "test",
-    namespace: str | None = None,
-    as_is: bool = False,
 ) -> "Inputs":
     """Logs read and prepared for a vehicle, with a bar or lines of progress."""
     from ..reports.terminal.reading_progress import reading_progress
     from ..workflows.inputs import read_inputs
 
-    with reading_progress(progress) as reading:
-        return read_inputs(
-            logs,
-            vehicle,
-            frame=frame,
-            channel_map=channels,
-            namespace=namespace,
-            judge=judge,
-            as_is=as_is,
-            reading=reading,
-        )
+    with reading_progress(progress) as told:
+        return read_inputs(logs, vehicle, reading, judge=judge, progress=told)
 
 
 def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:

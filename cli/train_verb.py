@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
 from .options import (
     AsIsOption,
@@ -67,7 +68,7 @@ def train(
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = trained.settings_with(set_ or [], seed=seed, device=device, **given)
         chosen = trained.parsed_options(option or [])
-        inputs = read_logs(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         try:
             with training_progress(settings.epochs, progress) as told:
                 done = trained.train(

@@ -65,14 +65,7 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
     """
     folder = Path(run)
     record = read_run_inputs(folder)
-    inputs = read_inputs(
-        record.logs,
-        record.vehicle,
-        frame=record.frame,
-        channel_map=record.channel_map,
-        namespace=record.namespace,
-        as_is=record.as_is,
-    )
+    inputs = read_inputs(record.logs, record.vehicle, record.reading)
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", fitted_numbers(folder))
     return _compared(inputs, (corrected,), models)
 

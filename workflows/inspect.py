@@ -7,10 +7,10 @@ from ..measurements.clean_log import check_target, write_clean
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Fixed, Inspection, Inspections, inspect_log, inspect_logs
 from ..measurements.log import Log, read_log
+from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
-from .inputs import check_frame
 
 
 def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
@@ -36,10 +36,8 @@ def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
 def look_over(
     paths: Sequence[Path],
     vehicle: Vehicle | None = None,
+    reading: Reading = AS_GUESSED,
     *,
-    frame: str | None = None,
-    channel_map: Path | None = None,
-    namespace: str | None = None,
     fix: Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Inspection | Inspections, Log]:
@@ -49,7 +47,7 @@ def look_over(
     ----------
     paths : logs, folders of logs, or patterns
     vehicle : whose needs are checked
-    frame, channel_map, namespace, progress : see `read_log`
+    reading, progress : see `read_log`
     fix : file for the repaired log, None to write nothing
 
     Returns
@@ -68,11 +66,7 @@ def look_over(
         if len(logs) > 1:
             raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
         check_target(fix, logs)
-    axes = check_frame(frame)
-    read = [
-        read_log(log, frame=axes, channel_map=channel_map, namespace=namespace, progress=progress, mend=True)
-        for log in logs
-    ]
+    read = [read_log(log, reading, progress=progress, mend=True) for log in logs]
     if len(read) > 1:
         return inspect_logs(read, vehicle).but(notes=notes), read[0]
     examination = examine(read[0], vehicle)

@@ -162,7 +162,7 @@ def train(
     require_torch()
     from ..residuals.training.epochs import train as train_network
 
-    target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.channel_map), force=force)
+    target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
             inputs.parts.split,

@@ -14,6 +14,7 @@ import pandas as pd
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
 from ...discovery.findings import Findings
 from ...measurements.inspection import Inspections
+from ...measurements.log_options import Reading
 from ...physics.errors import RequestError, VehicleError
 from ...physics.file_records import Record
 from ...physics.folders import finish
@@ -43,14 +44,11 @@ _LONGEST_HEADER = 65536
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from: paths of the logs, how they were read (`as_is`: though broken), and the vehicle."""
+    """What a run was made from: paths of the logs, how they were read, and the vehicle."""
 
     logs: list[str]
-    frame: str | None
-    channel_map: Path | None
-    namespace: str | None
+    reading: Reading
     vehicle: Vehicle
-    as_is: bool = False
 
 
 def read_run(folder: Path) -> RunFolder:
@@ -211,6 +209,5 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
                 f"{folder} was made from {path}, which is not there (seen from {Path.cwd()}); run this where "
                 "'undertow discover' was run, or put the log back"
             )
-    mapped = None if channel_map is None else Path(channel_map)
-    as_is = record.get("as_is") is True
-    return RunRecord(logs, frame, mapped, namespace, load_vehicle(folder / "nominal.yaml"), as_is)
+    reading = Reading(frame, channel_map, namespace, record.get("as_is") is True)
+    return RunRecord(logs, reading, load_vehicle(folder / "nominal.yaml"))

@@ -3,6 +3,7 @@
 import os
 import warnings
 from collections.abc import Iterable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,7 @@ def write_run(
     """
     expect("write_run: run", run, Run, "undertow.discover(INPUTS) and undertow.add(EFFECTS, INPUTS) make one")
     read = run.inputs
-    target = check_target(out, (read.paths, read.channel_map), report=report, force=force)
+    target = check_target(out, (read.paths, read.reading.channel_map), report=report, force=force)
     say = progress or _warn
 
     def build(work: Path) -> list[str]:
@@ -102,18 +103,17 @@ def _write_files(run: Run, folder: Path, target: Path) -> None:
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
     """What the run was made from, as `run.json` has it."""
-    paths, read = list(run.inputs.paths), run.inputs
-    mapped = None if read.channel_map is None else seen_from(target, str(read.channel_map))
-    how = {"frame": read.frame, "channel_map": read.channel_map, "namespace": read.namespace, "as_is": read.as_is}
-    there, seen = {**how, "channel_map": mapped}, [seen_from(target, path) for path in paths]
+    paths, reading = list(run.inputs.paths), run.inputs.reading
+    mapped = None if reading.channel_map is None else seen_from(target, str(reading.channel_map))
+    there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in paths]
     return {
         "schema": RUN_SCHEMA,
         "logs": paths,
-        **how,
+        **asdict(reading),
         "seed": run.settings.seed,
         "refit": run.settings.refit,
         "judged_on": run.inputs.parts.judge,
-        "command": command(run.verb, seen, seed=run.settings.seed, refit=run.settings.refit, **there),
+        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit),
         "versions": versions(),
         "log_sha256": log_digests(paths),
     }

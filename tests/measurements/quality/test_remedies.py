@@ -13,6 +13,7 @@ from places import ROOT
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.quality.checks.neutral import Neutral
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
@@ -272,7 +273,7 @@ def test_a_vehicle_that_the_log_contradicts_is_refused_with_both_cures(simulated
     boat = hull(change)
     with pytest.raises(LogError, match=match):
         read_inputs(simulated.path, boat)
-    (warning, *_) = read_inputs(simulated.path, boat, as_is=True).warnings
+    (warning, *_) = read_inputs(simulated.path, boat, Reading(as_is=True)).warnings
     assert warning.startswith("Taken as it is, so no result can be trusted")
 
 
