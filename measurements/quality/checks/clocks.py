@@ -12,7 +12,7 @@ from ..finding import Channels, Check, Finding, Fix, Reach
 from ..lags import Lag, Response, lag_of, quick
 from ..record import RATE, Record, Stretch
 from ..response import COARSE, SLOW, trials
-from .neutral import centre_of
+from ..resting import centre_of
 
 _STEP = 1.0 / RATE
 _IN_STEP = 0.03

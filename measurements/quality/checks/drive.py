@@ -17,7 +17,7 @@ from ....physics.frames import Array
 from ...alignment import band_passed
 from ..finding import Check, Finding, Reach
 from ..record import RATE, Record, Stretch
-from .neutral import centre_of
+from ..resting import centre_of
 from .sides import side_of
 
 _STEP = 1.0 / RATE

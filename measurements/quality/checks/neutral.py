@@ -7,25 +7,16 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import Array
 from ....physics.thrusters import resting_commands
 from ...canonical import LIMITS, Channel, command_kind
 from ..finding import Channels, Check, Finding, Fix
 from ..record import Record
+from ..resting import neutral_of
 
 USUAL = 1500.0
 """The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""
-_SLOW = 0.1
-"""Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
-_SLOW_FLOOR = (0.1, 0.03)
-_SETTLED = 2.0
-"""A command that is neutral stays for this long [s]."""
-_LEAST = 3.0
-"""Rest from which a neutral can be told [s]."""
 _STATED = re.compile(r"(?P<name>pwm_\w+): .*\bneutral (?P<neutral>[\d.]+) us")
 """The note of a reader that found the neutral among the log's parameters."""
-_SAME = 0.6
-"""Share of the rest during which the command must be the same."""
 _OFF = 3.0
 """Distance from the usual neutral from which it matters [us]: one per cent of the thrust command is 4 to 5."""
 _AT_END = 0.05
@@ -192,50 +183,6 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
         remedy=remedy,
         parts=parts,
     )
-
-
-def neutral_of(records: Sequence[Record], name: str) -> float | None:
-    """The value at which a command stays while the boat lies at rest, in its unit; None where that is not seen."""
-    rest = [one for record in records if (one := _resting(record, name)).size]
-    values = np.concatenate(rest) if rest else np.zeros(0)
-    # The motions are at 20 Hz.
-    if values.size < 20.0 * _LEAST:
-        return None
-    levels, counts = np.unique(values, return_counts=True)
-    best = int(np.argmax(counts))
-    return float(levels[best]) if counts[best] >= _SAME * values.size else None
-
-
-def centre_of(records: Sequence[Record], name: str) -> float:
-    """The neutral of a command, or its median where no rest shows it, in its unit."""
-    neutral = neutral_of(records, name)
-    if neutral is not None:
-        return neutral
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
-    return float(np.median(np.concatenate(values)))
-
-
-def _resting(record: Record, name: str) -> Array:
-    """Values of a command (m,) where the boat lies at rest and the command has been steady for a while."""
-    if name not in record.commands:
-        return np.zeros(0)
-    column = record.commands.index(name)
-    speeds = [np.abs(s.motion.velocity) for s in record.stretches]
-    if not speeds:
-        return np.zeros(0)
-    top = np.quantile(np.concatenate(speeds), 0.99, axis=0)
-    found = []
-    for stretch, speed in zip(record.stretches, speeds, strict=True):
-        command = stretch.commands[:, column]
-        window = max(1, round(_SETTLED / stretch.motion.time_step))
-        same = np.concatenate(([0], np.cumsum(np.diff(command) != 0.0)))
-        steady = np.zeros(command.size, dtype=bool)
-        steady[window:] = same[window:] == same[:-window]
-        still = (np.hypot(speed[:, 0], speed[:, 1]) < max(_SLOW * np.hypot(*top[:2]), _SLOW_FLOOR[0])) & (
-            speed[:, 2] < max(_SLOW * top[2], _SLOW_FLOOR[1])
-        )
-        found.append(command[steady & still & np.isfinite(command)])
-    return np.concatenate(found)
 
 
 def _range(records: Sequence[Record], names: Sequence[str]) -> tuple[float, float]:

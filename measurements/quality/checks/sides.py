@@ -12,8 +12,8 @@ from ...canonical import command_kind
 from ..finding import Check, Finding, Reach
 from ..record import RATE, Record
 from ..response import Answer, Trials, answers, trials
+from ..resting import neutral_of
 from .exchanged import may_be_exchanged
-from .neutral import neutral_of
 
 _STEP = 1.0 / RATE
 _TURNING = (0.05, 1.0)
