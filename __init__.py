@@ -17,6 +17,7 @@ _PUBLIC = {
     "DataSet": "measurements.preparation.dataset",
     "DiscoverySettings": "discovery.settings",
     "EFFECTS": "physics.effects",
+    "Choice": "residuals.training.training_settings",
     "Findings": "discovery.findings",
     "Inputs": "measurements.prepared_logs",
     "Log": "measurements.log",

@@ -16,6 +16,7 @@ from .options import (
     JsonOption,
     MapOption,
     NamespaceOption,
+    VehicleOut,
     earlier_files,
     read_logs,
 )
@@ -38,7 +39,7 @@ def add(
         Path | None, typer.Option("--run", help="Run folder whose logs and nominal vehicle are used.")
     ] = None,
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    out: VehicleOut = None,
     force: ForceOption = False,
     frame: FrameOption = None,
     channels: MapOption = None,

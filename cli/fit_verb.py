@@ -1,6 +1,5 @@
 """The verb `fit`: calibrate the parameters that the vehicle model has, under the laws of energy."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,6 +16,7 @@ from .options import (
     NamespaceOption,
     SeedOption,
     VehicleOption,
+    VehicleOut,
     earlier_files,
     read_logs,
 )
@@ -25,7 +25,7 @@ from .options import (
 def fit(
     logs: Logs,
     vehicle: VehicleOption,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    out: VehicleOut = None,
     free: Annotated[
         list[str] | None, typer.Option("--free", metavar="SYMBOL", help="Calibrate this too, though it has no value.")
     ] = None,

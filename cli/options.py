@@ -26,6 +26,7 @@ NamespaceOption = Annotated[
 AsIsOption = Annotated[
     bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
 ]
+VehicleOut = Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Write over what this verb did not write; never over what it reads.")

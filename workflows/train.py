@@ -1,7 +1,7 @@
 """The verb `train`: from logs and a vehicle to a trained network, scored beside the nominal model on held-out data."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
@@ -20,7 +20,7 @@ from ..physics.in_words import listing
 from ..residuals.models.base import VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
-from ..residuals.training.training_settings import Augmentation, TrainingSettings
+from ..residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from .run_folder.run import Say
 from .run_folder.targets import check_target_folder
 
@@ -128,11 +128,8 @@ def _price_of_the_law(found: "Trained") -> list[str]:
 
 def train(
     inputs: Inputs,
-    residual: str = "lstm",
-    options: Mapping[str, int | float] | None = None,
+    choice: Choice | None = None,
     *,
-    pure: bool = False,
-    heading: bool = False,
     settings: TrainingSettings | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
@@ -144,9 +141,8 @@ def train(
     Parameters
     ----------
     inputs : logs and nominal vehicle, see `read_inputs`
-    residual, options : network by name (mlp, lstm, tcn, transformer, dissipative) and its options
-    pure : learn all of the motion, without the vehicle's physics
-    heading : let the network see the heading
+    choice : the network (mlp, lstm, tcn, transformer, dissipative), its options, whether it learns all of the motion
+        without the vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
     settings : of the recipe
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`
@@ -158,7 +154,9 @@ def train(
     RequestError
         when torch is missing, the folder cannot be used, or training fails; see `residuals.training.epochs.train`.
     """
+    chosen = choice or Choice("lstm")
     expect("train: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
     from ..residuals.training.epochs import train as train_network
 
@@ -167,10 +165,10 @@ def train(
         found = train_network(
             inputs.parts.split,
             inputs.vehicle,
-            residual,
-            options,
-            pure=pure,
-            heading=heading,
+            chosen.network,
+            chosen.options,
+            pure=chosen.pure,
+            heading=chosen.heading,
             settings=settings,
             folder=target,
             resume=resume,
