@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ..physics.laws.audit.witness import Proof, Witness
 from ..physics.laws.damping_power import Envelope, envelope_of
 from ..physics.matrices import coriolis_matrix
 from ..physics.motion import Motion
+from ..physics.reading import Plain
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 
@@ -64,7 +65,7 @@ class Audit:
         """What one law says, by its name."""
         return next(r for r in self.rulings if r.law == law)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As `audit.json` writes it."""
         return {
             "schema": AUDIT_SCHEMA,

@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -121,7 +120,7 @@ def _stored_envelope(folder: Path) -> Envelope | None:
     if not folder.is_dir() or is_network_folder(folder):
         return None
     try:
-        box: dict[str, Any] = read_json(folder / "findings.json")["passivity"]["envelope"]
+        box = read_json(folder / "findings.json")["passivity"]["envelope"]
         (u0, u1), (v0, v1), (r0, r1) = (map(float, box[name]) for name in "uvr")
     except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..comparison.comparison import score_step
 from ..discovery.calibration.calibrate import Calibration, calibrate
@@ -12,6 +11,7 @@ from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.in_words import listing
+from ..physics.reading import Plain
 from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import VehicleModel
@@ -72,7 +72,7 @@ class FitRun:
         """Parameters that stay as they were, and why."""
         return tuple(Left(symbol=symbol, why=why) for symbol, why in self.calibration.reasons.items())
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As `fit --json` prints it (schema `undertow.fit/1`)."""
         found, weak = self.calibration, self.inputs.weak
         nominal = found.nominal

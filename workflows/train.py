@@ -17,6 +17,7 @@ from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
 from ..physics.in_words import listing
+from ..physics.reading import Plain
 from ..residuals.models.base import VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
@@ -83,7 +84,7 @@ class TrainRun:
             )
         return [*told, *_broken_laws(self.models[-1])]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As `train --json` prints it (schema `undertow.train/1`)."""
         found, split = self.trained, self.inputs.parts.split
         model = found.model
@@ -261,7 +262,7 @@ def settings_with(texts: Sequence[str] = (), **given: Any) -> TrainingSettings:
     recipe, varied = TrainingSettings(), Augmentation()
     plain = {f.name: getattr(recipe, f.name) for f in fields(recipe) if f.name != "augmentation"}
     variants = {f.name: getattr(varied, f.name) for f in fields(varied)}
-    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    chosen = {name: value for name, value in given.items() if value is not None}
     for name, value in _pairs("--set", texts).items():
         known = plain | variants
         if name not in known:
