@@ -112,9 +112,9 @@ def test_records_that_merely_do_not_follow_each_other_are_no_reason_to_refuse(wh
     sound = inspect_log(read_log(whole), HULL)
     assert sound.alignment
     for correlation, contrary in ((-0.01, False), (-0.9, True)):
-        records = tuple(replace(one, offset=None, correlation=correlation) for one in sound.alignment)
+        records = tuple(one.but(offset=None, correlation=correlation) for one in sound.alignment)
         with pytest.raises(LogError, match="--as-is") if contrary else nullcontext():
-            _alignment_notes(replace(sound, alignment=records), False)
+            _alignment_notes(sound.but(alignment=records), False)
 
 
 def test_records_that_contradict_each_other_are_taken_only_as_they_are(whole: Path, tmp_path: Path):
