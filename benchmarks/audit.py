@@ -45,7 +45,7 @@ from undertow.residuals.networks.base import Memory, Network, Scaling
 from undertow.residuals.networks.registry import build
 from undertow.workflows.check import check
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.train import settings_with, train
+from undertow.workflows.train import Choice, settings_with, train
 
 _REPORTED = 100
 """First seed of models whose figures are reported; those below were used while the search was made."""
@@ -178,7 +178,7 @@ def trained(name: str, log: Path, seed: int, *, pure: bool = False) -> Model:
     if not log.exists():
         simulate_world(BOAT, {"surge_quadratic_damping": -9.0}, duration=300.0, noise="field", seed=seed).write(log)
     settings = settings_with(seed=seed, device="cpu", epochs=None, lambda_phys=None, rollout_rows=None)
-    done = train(read_inputs(log, BOAT), name, None, pure=pure, heading=False, settings=settings)
+    done = train(read_inputs(log, BOAT), Choice(name, pure=pure), settings=settings)
     done.trained.model.name = f"trained {'pure' if pure else 'hybrid'} {name}"
     return done.trained.model
 
@@ -280,7 +280,7 @@ def training(draws: int) -> tuple[list[str], bool]:
                     world = {"surge_quadratic_damping": -9.0, "sway_lift": 5.0 * (draw % 2)}
                     simulate_world(BOAT, world, duration=seconds, noise="field", seed=draw).write(log)
                 settings = settings_with(seed=draw, device="cpu", epochs=25, lambda_phys=None, rollout_rows=None)
-                done = train(read_inputs(log, BOAT), name, None, pure=pure, heading=False, settings=settings)
+                done = train(read_inputs(log, BOAT), Choice(name, pure=pure), settings=settings)
                 found = check(done.model, log, seed=draw)
                 called += bool(done.trained.lawful)
                 broken += bool(done.trained.lawful) and found.verdict == "fail"

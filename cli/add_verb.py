@@ -1,10 +1,12 @@
 """The verb `add`: add effects by name, refit, and print the error before and after."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from ..physics.effects import EFFECTS
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
 from .options import (
@@ -14,6 +16,7 @@ from .options import (
     JsonOption,
     MapOption,
     NamespaceOption,
+    VehicleOut,
     earlier_files,
     read_logs,
 )
@@ -36,7 +39,7 @@ def add(
         Path | None, typer.Option("--run", help="Run folder whose logs and nominal vehicle are used.")
     ] = None,
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    out: VehicleOut = None,
     force: ForceOption = False,
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -65,13 +68,14 @@ def add(
                     "or give --vehicle V in place of --run"
                 )
             record = read_run_inputs(run)
-            paths, nominal, frame, channels = record.logs, record.vehicle, record.frame, record.channel_map
-            namespace, as_is = record.namespace, as_is or record.as_is
+            paths, nominal = record.logs, record.vehicle
+            reading = replace(record.reading, as_is=as_is or record.reading.as_is)
         else:
+            reading = Reading(frame, channels, namespace, as_is)
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
-        inputs = read_logs(paths, nominal, frame, channels, namespace=namespace, as_is=as_is)
+        inputs = read_logs(paths, nominal, reading)
         found = add_named(names, inputs, progress=progress)
         if out is not None:
             found.discovery.corrected.save(out, by="add")

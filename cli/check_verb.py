@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, prose, say, show, tell_replaced
 from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, SeedOption, earlier_files
 
@@ -40,17 +41,8 @@ def check(
         from ..workflows.check import check as judge
 
         earlier = earlier_files((("--out", "check", out),), (model, logs, vehicle, channels), force=force)
-        with reading_progress(progress) as reading:
-            found = judge(
-                model,
-                logs or [],
-                vehicle,
-                frame=frame,
-                channel_map=channels,
-                namespace=namespace,
-                seed=seed,
-                reading=reading,
-            )
+        with reading_progress(progress) as told:
+            found = judge(model, logs or [], vehicle, Reading(frame, channels, namespace), seed=seed, progress=told)
         if out is not None:
             write_json(out, found.to_dict())
         tell_replaced(earlier)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, say, show, tell_replaced, warn
 from .options import (
     AsIsOption,
@@ -48,7 +49,7 @@ def compare(
 
         targets = (("--out", "compare", out), ("--series", "compare --series", series))
         earlier = earlier_files(targets, (logs, vehicle, channels, model), force=force)
-        inputs = read_logs(logs, vehicle, frame, channels, judge, namespace=namespace, as_is=as_is)
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
         found = compare_models(inputs, model or [], series)
         if out is not None:
             write_json(out, found.to_dict())

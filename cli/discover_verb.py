@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, warn
 from .options import (
     AsIsOption,
@@ -23,7 +24,7 @@ from .options import (
 )
 
 if TYPE_CHECKING:
-    from ..measurements.preparation.prepared_logs import Inputs
+    from ..measurements.prepared_logs import Inputs
 
 
 def discover(
@@ -45,7 +46,7 @@ def discover(
     """Rank, test and select the physical effects that the vehicle model misses."""
     with failing_clearly():
         check_folder(out, (logs, vehicle, channels), report=not no_report, force=force)
-        read = partial(read_logs, logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        read = partial(read_logs, logs, vehicle, Reading(frame, channels, namespace, as_is))
         tell_discovery(out, read, report=not no_report, seed=seed, refit=refit, force=force, as_json=as_json)
 
 

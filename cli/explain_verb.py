@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, show, warn
 from .options import (
     AsIsOption,
@@ -36,7 +37,7 @@ def explain(
         from ..reports.terminal.distillation_screen import distilled_table
         from ..workflows.explain import distil
 
-        inputs = read_logs(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         found = distil(model, inputs, DiscoverySettings(seed=seed), progress)
         if as_json:
             print_json({**found.to_dict(), "warnings": list(inputs.warnings)})

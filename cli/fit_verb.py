@@ -1,10 +1,10 @@
 """The verb `fit`: calibrate the parameters that the vehicle model has, under the laws of energy."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, tell_replaced, warn
 from .options import (
     AsIsOption,
@@ -16,6 +16,7 @@ from .options import (
     NamespaceOption,
     SeedOption,
     VehicleOption,
+    VehicleOut,
     earlier_files,
     read_logs,
 )
@@ -24,7 +25,7 @@ from .options import (
 def fit(
     logs: Logs,
     vehicle: VehicleOption,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")] = None,
+    out: VehicleOut = None,
     free: Annotated[
         list[str] | None, typer.Option("--free", metavar="SYMBOL", help="Calibrate this too, though it has no value.")
     ] = None,
@@ -44,7 +45,7 @@ def fit(
         from ..workflows.fit import fit as calibrate
 
         earlier = earlier_files((("--out", "fit", out),), (logs, vehicle, channels), force=force)
-        inputs = read_logs(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         done = calibrate(inputs, _symbols(free), _symbols(hold), DiscoverySettings(seed=seed), progress=progress)
         if out is not None:
             done.vehicle.save(out, by="fit")

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, say, say_lines, show, tell_replaced
 from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, earlier_files
 
@@ -32,6 +33,7 @@ def inspect(
     """
     with failing_clearly():
         from ..measurements.channels.channel_map import map_text
+        from ..measurements.inspection import Inspections
         from ..physics.files import write_text
         from ..physics.marks import on_top
         from ..physics.vehicle import load_vehicle
@@ -44,21 +46,23 @@ def inspect(
             force=force,
         )
         model = None if vehicle is None else load_vehicle(vehicle)
-        with reading_progress(progress) as reading:
-            found, read = look_over(
-                logs, model, frame=frame, channel_map=channels, namespace=namespace, fix=fix, progress=reading
-            )
+        with reading_progress(progress) as told:
+            found, read = look_over(logs, model, Reading(frame, channels, namespace), fix=fix, progress=told)
         if map_out is not None:
             write_text(map_out, on_top("inspect --map-out", map_text(read.entries, read.unused)))
         tell_replaced(earlier)
+        several = isinstance(found, Inspections)
         if as_json:
-            print_json(found)
+            print_json(found.to_dict())
         else:
             from ..reports.terminal.inspection_screen import fixed_text, inspection_screen, inspections_screen
 
-            show(inspections_screen(found) if "logs" in found else inspection_screen(found, model), fixed_text(found))
-            of = "" if len(logs) == 1 and "logs" not in found else f" for {read.name}"
-            say(f"The channel map in use{of}; edit it, and give it back with --map:")
+            if several:
+                show(inspections_screen(found))
+            else:
+                show(inspection_screen(found, model), fixed_text(found))
+            say(f"The channel map in use{f' for {read.name}' * several}; edit it, and give it back with --map:")
             say_lines(f"\n{map_text(read.entries)}")
-        if not found.get("fixed", found)["usable"]:
+        usable = found.fixed.usable if not several and found.fixed is not None else found.usable
+        if not usable:
             raise typer.Exit(1)

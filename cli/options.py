@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..measurements.log_options import AS_GUESSED, Reading
 from .console import progress
 
 if TYPE_CHECKING:
-    from ..measurements.preparation.prepared_logs import Inputs
+    from ..measurements.prepared_logs import Inputs
 
 
 Logs = Annotated[
@@ -25,6 +26,7 @@ NamespaceOption = Annotated[
 AsIsOption = Annotated[
     bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
 ]
+VehicleOut = Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Write over what this verb did not write; never over what it reads.")
@@ -37,27 +39,15 @@ SeedOption = Annotated[
 def read_logs(
     logs: list[Path] | list[str],
     vehicle: Any,
-    frame: str | None,
-    channels: Path | None,
+    reading: Reading = AS_GUESSED,
     judge: str = "test",
-    namespace: str | None = None,
-    as_is: bool = False,
 ) -> "Inputs":
     """Logs read and prepared for a vehicle, with a bar or lines of progress."""
     from ..reports.terminal.reading_progress import reading_progress
     from ..workflows.inputs import read_inputs
 
-    with reading_progress(progress) as reading:
-        return read_inputs(
-            logs,
-            vehicle,
-            frame=frame,
-            channel_map=channels,
-            namespace=namespace,
-            judge=judge,
-            as_is=as_is,
-            reading=reading,
-        )
+    with reading_progress(progress) as told:
+        return read_inputs(logs, vehicle, reading, judge=judge, progress=told)
 
 
 def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:

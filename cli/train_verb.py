@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from ..measurements.log_options import Reading
 from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
 from .options import (
     AsIsOption,
@@ -66,21 +67,12 @@ def train(
         trained.check_folder(out, resume, (logs, vehicle, channels), force=force)
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
         settings = trained.settings_with(set_ or [], seed=seed, device=device, **given)
-        chosen = trained.parsed_options(option or [])
-        inputs = read_logs(logs, vehicle, frame, channels, namespace=namespace, as_is=as_is)
+        choice = trained.Choice(residual, trained.parsed_options(option or []), pure, heading)
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         try:
             with training_progress(settings.epochs, progress) as told:
                 done = trained.train(
-                    inputs,
-                    residual,
-                    chosen,
-                    pure=pure,
-                    heading=heading,
-                    settings=settings,
-                    out=out,
-                    resume=resume,
-                    force=force,
-                    progress=told,
+                    inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=told
                 )
         except KeyboardInterrupt as error:
             kept = (out / trained.CHECKPOINT).exists()

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from ..discovery.lawful.certify import certify
-from ..measurements.preparation.prepared_logs import Parts
 from ..measurements.preparation.split import PARTS
+from ..measurements.prepared_logs import Parts
 from ..physics.errors import expect
 from ..physics.frames import Array
 from ..physics.laws.audit.base import Law, Ruling
@@ -20,6 +20,7 @@ from ..physics.laws.audit.witness import Proof, Witness
 from ..physics.laws.damping_power import Envelope, envelope_of
 from ..physics.matrices import coriolis_matrix
 from ..physics.motion import Motion
+from ..physics.reading import Plain
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.foreign import FunctionModel
 
@@ -64,7 +65,7 @@ class Audit:
         """What one law says, by its name."""
         return next(r for r in self.rulings if r.law == law)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As `audit.json` writes it."""
         return {
             "schema": AUDIT_SCHEMA,

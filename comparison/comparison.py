@@ -7,10 +7,11 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
+from ..discovery.basis import Basis
 from ..discovery.calibration.calibrate import calibrate_once
 from ..discovery.findings import Step
-from ..measurements.preparation.prepared_logs import Inputs, Parts
 from ..measurements.preparation.split import PARTS
+from ..measurements.prepared_logs import Inputs, Parts
 from ..physics.errors import RequestError
 from ..physics.in_words import percent
 from ..residuals.models.base import Model, VehicleModel
@@ -56,10 +57,11 @@ def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:
     return Judged(model, found, None if model.kind == BASELINE else audit_along(model, parts))
 
 
-def calibrated_model(inputs: Inputs) -> tuple[list[Model], list[str]]:
+def calibrated_model(inputs: Inputs, basis: Basis | None = None) -> tuple[list[Model], list[str]]:
     """The nominal model with its own parameters fitted, on nothing that is judged; or none, and a sentence why.
 
-    Where all rows are judged there are no others to fit to, and a sentence says so.
+    Where all rows are judged there are no others to fit to, and a sentence says so. The `basis` of a discovery, which
+    fits to the training and the validation part, serves where the calibration fits to both as well.
     """
     judged, split = inputs.parts.judge, inputs.weak
     motions = inputs.fitting if judged != "validation" else split.train.motions
@@ -68,15 +70,17 @@ def calibrated_model(inputs: Inputs) -> tuple[list[Model], list[str]]:
         notes = [f"{CALIBRATED} was fitted to rows that are judged here, so its errors are too small"]
     begun = perf_counter()
     try:
-        vehicle, symbols = calibrate_once(motions, inputs.vehicle)
+        vehicle, symbols = calibrate_once(motions, inputs.vehicle, basis=basis if judged != "validation" else None)
     except RequestError as error:
         return [], [f"there is no {CALIBRATED} model: {str(error).removeprefix('fit: ')}"]
     return [VehicleModel(vehicle, CALIBRATED, "physics", len(symbols), perf_counter() - begun)], notes
 
 
-def reference_models(inputs: Inputs, middle: Sequence[Model] = ()) -> tuple[list[Model], list[str]]:
+def reference_models(
+    inputs: Inputs, middle: Sequence[Model] = (), basis: Basis | None = None
+) -> tuple[list[Model], list[str]]:
     """The models that are always compared: nominal, calibrated, those of a run (`middle`), and the baselines."""
-    known, notes = calibrated_model(inputs)
+    known, notes = calibrated_model(inputs, basis)
     nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
     return [nominal, *known, *middle, *baselines(inputs.vehicle)], notes
 

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from ..measurements.preparation.prepared_logs import Inputs, PathLike
+from ..measurements.prepared_logs import Inputs, PathLike
 from ..physics.errors import RequestError
 from ..physics.folders import finish
 from ..physics.reading import read_json

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from ..measurements.log_digests import log_digests
-from ..measurements.preparation.prepared_logs import Inputs
+from ..measurements.prepared_logs import Inputs
 from ..physics.in_words import listing
-from ..physics.reading import read_yaml
+from ..physics.reading import Plain, read_yaml
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.neural import SETTINGS, is_network_folder
@@ -113,11 +113,11 @@ def _recorded(record: Any) -> Digests:
     return pairs or [(name, None) for name in found["logs"] if isinstance(name, str)]
 
 
-def _pairs(items: Sequence[Mapping[str, Any]]) -> Digests:
+def _pairs(items: Sequence[Mapping[str, str | None]]) -> Digests:
     return [(str(item.get("path")), item.get("sha256")) for item in items]
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> Plain:
     """A file of plain data; nothing where it cannot be read, about which whoever loads the model complains."""
     try:
         content = read_yaml(path)

@@ -4,7 +4,7 @@ The choice is made here, once for a log, whoever asks: discovery, adding by name
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -188,6 +188,13 @@ class Basis:
             return self.forces
         return Shooting(self.motions, about or self.nominal, shooting or self.settings.shooting, self.blind)
 
+    def trusting(self) -> "Basis":
+        """The same for a compass that is taken to be right, see `choose`."""
+        motions = self.forces.motions
+        if compass_of(motions).deviates:
+            return self
+        return replace(self, motions=motions, blind=SEEING, notes=())
+
     def cleared_forces(self) -> WeakForm:
         """The force balance of the motions as they are fitted."""
         return WeakForm(self.motions, self.settings.weak)
@@ -222,6 +229,6 @@ def choose(
     instant = Search(forces, nominal, every, settings.search)
     why = "" if forces.claimed else why_rollouts(forces, instant)
     clear = Nuisances(tuple(motions), SEEING, ())
-    if why and not (trusting and not compass_of(motions).deviates):
+    if why and (not trusting or compass_of(motions).deviates):
         clear = nuisances(motions)
     return Basis(nominal, settings, clear.motions, clear.blind, clear.notes, forces, instant, why)

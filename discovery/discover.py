@@ -1,7 +1,7 @@
 """Discovery, step by step: look at the force balance or at rollouts, keep what is sure, fit it lawfully, conclude."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 
 import numpy as np
@@ -54,6 +54,7 @@ class Discovery:
     findings : conclusions, without the errors of the steps, which need a test set
     force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
     noise_error : (3,) what sensor noise alone would leave [N, N, N m]
+    basis : what judged it
     notes : what was done to the log, and how it was judged
     """
 
@@ -63,6 +64,7 @@ class Discovery:
     findings: Findings
     force_error: Array
     noise_error: Array
+    basis: Basis = field(repr=False)
     notes: tuple[str, ...] = ()
 
 
@@ -145,7 +147,7 @@ def _conclude(basis: Basis, looked: Selected) -> Discovery:
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
             headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
             findings = findings.but(verdict="undecided", headline=headline)
-    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, looked.notes)
+    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, looked.notes)
 
 
 def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:
@@ -247,7 +249,7 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     sure = [e.key for e in added if e.sure]
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
     findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.")
-    return Discovery(nominal, corrected, tuple(steps), findings, error, noise, notes)
+    return Discovery(nominal, corrected, tuple(steps), findings, error, noise, basis, notes)
 
 
 def _with(search: Search, state: State, candidate: Candidate) -> State:

@@ -17,6 +17,7 @@ from undertow.discovery.balance.sensor_errors import nuisances
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.search.output_error import polish
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.dataset import PAPER, WEAK
 from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.motion import Motion
@@ -98,7 +99,7 @@ def read(folder: Path) -> list[Log]:
     with tempfile.TemporaryDirectory() as scratch:
         channels = Path(scratch) / "channels.yaml"
         channels.write_text(CHANNELS, encoding="utf-8")
-        return [read_log(path, channel_map=channels) for path in paths]
+        return [read_log(path, Reading(channel_map=channels)) for path in paths]
 
 
 def divisions(names: Sequence[str], splits: int) -> list[list[str]]:

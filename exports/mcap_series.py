@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_between
-from ..measurements.preparation.prepared_logs import Parts
+from ..measurements.prepared_logs import Parts
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
 from ..physics.files import write_bytes

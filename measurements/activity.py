@@ -1,10 +1,10 @@
 """What the boat did in a log, and what it did not: the ground of everything that can be learned from it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from ..physics.file_records import Number, Record
 from ..physics.motion import Motion
 
 _ASTERN = -0.05
@@ -17,8 +17,7 @@ _FAR = 0.5
 """Turn from which it is far [rad]: 30 degrees are no meander about a course."""
 
 
-@dataclass(frozen=True, slots=True)
-class Excitation:
+class Excitation(Record):
     """What the boat did.
 
     Attributes
@@ -31,13 +30,13 @@ class Excitation:
     sentences : what this log cannot tell, for a person
     """
 
-    seconds: float
-    u: tuple[float, float]
-    v: tuple[float, float]
-    r: tuple[float, float]
-    astern: float
-    turning_to_starboard: float
-    turning_to_port: float
+    seconds: Number
+    u: tuple[Number, Number]
+    v: tuple[Number, Number]
+    r: tuple[Number, Number]
+    astern: Number
+    turning_to_starboard: Number
+    turning_to_port: Number
     sentences: tuple[str, ...]
 
 
@@ -59,7 +58,16 @@ def excitation_of(motions: Sequence[Motion]) -> Excitation:
         side = "starboard" if starboard > port else "port"
         sentences.append(f"The boat turned to {side} only: a trim cannot be told from yaw damping.")
     seconds = float(sum(motion.duration for motion in motions))
-    return Excitation(seconds, u, v, r, astern, starboard, port, tuple(sentences))
+    return Excitation(
+        seconds=seconds,
+        u=u,
+        v=v,
+        r=r,
+        astern=astern,
+        turning_to_starboard=starboard,
+        turning_to_port=port,
+        sentences=tuple(sentences),
+    )
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:

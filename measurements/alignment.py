@@ -1,11 +1,11 @@
 """Are two channels in step? The delay between two records of the same quantity."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+from ..physics.file_records import Number, Record
 from ..physics.frames import Array
 
 LEAST_CORRELATION = 0.7
@@ -16,8 +16,7 @@ _BAND = (0.05, 1.0)
 derivatives."""
 
 
-@dataclass(frozen=True, slots=True)
-class Alignment:
+class Alignment(Record):
     """How far one record of a quantity is behind another.
 
     Attributes
@@ -30,8 +29,8 @@ class Alignment:
 
     first: str
     second: str
-    offset: float | None
-    correlation: float | None
+    offset: Number | None = None
+    correlation: Number | None = None
     sentence: str
 
 
@@ -55,7 +54,8 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
     a, b = (drift_free(series, step) for series in values)
     most = min(round(reach / step), a.size // 4)
     if most < 1 or min(a.std(), b.std()) < 1e-9:
-        return Alignment(first, second, None, None, f"{first} or {second} never changes; nothing to compare.")
+        sentence = f"{first} or {second} never changes; nothing to compare."
+        return Alignment(first=first, second=second, sentence=sentence)
     lags = np.arange(-most, most + 1)
     peak = np.array([_correlation(a, b, int(lag)) for lag in lags])
     best = int(np.argmax(peak))
@@ -65,15 +65,15 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
         if peak.min() < -max(LEAST_CORRELATION, top):
             top = float(peak.min())
             sentence = f"{second} has the opposite sign of {first} (correlation {top:.2f}); check the axes."
-        return Alignment(first, second, None, top, sentence)
+        return Alignment(first=first, second=second, correlation=top, sentence=sentence)
     left, right = float(peak[best - 1]), float(peak[best + 1])
     curvature = left - 2.0 * top + right
     shift = 0.5 * (left - right) / curvature if curvature < 0 else 0.0
     offset = float((lags[best] + shift) * step)
+    sentence = f"{second} is {abs(offset):.3f} s {'later' if offset > 0 else 'earlier'} than {first}."
     if abs(offset) < 0.2 * step:
-        return Alignment(first, second, offset, top, f"{first} and {second} are in step.")
-    order = "later" if offset > 0 else "earlier"
-    return Alignment(first, second, offset, top, f"{second} is {abs(offset):.3f} s {order} than {first}.")
+        sentence = f"{first} and {second} are in step."
+    return Alignment(first=first, second=second, offset=offset, correlation=top, sentence=sentence)
 
 
 def drift_free(rate: Array, step: float) -> Array:

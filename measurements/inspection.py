@@ -1,12 +1,14 @@
 """What a log holds, and what the tool would do with it, before anything is computed from it."""
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
 
 import numpy as np
+from pydantic import Field, field_serializer
 
 from ..physics.errors import LogError
+from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import earth_to_body
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -21,140 +23,115 @@ from .preparation.prepare import native_rate, prepare, shortfall, usable_spans
 from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
-from .quality.record import Record
 from .statistics import noise_level
 
-SCHEMA = "undertow.inspection/1"
-SCHEMA_OF_SEVERAL = "undertow.inspections/1"
 
-
-@dataclass(frozen=True, slots=True)
-class ChannelSummary:
+class ChannelSummary(Record):
     """One channel in numbers: stamps [s], rate [Hz], gaps [s], values and noise in its unit."""
 
     name: str
     unit: str
     origin: str
-    count: int
-    start: float
-    end: float
-    rate: float | None
-    gaps: int
-    longest_gap: float | None
-    minimum: float
-    maximum: float
-    noise: float | None
+    count: Whole
+    start: Number
+    end: Number
+    rate: Number | None = None
+    gaps: Whole
+    longest_gap: Number | None = None
+    minimum: Number
+    maximum: Number
+    noise: Number | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(Record):
     """A stretch that becomes one motion: its ends [s] and its rows."""
 
-    start: float
-    end: float
-    rows: int
+    start: Number
+    end: Number
+    rows: Whole
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(Record):
     """What preparation would do: the rate [Hz], the segments, notes on gaps, and what is missing (empty: ready)."""
 
     recipe: Recipe
-    rate: float
-    segments: tuple[Segment, ...]
-    notes: tuple[str, ...]
-    missing: tuple[str, ...]
+    rate: Number
+    segments: tuple[Segment, ...] = ()
+    notes: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Inspection:
-    """A log seen from all sides; `to_dict` is the machine's view of it.
+class Fixed(Record):
+    """What `inspect --fix` wrote: the file, what was done, what is still wrong, and whether it can be used."""
+
+    path: str
+    done: tuple[str, ...]
+    left: tuple[str, ...]
+    usable: Flag
+
+
+class Inspection(Record):
+    """A log seen from all sides.
 
     Attributes
     ----------
     verdict : whether it can be used, and what is worst about it, in one or two sentences
+    usable : whether it can be used as it is: nothing is missing, and no check found a defect
     quality : what each check found
-    examination : the same with the log as repaired
     map : the channel map in use
-    curable : whether nothing is missing any more once the safe fixes are made
+    fixed : the repaired log, where one was written
+    curable : whether nothing is missing any more once the safe fixes are made; in no file
     """
 
+    SCHEMA: ClassVar[str] = "undertow.inspection/1"
+
     path: str
-    verdict: str
-    channels: tuple[ChannelSummary, ...]
-    unused: tuple[str, ...]
-    alignment: tuple[Alignment, ...]
-    excitation: Excitation | None
+    verdict: str = ""
+    usable: Flag = True
+    quality: tuple[Finding, ...] = ()
+    channels: tuple[ChannelSummary, ...] = ()
+    unused: tuple[str, ...] = ()
+    alignment: tuple[Alignment, ...] = ()
+    excitation: Excitation | None = None
     plan: Plan
-    notes: tuple[str, ...]
-    examination: Examination
-    map: dict[str, dict[str, str | float]]
-    curable: bool
-
-    @property
-    def quality(self) -> tuple[Finding, ...]:
-        """What each check found."""
-        return self.examination.findings
-
-    @property
-    def usable(self) -> bool:
-        """Whether the log can be used as it is: nothing is missing, and no check found a defect."""
-        return not self.plan.missing and is_sound(self.quality)
+    notes: tuple[str, ...] = ()
+    map: Mapping[str, Mapping[str, str | float]] = {}
+    fixed: Fixed | None = absent()
+    curable: Flag = Field(default=False, exclude=True)
 
     @property
     def repaired(self) -> bool:
         """Whether the log can be used once the safe fixes are made: no defect is left, and nothing else is missing."""
         return (self.usable or self.curable) and is_sound([f for f in self.quality if f.fix is None])
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, fit for strict JSON (no NaN or Infinity)."""
-        return {
-            "schema": SCHEMA,
-            "path": self.path,
-            "verdict": self.verdict,
-            "usable": self.usable,
-            "quality": [finding.to_dict() for finding in self.quality],
-            "channels": [asdict(channel) for channel in self.channels],
-            "unused": list(self.unused),
-            "alignment": [asdict(alignment) for alignment in self.alignment],
-            "excitation": None if self.excitation is None else asdict(self.excitation),
-            "plan": asdict(self.plan),
-            "notes": list(self.notes),
-            "map": self.map,
-        }
 
-
-@dataclass(frozen=True, slots=True)
-class Inspections:
-    """Several logs of one boat, each by itself, and what they show together.
+class Inspections(Record):
+    """Several logs of one boat, each by itself, and what they show together where they were looked over together.
 
     Attributes
     ----------
-    logs : each by itself
     verdict, quality : of all together
+    usable : whether every log can be used as it is, and no check of all together found a defect
+    logs : each by itself
+    notes : what lies beside the logs and is none
     """
 
+    SCHEMA: ClassVar[str] = "undertow.inspections/1"
+
+    verdict: str | None = absent()
+    usable: Flag | None = absent()
+    quality: tuple[Finding, ...] | None = absent()
     logs: tuple[Inspection, ...]
-    verdict: str
-    quality: tuple[Finding, ...]
+    notes: tuple[str, ...] | None = absent()
 
-    @property
-    def usable(self) -> bool:
-        """Whether every log can be used as it is, and no check of all together found a defect."""
-        return is_sound(self.quality) and all(inspection.usable for inspection in self.logs)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, fit for strict JSON."""
-        return {
-            "schema": SCHEMA_OF_SEVERAL,
-            "verdict": self.verdict,
-            "usable": self.usable,
-            "quality": [finding.to_dict() for finding in self.quality],
-            "logs": [inspection.to_dict() for inspection in self.logs],
-        }
+    @field_serializer("logs")
+    def _each_with_its_schema(self, logs: tuple[Inspection, ...]) -> list[Any]:
+        return [inspection.to_dict() for inspection in logs]
 
 
-def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspection:
+def inspect_log(
+    log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER, *, examination: Examination | None = None
+) -> Inspection:
     """Look a log over: its quality, channels, rates, gaps, noise, excitation, and the plan.
 
     A log that cannot be prepared is no error here: `plan.missing` says why.
@@ -164,24 +141,26 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
     log : the log
     vehicle : whose command channels are wanted, and whose curves say where neutral is; None to leave them out
     recipe : the preparation that the plan describes
+    examination : of the log, where it is made already
     """
     motions = _motions(log)
     longest = max(motions, key=lambda motion: motion.duration, default=None)
     plan = _plan(log, vehicle, recipe)
-    examination = examine(log, vehicle)
+    examination = examination or examine(log, vehicle)
     # Late and held fixes make false speeds; what the boat did is told of the log without them.
-    seen = [stretch.motion for stretch in Record.of(examination.clean).stretches]
+    seen = [stretch.motion for stretch in examination.repaired.stretches]
     curable = not _plan(_mended(examination.clean), vehicle, recipe).missing
     return Inspection(
         path=str(log.path),
         verdict=verdict(examination.findings, plan.missing, curable),
+        usable=not plan.missing and is_sound(examination.findings),
+        quality=examination.findings,
         channels=tuple(_summary(channel, recipe) for channel in log.channels.values()),
         unused=log.unused,
         alignment=_alignment(log, longest) if longest else (),
         excitation=excitation_of(seen) if seen else None,
         plan=plan,
         notes=log.notes,
-        examination=examination,
         map=map_dict(log.entries),
         curable=curable,
     )
@@ -189,15 +168,17 @@ def inspect_log(log: Log, vehicle: Vehicle | None = None, recipe: Recipe = PAPER
 
 def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None, recipe: Recipe = PAPER) -> Inspections:
     """Look several logs of one boat over, each by itself and all together; see `inspect_log`."""
-    each = tuple(inspect_log(log, vehicle, recipe) for log in logs)
-    quality = pool([inspection.examination for inspection in each])
+    examinations = [examine(log, vehicle) for log in logs]
+    each = tuple(inspect_log(log, vehicle, recipe, examination=e) for log, e in zip(logs, examinations, strict=True))
+    quality = pool(examinations)
     unusable = [inspection for inspection in each if inspection.plan.missing]
     told = verdict(quality)
     if unusable:
         names = ", ".join(inspection.path for inspection in unusable[:3])
         more = f" and {len(unusable) - 3} more" if len(unusable) > 3 else ""
         told = f"{told} {len(unusable)} of {len(each)} logs cannot be used as they are: {names}{more}."
-    return Inspections(each, told, quality)
+    usable = is_sound(quality) and all(inspection.usable for inspection in each)
+    return Inspections(verdict=told, usable=usable, quality=quality, logs=each)
 
 
 def _mended(log: Log) -> Log:
@@ -255,11 +236,11 @@ def _plan(log: Log, vehicle: Vehicle | None, recipe: Recipe) -> Plan:
         rate = native_rate(log) if {"u", "x", "psi"} & set(log.channels) else 0.0
     missing = [*_backward(log), *problems(log, vehicle)]
     if missing:
-        return Plan(recipe, rate, (), (), tuple(missing))
+        return Plan(recipe=recipe, rate=rate, missing=tuple(missing))
     spans, notes = usable_spans(log, vehicle, recipe)
-    found = tuple(Segment(low, high, int((high - low) * rate + 1e-6) + 1) for low, high in spans)
+    found = tuple(Segment(start=low, end=high, rows=int((high - low) * rate + 1e-6) + 1) for low, high in spans)
     short = shortfall(log, spans, notes)
-    return Plan(recipe, rate, found, tuple(notes), (short,) if short else ())
+    return Plan(recipe=recipe, rate=rate, segments=found, notes=tuple(notes), missing=(short,) if short else ())
 
 
 def _backward(log: Log) -> list[str]:

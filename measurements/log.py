@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
 from .canonical import Channel
 from .channels.channel_map import Entry, read_channel_map
@@ -13,6 +12,7 @@ from .channels.namespaces import check_namespace, is_under
 from .channels.recognition import is_vertical_acceleration, recognise
 from .formats.base import Name, Request
 from .formats.registry import read_recording
+from .log_options import AS_GUESSED, Reading
 
 __all__ = ["Channel", "Log", "read_log"]
 
@@ -49,10 +49,8 @@ class Log:
 
 def read_log(
     path: Path | str,
+    reading: Reading = AS_GUESSED,
     *,
-    frame: Literal["ned", "enu"] | None = None,
-    channel_map: Path | str | None = None,
-    namespace: str | None = None,
     progress: Callable[[int, int], None] | None = None,
     mend: bool = False,
 ) -> Log:
@@ -67,11 +65,7 @@ def read_log(
     Parameters
     ----------
     path : a file or folder of one of `formats.registry.FORMATS`
-    frame : axes of the log. None: canonical names are NED/FRD and ROS-style fields ENU/FLU; "enu": canonical names
-        are ENU/FLU too (x east, y north, psi counter-clockwise from east, v to port, r to port); "ned": ROS-style
-        fields are NED/FRD already.
-    channel_map : YAML file that overrides the guess, see `channel_map.read_channel_map`
-    namespace : start of the topics of the vehicle that is meant, in a log of several
+    reading : axes, channel map and namespace
     progress : told bytes done and bytes in all, while a large file is read
     mend : for inspection: put up with time that runs backwards, see `cleaning.Cleaner`
 
@@ -82,15 +76,15 @@ def read_log(
         800 to 2200 us, a file in which no channel is recognised, a log of several vehicles of which none is chosen,
         or a channel map that does not fit.
     """
-    path = Path(path)
-    entries = read_channel_map(Path(channel_map)) if channel_map is not None else {}
+    path, namespace = Path(path), reading.namespace
+    entries = read_channel_map(Path(reading.channel_map)) if reading.channel_map is not None else {}
     request = Request(_chooser(entries, namespace))
     if progress is not None:
         request = Request(request.choose, progress)
     recording = read_recording(path, request)
     names = [*(stream.label for stream in recording.streams), *recording.unread]
     told = check_namespace(names, namespace, str(path))
-    mapped = map_channels(recording.streams, frame, entries, str(path), recording.unread, namespace, mend)
+    mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
     notes = (*recording.notes, *told, *mapped.notes)
     told_of = (recording.start_ns, recording.out_of_step)
     return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of)

@@ -3,12 +3,11 @@
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ..physics.reading import BLOCK
 
 
-def log_digests(paths: Sequence[str]) -> list[dict[str, Any]]:
+def log_digests(paths: Sequence[str]) -> list[dict[str, str | None]]:
     """SHA-256 of each log as it is on disk now; of a folder, over the names and contents of the files in it.
 
     A log that is no longer there has null.

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, ValidationError, model_validator
 
 from .errors import RequestError
+from .reading import Plain
 
 _MOST_LETTERS = 60
 """Letters of a value or a name in a message: enough to know it again, whatever somebody put there."""
@@ -67,7 +68,7 @@ class Record(BaseModel):
         """A field as JSON has it, by its name there: `step["rollout_rmse"]["10"]["position"]`."""
         return self.to_dict()[name]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As JSON has it."""
         content = self.model_dump(mode="json", by_alias=True)
         return {"schema": self.SCHEMA, **content} if self.SCHEMA else content

@@ -75,6 +75,8 @@ def text_of(content: bytes) -> str:
         raise ValueError(f"expected UTF-8 text, got the byte 0x{content[error.start]:02x} in line {line}") from None
 
 
+Plain = dict[str, Any]
+"""What a file holds by name, before it is checked or after everything was said: at the edges only."""
 _SAFE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML was built with it
 _TAG = "tag:yaml.org,2002:"
 _NODES: dict[str, type[yaml.Node]] = {

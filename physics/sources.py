@@ -1,7 +1,6 @@
 """Where the numbers of a vehicle came from, kept true when some of them are identified anew."""
 
 import re
-from typing import Any
 
 from .effects import PARAMETERS
 from .printable import one_line
@@ -23,7 +22,7 @@ def with_sources(before: Vehicle, after: Vehicle, how: str) -> Vehicle:
     how : such as "identified by undertow from log.csv"
     """
     how = one_line(how)  # it names logs, whose names may be no text that a file can hold
-    sources: dict[str, Any] = dict(after.sources)
+    sources = dict(after.sources)
     sections: dict[str, list[str]] = {}
     for symbol in [s for s in {**before.values, **after.values} if before.value(s) != after.value(s)]:
         section = _section(symbol)

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from ..comparison.facts import AuditRecord, Comparison, MadeFrom
 from ..discovery.findings import Findings
+from ..measurements.inspection import Inspection
 from ..physics.vehicle import Vehicle
 
 
@@ -24,8 +24,8 @@ class RunFolder:
         The vehicle before (`nominal.yaml`) and after (`model.yaml`).
     series : DataFrame
         `series.csv`, SI units, one row per time step (10 Hz).
-    inspections : list of dict
-        One of each log, as in `inspection.json`; none where that was not written.
+    inspections : tuple of Inspection
+        One of each log; none where `inspection.json` was not written.
     audit : AuditRecord
         None where `audit.json` was not written.
     record : MadeFrom
@@ -40,7 +40,7 @@ class RunFolder:
     nominal: Vehicle
     corrected: Vehicle
     series: pd.DataFrame
-    inspections: list[dict[str, Any]]
+    inspections: tuple[Inspection, ...]
     audit: AuditRecord | None
     record: MadeFrom
     digests: dict[str, str]

@@ -8,8 +8,8 @@ import pandas as pd
 
 from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import accelerations
-from ..measurements.preparation.prepared_logs import Parts
 from ..measurements.preparation.split import PARTS
+from ..measurements.prepared_logs import Parts
 from ..physics.motion import Motion
 from .models.base import Model, VehicleModel
 from .residual import residual, same_filter

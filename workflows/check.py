@@ -4,13 +4,13 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..comparison.audit import Audit, audit
 from ..comparison.models_by_name import load_model
-from ..measurements.preparation.prepared_logs import PathLike
+from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.prepared_logs import PathLike
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array
@@ -33,12 +33,10 @@ def check(
     model: Model | PathLike,
     logs: Sequence[PathLike] | PathLike = (),
     vehicle: Vehicle | PathLike | None = None,
+    reading: Reading = AS_GUESSED,
     *,
-    frame: str | None = None,
-    channel_map: PathLike | None = None,
-    namespace: str | None = None,
     seed: int = 0,
-    reading: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Audit:
     """Judge any model by the laws of a hull in water, and find the state in which it breaks them.
 
@@ -48,9 +46,9 @@ def check(
         `package.module:function`, which is imported
     logs : whose speeds are the envelope, and along which the energy is counted; without, a run folder's own
     vehicle : of the mass and commands of a model that carries none (ONNX, function)
-    frame, channel_map, namespace : how logs are read, see `read_log`
-    reading : told bytes done and bytes in all of each large log
+    reading : how logs are read; broken ones are taken as they are
     seed : of everything random
+    progress : told bytes done and bytes in all of each large log
 
     Raises
     ------
@@ -73,12 +71,10 @@ def check(
         inputs = read_inputs(
             paths if record is None else record.logs,
             found.vehicle if record is None else record.vehicle,
-            frame=frame if record is None else record.frame,
-            channel_map=channel_map if record is None else record.channel_map,
-            namespace=namespace if record is None else record.namespace,
+            # Only the speeds are wanted, and no thruster is judged.
+            replace(reading if record is None else record.reading, as_is=True),
             judge="all",
-            as_is=True,  # only the speeds are wanted, and no thruster is judged
-            reading=reading,
+            progress=progress,
         )
         motions = inputs.parts.judged.motions
         envelope, source = envelope_of(motions, found.vehicle), "the speeds of the log"
@@ -125,7 +121,7 @@ def _stored_envelope(folder: Path) -> Envelope | None:
     if not folder.is_dir() or is_network_folder(folder):
         return None
     try:
-        box: dict[str, Any] = read_json(folder / "findings.json")["passivity"]["envelope"]
+        box = read_json(folder / "findings.json")["passivity"]["envelope"]
         (u0, u1), (v0, v1), (r0, r1) = (map(float, box[name]) for name in "uvr")
     except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None

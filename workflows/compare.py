@@ -9,7 +9,7 @@ from ..comparison.facts import Comparison
 from ..comparison.models_by_name import CORRECTED, check_commands, fitted_numbers, load_model
 from ..comparison.overlap import fitted_notes
 from ..exports.mcap_series import compared, require_mcap, write_series
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs, PathLike
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike
 from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models.base import Model, VehicleModel
@@ -65,14 +65,7 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
     """
     folder = Path(run)
     record = read_run_inputs(folder)
-    inputs = read_inputs(
-        record.logs,
-        record.vehicle,
-        frame=record.frame,
-        channel_map=record.channel_map,
-        namespace=record.namespace,
-        as_is=record.as_is,
-    )
+    inputs = read_inputs(record.logs, record.vehicle, record.reading)
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", fitted_numbers(folder))
     return _compared(inputs, (corrected,), models)
 

@@ -8,7 +8,7 @@ from ..comparison.models_by_name import CORRECTED
 from ..discovery.discover import Discovery, add_effects, find_missing
 from ..discovery.findings import LogFacts, Unexplained
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources
@@ -75,7 +75,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     corrected = models[-1] if len(models) > 1 else _renamed(models[0])
     known = {models[0].name: errors[0], corrected.name: errors[-1]}
-    every, notes = reference_models(inputs, [corrected])
+    every, notes = reference_models(inputs, [corrected], found.basis)
     judged = [judge(model, inputs.parts, known.get(model.name)) for model in every]
     audit = next(each.audit for each in judged if each.audit is not None and each.model is corrected)
     compared = comparison(judged, inputs, table, notes=notes)

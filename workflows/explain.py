@@ -6,7 +6,7 @@ from ..comparison.models_by_name import MODEL_CURE, check_commands, load_model
 from ..discovery.distillation.distil import distil_model
 from ..discovery.distillation.distilled import Distilled
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs, PathLike
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike
 from ..physics.errors import expect
 from ..residuals.models.base import Model
 from .run_folder.run import Say

@@ -2,16 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..comparison.comparison import score_step
 from ..discovery.calibration.calibrate import Calibration, calibrate
 from ..discovery.findings import Left, Step
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.in_words import listing
+from ..physics.reading import Plain
 from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import VehicleModel
@@ -73,7 +73,7 @@ class FitRun:
         """Parameters that stay as they were, and why."""
         return tuple(Left(symbol=symbol, why=why) for symbol, why in self.calibration.reasons.items())
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As `fit --json` prints it (schema `undertow.fit/1`)."""
         found, weak = self.calibration, self.inputs.weak
         nominal = found.nominal

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -9,10 +10,12 @@ from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.log import read_log
+from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
-from ..measurements.preparation.prepared_logs import Inputs, Parts, PathLike
 from ..measurements.preparation.split import split
+from ..measurements.prepared_logs import Inputs, Parts, PathLike
+from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -25,13 +28,10 @@ _JUDGES = ("train", "validation", "test", "all")
 def read_inputs(
     logs: Iterable[PathLike] | PathLike,
     vehicle: Vehicle | PathLike,
+    reading: Reading = AS_GUESSED,
     *,
-    frame: str | None = None,
-    channel_map: PathLike | None = None,
-    namespace: str | None = None,
     judge: str = "test",
-    as_is: bool = False,
-    reading: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Inputs:
     """Read and prepare logs for a vehicle.
 
@@ -39,18 +39,14 @@ def read_inputs(
     ----------
     logs : one path or several: files, folders of logs, or patterns (see `find_logs`); all of them are one data set
     vehicle : a vehicle, the path of its file, or the name of a shipped one
-    frame : "enu" or "ned" for canonical channels that are not NED/FRD; see `read_log`
-    channel_map : YAML file that maps channels; see `read_log`
-    namespace : start of the topics of the vehicle that is meant, in logs of several; see `read_log`
+    reading : how the logs are read, and whether broken ones are taken as they are
     judge : the part on which models are scored: "test", "validation", "train" or "all"
-    as_is : take logs whose defects make every finding meaningless as they are (reversed or swapped thrusters, wrong
-        units, axes that contradict each other), and warn; without it they are refused
-    reading : told bytes done and bytes in all of each large log
+    progress : told bytes done and bytes in all of each large log
 
     Raises
     ------
     LogError, VehicleError, RequestError
-        when a file cannot be read or used, or is known to be broken; see `as_is`.
+        when a file cannot be read or used, or is known to be broken; see `Reading.as_is`.
     """
     expect("read_inputs: logs", logs, (str, os.PathLike, Iterable), "give paths of logs")
     expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
@@ -62,31 +58,30 @@ def read_inputs(
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     found, told = find_logs(paths)
     names = tuple(_utf8(path) for path in found)
-    channels = None if channel_map is None else _utf8(channel_map)
-    axes = check_frame(frame)
-    read = tuple(
-        read_log(name, frame=axes, channel_map=channels, namespace=namespace, progress=reading) for name in names
-    )
-    inspections = [inspect_log(log, model) for log in read]
+    if reading.channel_map is not None:
+        reading = replace(reading, channel_map=_utf8(reading.channel_map))
+    read = tuple(read_log(name, reading, progress=progress) for name in names)
+    examinations = [examine(log, model) for log in read]
+    inspections = tuple(inspect_log(log, model, examination=made) for log, made in zip(read, examinations, strict=True))
     if any(inspection.plan.missing for inspection in inspections):
         prepare(read, model, WEAK)  # what is missing is told before what is wrong with the rest
-    told_of = [_alignment_notes(inspection, as_is) for inspection in inspections]
+    told_of = [_alignment_notes(inspection, reading.as_is) for inspection in inspections]
     out_of_step = [note for notes, _ in told_of for note in notes]
-    warnings = (*(text for _, broken in told_of for text in broken), *sound(inspections, model, as_is))
+    opposed = [text for _, texts in told_of for text in texts]
+    together = pool(examinations) if len(read) > 1 else ()
+    warnings = (*opposed, *sound(inspections, together, model, reading.as_is))
     weak = prepare(read, model, WEAK)
     paper = prepare(read, model, PAPER)
     return Inputs(
-        names,
-        read,
-        model,
-        split(weak),
-        Parts(split(paper), judge),
-        (*told, *weak.notes, *out_of_step),
-        frame,
-        channels,
-        namespace,
-        as_is,
-        warnings,
+        paths=names,
+        logs=read,
+        vehicle=model,
+        weak=split(weak),
+        parts=Parts(split(paper), judge),
+        notes=(*told, *weak.notes, *out_of_step),
+        reading=reading,
+        warnings=warnings,
+        inspections=inspections,
     )
 
 
@@ -98,23 +93,6 @@ def _utf8(path: PathLike) -> str:
     except UnicodeEncodeError:
         raise RequestError(f"{text!r}: the file name is not UTF-8, so no report could name it; rename it") from None
     return text
-
-
-def check_frame(frame: str | None) -> Literal["enu", "ned"] | None:
-    """The frame option as `read_log` takes it.
-
-    Raises
-    ------
-    RequestError
-        for anything but enu, ned or none.
-    """
-    if frame is None:
-        return None
-    if frame == "enu":
-        return "enu"
-    if frame == "ned":
-        return "ned"
-    raise RequestError(f"frame {frame!r}: expected enu or ned")
 
 
 def _is_biased(finding: Finding) -> bool:

@@ -2,15 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..measurements.clean_log import check_target, write_clean
 from ..measurements.collection import find_logs
-from ..measurements.inspection import inspect_log, inspect_logs
+from ..measurements.inspection import Fixed, Inspection, Inspections, inspect_log, inspect_logs
 from ..measurements.log import Log, read_log
+from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
-from .inputs import check_frame
 
 
 def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
@@ -36,27 +36,25 @@ def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
 def look_over(
     paths: Sequence[Path],
     vehicle: Vehicle | None = None,
+    reading: Reading = AS_GUESSED,
     *,
-    frame: str | None = None,
-    channel_map: Path | None = None,
-    namespace: str | None = None,
     fix: Path | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> tuple[dict[str, Any], Log]:
+) -> tuple[Inspection | Inspections, Log]:
     """Inspect logs, and write one of them repaired.
 
     Parameters
     ----------
     paths : logs, folders of logs, or patterns
     vehicle : whose needs are checked
-    frame, channel_map, namespace, progress : see `read_log`
+    reading, progress : see `read_log`
     fix : file for the repaired log, None to write nothing
 
     Returns
     -------
-    (what was found, the first log) : dict, Log
-        `Inspection.to_dict()` of one log, `Inspections.to_dict()` of several, whose `notes` name the files beside
-        them that are no logs; with `fix`, its path and what was done under `fixed`.
+    (what was found, the first log) : Inspection or Inspections, Log
+        Of one log or of several, whose `notes` name the files beside them that are no logs; with `fix`, its path and
+        what was done under `fixed`.
 
     Raises
     ------
@@ -68,19 +66,15 @@ def look_over(
         if len(logs) > 1:
             raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
         check_target(fix, logs)
-    axes = check_frame(frame)
-    read = [
-        read_log(log, frame=axes, channel_map=channel_map, namespace=namespace, progress=progress, mend=True)
-        for log in logs
-    ]
+    read = [read_log(log, reading, progress=progress, mend=True) for log in logs]
     if len(read) > 1:
-        return inspect_logs(read, vehicle).to_dict() | {"notes": list(notes)}, read[0]
-    inspection = inspect_log(read[0], vehicle)
-    found = inspection.to_dict()
-    found["notes"] += notes
-    if fix is not None:
-        examination = inspection.examination
-        write_clean(examination.clean, examination.fixes, examination.left, fix)
-        done = {"done": list(examination.fixes), "left": list(examination.left), "usable": inspection.repaired}
-        found["fixed"] = {"path": str(fix), **done}
-    return found, read[0]
+        return inspect_logs(read, vehicle).but(notes=notes), read[0]
+    examination = examine(read[0], vehicle)
+    inspection = inspect_log(read[0], vehicle, examination=examination)
+    inspection = inspection.but(notes=(*inspection.notes, *notes))
+    if fix is None:
+        return inspection, read[0]
+    done, left = examination.fixes, examination.left
+    write_clean(examination.clean, done, left, fix)
+    fixed = Fixed(path=str(fix), done=done, left=left, usable=inspection.repaired)
+    return inspection.but(fixed=fixed), read[0]

@@ -5,13 +5,14 @@ from pathlib import Path
 
 from ..measurements.canonical import command_kind
 from ..measurements.inspection import Inspection
-from ..measurements.quality.examination import pool
 from ..measurements.quality.finding import Finding
 from ..physics.errors import LogError
 from ..physics.vehicle import Vehicle
 
 
-def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> tuple[str, ...]:
+def sound(
+    inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle, as_is: bool
+) -> tuple[str, ...]:
     """Refuse logs whose defects make every finding meaningless, or give these defects as warnings.
 
     A thruster whose sign or side the vehicle file has, too, is as the file says: the inspections are made for it.
@@ -19,6 +20,7 @@ def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> t
     Parameters
     ----------
     inspections : of all logs, for this vehicle
+    together : what the checks say of all logs together; none for one log
     as_is : True to take the logs as they are, and to be warned
 
     Raises
@@ -26,7 +28,7 @@ def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> t
     LogError
         which says what was found, how to put it right, and how to go on regardless.
     """
-    fatal = _told(inspections, vehicle)
+    fatal = _told(inspections, together, vehicle)
     if fatal and not as_is:
         raise LogError(
             f"{'; '.join(fatal)}. Nothing found in such logs is about the boat. 'undertow inspect LOG --map-out "
@@ -36,9 +38,8 @@ def sound(inspections: Sequence[Inspection], vehicle: Vehicle, as_is: bool) -> t
     return tuple(f"Taken as it is, so no result can be trusted: {text}." for text in fatal)
 
 
-def _told(inspections: Sequence[Inspection], vehicle: Vehicle) -> list[str]:
+def _told(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:
     """Defects of all logs together, then those that single logs have beside them, as sentences without an end."""
-    together = pool([inspection.examination for inspection in inspections]) if len(inspections) > 1 else ()
     known = [f for f in together if _matters(f, vehicle)]
     name = "all logs together"
     told = [_sentence(name, f) for f in known]

@@ -1,7 +1,7 @@
 """The verb `train`: from logs and a vehicle to a trained network, scored beside the nominal model on held-out data."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
@@ -12,15 +12,16 @@ from ..comparison.audit import audit_along
 from ..comparison.comparison import judge, row
 from ..comparison.facts import ComparedModel
 from ..measurements.log_digests import log_digests
-from ..measurements.preparation.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
 from ..physics.in_words import listing
+from ..physics.reading import Plain
 from ..residuals.models.base import VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
-from ..residuals.training.training_settings import Augmentation, TrainingSettings
+from ..residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from .run_folder.run import Say
 from .run_folder.targets import check_target_folder
 
@@ -84,7 +85,7 @@ class TrainRun:
             )
         return [*told, *_broken_laws(self.models[-1])]
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As `train --json` prints it (schema `undertow.train/1`)."""
         found, split = self.trained, self.inputs.parts.split
         model = found.model
@@ -129,11 +130,8 @@ def _price_of_the_law(found: "Trained") -> list[str]:
 
 def train(
     inputs: Inputs,
-    residual: str = "lstm",
-    options: Mapping[str, int | float] | None = None,
+    choice: Choice | None = None,
     *,
-    pure: bool = False,
-    heading: bool = False,
     settings: TrainingSettings | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
@@ -145,9 +143,8 @@ def train(
     Parameters
     ----------
     inputs : logs and nominal vehicle, see `read_inputs`
-    residual, options : network by name (mlp, lstm, tcn, transformer, dissipative) and its options
-    pure : learn all of the motion, without the vehicle's physics
-    heading : let the network see the heading
+    choice : the network (mlp, lstm, tcn, transformer, dissipative), its options, whether it learns all of the motion
+        without the vehicle's physics, and whether it sees the heading; None for an LSTM beside the physics
     settings : of the recipe
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`
@@ -159,19 +156,21 @@ def train(
     RequestError
         when torch is missing, the folder cannot be used, or training fails; see `residuals.training.epochs.train`.
     """
+    chosen = choice or Choice("lstm")
     expect("train: inputs", inputs, Inputs, INPUTS_CURE)
+    expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
     from ..residuals.training.epochs import train as train_network
 
-    target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.channel_map), force=force)
+    target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
             inputs.parts.split,
             inputs.vehicle,
-            residual,
-            options,
-            pure=pure,
-            heading=heading,
+            chosen.network,
+            chosen.options,
+            pure=chosen.pure,
+            heading=chosen.heading,
             settings=settings,
             folder=target,
             resume=resume,
@@ -264,7 +263,7 @@ def settings_with(texts: Sequence[str] = (), **given: Any) -> TrainingSettings:
     recipe, varied = TrainingSettings(), Augmentation()
     plain = {f.name: getattr(recipe, f.name) for f in fields(recipe) if f.name != "augmentation"}
     variants = {f.name: getattr(varied, f.name) for f in fields(varied)}
-    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    chosen = {name: value for name, value in given.items() if value is not None}
     for name, value in _pairs("--set", texts).items():
         known = plain | variants
         if name not in known:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from undertow.measurements.preparation.prepared_logs import Inputs
+from undertow.measurements.log_options import Reading
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.simulated_log import SimulatedLog
@@ -66,8 +67,8 @@ def blueboat(folder: Path, seed: int) -> Case:
         channels = Path(scratch) / "channels.yaml"
         channels.write_text(script["CHANNELS"], encoding="utf-8")
         return Case(
-            read_inputs([log for log in logs if log not in held], start, channel_map=channels),
-            read_inputs(held, start, channel_map=channels, judge="all"),
+            read_inputs([log for log in logs if log not in held], start, Reading(channel_map=channels)),
+            read_inputs(held, start, Reading(channel_map=channels), judge="all"),
         )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from undertow.comparison.audit import audit_along
-from undertow.measurements.preparation.prepared_logs import Inputs
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.network_model import NetworkModel

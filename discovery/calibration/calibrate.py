@@ -26,6 +26,7 @@ from ..balance.base import SEEING
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, rollouts_object
 from ..balance.shooting import Shooting
 from ..balance.weak_form import WeakForm
+from ..basis import Basis
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation
 from ..candidates.nuisance import nuisance_candidates
@@ -155,12 +156,16 @@ def calibrate(
 
 
 def calibrate_once(
-    motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings | None = None
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    settings: DiscoverySettings | None = None,
+    basis: Basis | None = None,
 ) -> tuple[Vehicle, tuple[str, ...]]:
     """Fit the parameters of a nominal model to the rollouts of measured motions, without trying it on held-out parts.
 
     The numbers are those of `calibrate` where it ends with the output-error step, at a fifth of its time. Where no
-    rollout can be fitted, they are those of the weak form.
+    rollout can be fitted, they are those of the weak form. A `basis` that a discovery chose for these motions and this
+    model is not chosen again.
 
     Returns
     -------
@@ -174,7 +179,7 @@ def calibrate_once(
     """
     settings = settings or DiscoverySettings()
     with threadpool_limits(limits=1, user_api="blas"):
-        ground = groundwork(motions, nominal, settings)
+        ground = groundwork(motions, nominal, settings, basis=basis)
         pool = nuisance_candidates(nominal, ground.known.symbols)
         convex = convex_step(ground.basis.motions, nominal, pool, settings)
         start = nominal if ground.basis.rolls else convex.lawful.vehicle

@@ -42,8 +42,11 @@ def groundwork(
     settings: DiscoverySettings,
     free: Sequence[str] = (),
     hold: Sequence[str] = (),
+    basis: Basis | None = None,
 ) -> Groundwork:
     """Clear motions, and find out which parameters of a nominal model they identify; see `calibrate.calibrate`.
+
+    A `basis` that was chosen for these motions and this model already is not chosen again.
 
     Raises
     ------
@@ -56,7 +59,7 @@ def groundwork(
             f"fit: {nominal.name} has no parameter to calibrate (damping, added mass, ...); free one, for example "
             "--free X_u"
         )
-    basis = choose(motions, nominal, settings, trusting=True)
+    basis = choose(motions, nominal, settings, trusting=True) if basis is None else basis.trusting()
     weak = basis.cleared_forces() if basis.notes else basis.forces
     seen, unseen = part_by_sight(nuisance_candidates(nominal, symbols), basis.blind)
     visible = [s for c in seen for s in c.symbols]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from ...measurements.preparation.prepared_logs import Parts
+from ...measurements.prepared_logs import Parts
 from ...physics.vehicle import Vehicle
 from ...residuals.residual import residual
 from ...residuals.series import in_order, stretches

@@ -13,7 +13,7 @@ from ...physics.files import write_text
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.printable import shown
-from ...physics.reading import read_json, reason
+from ...physics.reading import Plain, read_json, reason
 from .derive import feature_names, stacked
 
 SCHEMA = "undertow.standardisation/1"
@@ -76,7 +76,7 @@ class Standardisation:
         """Standardised features (n, f) back to their units."""
         return values * self.scale + self.mean
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """Give the content of the JSON file."""
         return {
             "schema": SCHEMA,

@@ -21,12 +21,17 @@ class Examination:
     ----------
     findings : of all checks, in their order
     seen : the log as each check saw it, with the safe fixes of the checks before
-    clean : the log with all safe fixes
+    repaired : the log with all safe fixes
     """
 
     findings: tuple[Finding, ...]
     seen: tuple[Record, ...]
-    clean: Log
+    repaired: Record
+
+    @property
+    def clean(self) -> Log:
+        """The log with all safe fixes."""
+        return self.repaired.log
 
     @property
     def fixes(self) -> tuple[str, ...]:
@@ -53,7 +58,7 @@ def examine(log: Log, vehicle: Vehicle | None = None) -> Examination:
             channels = fix.apply(channels)
         if any(channels[name] is not record.log.channels.get(name) for name in channels):
             record = record.repaired(channels)
-    return Examination(tuple(findings), tuple(seen), record.log)
+    return Examination(tuple(findings), tuple(seen), record)
 
 
 def pool(examinations: Sequence[Examination]) -> tuple[Finding, ...]:

@@ -2,10 +2,14 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
+from pydantic import BeforeValidator, Field, PlainSerializer
+
+from ...physics import file_records
+from ...physics.file_records import Number
 from ..canonical import Channel
 from .record import Record
 
@@ -26,66 +30,59 @@ class Reach(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """A safe remedy: what it does, in words, and the function that does it to the channels of a log."""
+    """A safe remedy: what it does, in words, and the function that does it to the channels of a log.
+
+    Of a file only the words are known, and nothing is done.
+    """
 
     sentence: str
-    apply: Callable[[Channels], dict[str, Channel]]
+    apply: Callable[[Channels], dict[str, Channel]] = dict
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+FixInWords = Annotated[
+    Fix,
+    BeforeValidator(lambda fix: Fix(fix) if isinstance(fix, str) else fix),
+    PlainSerializer(lambda fix: fix.sentence, return_type=str),
+]
+
+
+class Finding(file_records.Record):
     """One result of one check.
 
     Attributes
     ----------
     check : name of the check
     verdict : see `SEVERITY`
-    sentence : what was found, with its number
     value, unit : the number; None where there is nothing to measure
     ci95 : its 95 % interval, None where none can be given
     channels : canonical channels concerned
+    sentence : what was found, with its number
     consequence : what goes wrong if it stays
     remedy : what to do about it
     fix : what `--fix` does about it; None where only a person should
     parts : further numbers by name, such as the coefficients of a curve
-    short : the sentence in a few words, for the verdict on the log; empty for the sentence itself
-    reach : how much a defect makes wrong
+    short : the sentence in a few words, for the verdict on the log; empty for the sentence itself; in no file
+    reach : how much a defect makes wrong; in no file
     """
 
     check: str
     verdict: Verdict
-    sentence: str
-    value: float | None = None
+    value: Number | None = None
     unit: str = ""
-    ci95: tuple[float, float] | None = None
+    ci95: tuple[Number, Number] | None = None
     channels: tuple[str, ...] = ()
+    sentence: str
     consequence: str = ""
     remedy: str = ""
-    fix: Fix | None = None
-    parts: Mapping[str, float | str] = field(default_factory=dict)
-    short: str = ""
-    reach: Reach = Reach.NUMBERS
+    fix: FixInWords | None = None
+    parts: Mapping[str, float | str] = {}
+    short: str = Field(default="", exclude=True)
+    reach: Reach = Field(default=Reach.NUMBERS, exclude=True)
 
     @property
     def refused(self) -> bool:
         """Whether a log with this finding is refused by whoever computes with it."""
         return self.verdict == "defect" and self.reach is Reach.LOG
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, fit for strict JSON."""
-        return {
-            "check": self.check,
-            "verdict": self.verdict,
-            "value": self.value,
-            "unit": self.unit,
-            "ci95": None if self.ci95 is None else list(self.ci95),
-            "channels": list(self.channels),
-            "sentence": self.sentence,
-            "consequence": self.consequence,
-            "remedy": self.remedy,
-            "fix": None if self.fix is None else self.fix.sentence,
-            "parts": dict(self.parts),
-        }
 
 
 class Check(ABC):

@@ -10,8 +10,8 @@ from ...physics.frames import Array
 from ..alignment import band_passed
 from ..canonical import command_kind
 from ..statistics import Fit, robust_fit, surely_more
-from .checks.neutral import centre_of
 from .record import RATE, Record
+from .resting import centre_of
 
 _STEP = 1.0 / RATE
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)

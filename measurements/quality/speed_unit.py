@@ -45,22 +45,42 @@ def speed_unit(records: Sequence[Record], units: Mapping[float, str]) -> list[Fi
             text = f"{' and '.join(channels)} are in {unit}: {witness} moves {factor:.3g} times as fast as they say"
             remedy = f"map them with 'scale: {factor:g}'"
             wrong = "drag and thrust come out wrong by powers of this factor"
-            return [Finding("units", "defect", text, factor, "1", None, channels, wrong, remedy, reach=Reach.LOG)]
+            return [
+                Finding(
+                    check="units",
+                    verdict="defect",
+                    sentence=text,
+                    value=factor,
+                    unit="1",
+                    channels=channels,
+                    consequence=wrong,
+                    remedy=remedy,
+                    reach=Reach.LOG,
+                )
+            ]
         if abs(factor - 1.0) <= _FINE:
-            return [Finding("units", "ok", f"{witness} agrees with speeds in m/s", factor, "1", None, channels)]
+            return [
+                Finding(
+                    check="units",
+                    verdict="ok",
+                    sentence=f"{witness} agrees with speeds in m/s",
+                    value=factor,
+                    unit="1",
+                    channels=channels,
+                )
+            ]
     top = max(float(np.abs(stretch.motion.velocity[:, 0]).max()) for record in having for stretch in record.stretches)
     return [
         Finding(
-            "units",
-            "cannot tell",
-            f"the unit of speed cannot be told: speed was measured once (no positions), and its top is {top:.2g} m/s, "
-            f"or {0.514444 * top:.2g} m/s if it is in knots",
-            top,
-            "m/s",
-            None,
-            channels,
-            "drag and thrust come out wrong by powers of the unit",
-            "make sure that speeds are in m/s, or log positions, too",
+            check="units",
+            verdict="cannot tell",
+            sentence=f"the unit of speed cannot be told: speed was measured once (no positions), and its top is "
+            f"{top:.2g} m/s, or {0.514444 * top:.2g} m/s if it is in knots",
+            value=top,
+            unit="m/s",
+            channels=channels,
+            consequence="drag and thrust come out wrong by powers of the unit",
+            remedy="make sure that speeds are in m/s, or log positions, too",
             short="the unit of speed, which was measured once",
         )
     ]

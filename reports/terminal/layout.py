@@ -28,7 +28,7 @@ class _Terminal(Console):
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         """Make every piece printable, whatever it was made of; rich adds its own colours later."""
         if isinstance(renderable, Text) and printable(renderable.plain) != renderable.plain:
-            how: dict[str, Any] = {key: getattr(renderable, key) for key in ("style", "justify", "overflow", "no_wrap")}
+            how = {key: getattr(renderable, key) for key in ("style", "justify", "overflow", "no_wrap")}
             renderable = Text(printable(renderable.plain), **how)  # before it is wrapped, so that no part is cut off
         for segment in super().render(renderable, options):
             text, style, control = segment

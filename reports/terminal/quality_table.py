@@ -1,69 +1,68 @@
 """What the checks of a log's quality found, as a table: the worst first, with what follows and what to do."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from ...measurements.canonical import is_canonical
+from ...measurements.quality.finding import Finding
 from .layout import Prose, bullets, plain_table, section
 
 STYLES = {"defect": "bold red", "warning": "yellow", "note": "cyan", "cannot tell": "dim", "ok": "green"}
 _TABLED = ("defect", "warning", "note")
 
 
-def quality_parts(findings: Sequence[Mapping[str, Any]]) -> list[RenderableType]:
-    """Findings (`Finding.to_dict()`, or their JSON) as sections: a table, what cannot be told, and what is fine."""
-    tabled = [item for verdict in _TABLED for item in findings if item.get("verdict") == verdict]
+def quality_parts(findings: Sequence[Finding]) -> list[RenderableType]:
+    """Findings as sections: a table, what cannot be told, and what is fine."""
+    tabled = [item for verdict in _TABLED for item in findings if item.verdict == verdict]
     parts: list[RenderableType] = []
     if tabled:
         parts.append(_table(tabled))
     for verdict, title, style in (("cannot tell", "Cannot be told", "dim"), ("ok", "Checked and sound", "")):
-        told = [f"{item['check']}: {item['sentence']}" for item in findings if item.get("verdict") == verdict]
+        told = [f"{item.check}: {item.sentence}" for item in findings if item.verdict == verdict]
         if told:
             parts.append(section(title, bullets(told, style)))
     return parts
 
 
-def style_of(findings: Sequence[Mapping[str, Any]]) -> str:
+def style_of(findings: Sequence[Finding]) -> str:
     """The style of the worst finding."""
-    verdicts = {str(item.get("verdict")) for item in findings}
+    verdicts = {item.verdict for item in findings}
     return next((STYLES[verdict] for verdict in _TABLED[:2] if verdict in verdicts), STYLES["ok"])
 
 
-def _table(findings: Sequence[Mapping[str, Any]]) -> Table:
+def _table(findings: Sequence[Finding]) -> Table:
     table = plain_table("Quality", _caption(findings))
     table.add_column("check", no_wrap=True)
     table.add_column("what was found, what follows, and what to do")
     for item in findings:
-        lines = [_capital(item["sentence"]) + "."]
-        if item.get("consequence"):
-            lines.append(_capital(item["consequence"]) + ".")
+        lines = [_capital(item.sentence) + "."]
+        if item.consequence:
+            lines.append(_capital(item.consequence) + ".")
         text = Table.grid()
         text.add_row(Prose(" ".join(lines)))
-        if item.get("remedy"):
+        if item.remedy:
             text.add_row(Prose(f"> {_remedy(item)}"))
         table.add_row(_name(item), text, end_section=True)
     return table
 
 
-def _name(item: Mapping[str, Any]) -> Text:
-    verdict = str(item["verdict"])
-    return Text(f"{item['check']}\n{verdict}", style=STYLES[verdict])
+def _name(item: Finding) -> Text:
+    return Text(f"{item.check}\n{item.verdict}", style=STYLES[item.verdict])
 
 
-def _remedy(item: Mapping[str, Any]) -> str:
-    return _capital(item["remedy"]) + (" (--fix does it)" if item.get("fix") else "")
+def _remedy(item: Finding) -> str:
+    return _capital(item.remedy) + (" (--fix does it)" if item.fix else "")
 
 
-def _caption(findings: Sequence[Mapping[str, Any]]) -> str:
-    count = sum(1 for item in findings if item.get("fix"))
+def _caption(findings: Sequence[Finding]) -> str:
+    count = sum(1 for item in findings if item.fix)
     return f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
 
 
-def _capital(text: Any) -> str:
+def _capital(text: str) -> str:
     """Text with a capital letter, but not where it opens with the name of a channel.
 
     Examples
@@ -71,5 +70,5 @@ def _capital(text: Any) -> str:
     >>> _capital("the gyro is late"), _capital("r is in degrees"), _capital("RCOU.C1 is reversed")
     ('The gyro is late', 'r is in degrees', 'RCOU.C1 is reversed')
     """
-    word = str(text).split(" ")[0]
-    return str(text) if is_canonical(word) or not word.islower() else str(text)[:1].upper() + str(text)[1:]
+    word = text.split(" ")[0]
+    return text if is_canonical(word) or not word.islower() else text[:1].upper() + text[1:]

@@ -11,6 +11,7 @@ from mcap.reader import make_reader
 from verbs import done, inspected, refused, strict
 
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal import reading_progress
@@ -33,7 +34,10 @@ def test_the_verbs_read_a_bag_and_give_its_map_back(tmp_path, world, monkeypatch
     assert "newton_port: {from: '/alpha/thrusters/port/thrust:data'}" in shown
     found = strict(inspected("inspect", "bag", "--namespace", "alpha", "--map", "channels.yaml", "--json"))
     assert found["map"]["x"] == {"from": "/alpha/odometry:pose.pose.position.x", "frame": "enu"}
-    again, first = read_log("bag", namespace="/alpha", channel_map="channels.yaml"), read_log("bag", namespace="alpha")
+    again, first = (
+        read_log("bag", Reading(namespace="/alpha", channel_map="channels.yaml")),
+        read_log("bag", Reading(namespace="alpha")),
+    )
     assert again.entries == first.entries
     for name, channel in first.channels.items():
         np.testing.assert_array_equal(again.channels[name].value, channel.value)
@@ -49,9 +53,9 @@ def test_a_run_remembers_the_namespace_and_add_reads_the_same(tmp_path, world, m
     refused(*verb, match="Choose one with --namespace /alpha")
     done(*verb, "--namespace", "beta")
     assert strict(Path("run/run.json").read_text())["namespace"] == "beta"
-    assert read_run_inputs("run").namespace == "beta"
+    assert read_run_inputs("run").reading.namespace == "beta"
     added = strict(done("add", "surge_quadratic_damping", "--run", "run", "--json"))
-    alone = read_inputs("log.mcap", BOAT, namespace="beta")
+    alone = read_inputs("log.mcap", BOAT, Reading(namespace="beta"))
     again = strict(
         done("add", "surge_quadratic_damping", "log.mcap", "--vehicle", "blueboat", "--namespace", "beta", "--json")
     )
@@ -82,7 +86,7 @@ def test_a_run_of_an_earlier_version_has_no_namespace(tmp_path):
     BOAT.save(tmp_path / "nominal.yaml")
     record = {"logs": [str(tmp_path / "log.csv")], "frame": None, "channel_map": None}
     (tmp_path / "run.json").write_text(json.dumps(record))
-    assert read_run_inputs(tmp_path).namespace is None
+    assert read_run_inputs(tmp_path).reading.namespace is None
     (tmp_path / "run.json").write_text(json.dumps(record | {"namespace": 3}))
     with pytest.raises(ValueError, match="a text or null under 'frame', 'channel_map' and 'namespace'"):
         read_run_inputs(tmp_path)

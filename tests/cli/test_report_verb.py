@@ -14,6 +14,7 @@ from sample_run import edit, write_sample
 from verbs import call, done, refused
 
 from undertow.measurements.log_digests import log_digests
+from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError
 from undertow.physics.marks import remark
 from undertow.reports.page.fleet import shared_effects, told
@@ -259,7 +260,7 @@ def test_versions_are_those_that_are_installed():
 def test_the_command_of_a_run_is_one_that_the_command_line_takes(verb, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     refit = verb[0] == "discover"
-    text = command(verb, ["no such.csv"], seed=3, refit=refit, frame="enu", channel_map="my map.yaml")
+    text = command(verb, ["no such.csv"], seed=3, refit=refit, reading=Reading(frame="enu", channel_map="my map.yaml"))
     words = shlex.split(text)
     assert words[: 1 + len(verb)] == ["undertow", *verb]
     out = ["--out", "run"] if refit else []

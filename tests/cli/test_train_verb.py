@@ -115,14 +115,19 @@ def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, 
 def test_train_as_a_function_pure_with_heading_and_rollouts(place: Path, tmp_path: Path) -> None:
     inputs = undertow.read_inputs(place / "log.csv", "blueboat")
     settings = undertow.TrainingSettings(epochs=2, rollout_rows=5, lambda_phys=0.0)
-    run = undertow.train(inputs, "dissipative", pure=True, heading=True, settings=settings, out=tmp_path / "P")
+    run = undertow.train(
+        inputs, undertow.Choice("dissipative", pure=True, heading=True), settings=settings, out=tmp_path / "P"
+    )
     read = load_network(tmp_path / "P")
     assert (read.pure, read.heading) == (True, True)
     motion = inputs.parts.judged.motions[0]
     np.testing.assert_array_equal(read.acceleration(motion), run.trained.model.acceleration(motion))
     assert "in the place of the physics" in run.sentences[0]
     assert run.trained.lawful is (run.models[-1]["audit"] == "pass"), "no energy from nothing, yet strong thrusters"
-    assert undertow.train(inputs, "mlp", settings=undertow.TrainingSettings(epochs=1)).models[1]["kind"] == "hybrid"
+    assert (
+        undertow.train(inputs, undertow.Choice("mlp"), settings=undertow.TrainingSettings(epochs=1)).models[1]["kind"]
+        == "hybrid"
+    )
 
 
 def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None:
@@ -135,8 +140,7 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
     with pytest.raises(KeyboardInterrupt):
         undertow.train(
             inputs,
-            "mlp",
-            {"units": 32},
+            undertow.Choice("mlp", {"units": 32}),
             settings=undertow.TrainingSettings(epochs=20),
             out=tmp_path / "M",
             progress=stop,
@@ -262,7 +266,7 @@ def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def test_laws_that_the_audit_finds_broken_are_named(place: Path) -> None:
     pytest.importorskip("torch")
     inputs = read_inputs(place / "log.csv", "blueboat")
-    run = train(inputs, "mlp", {"units": 4}, settings=settings_with(epochs=1))
+    run = train(inputs, undertow.Choice("mlp", {"units": 4}), settings=settings_with(epochs=1))
     laws = [
         {"law": "bounded speed", "verdict": "fail", "counts": True},
         {"law": "mirror symmetry", "verdict": "fail", "counts": False},

@@ -15,8 +15,10 @@ from verbs import done, refused, strict
 from undertow.comparison.comparison import calibrated_model, comparison, ends, judge, reference_models
 from undertow.comparison.facts import Comparison
 from undertow.comparison.recommendation import best
+from undertow.discovery.basis import choose
+from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.dataset import WEAK, DataSet
-from undertow.measurements.preparation.prepared_logs import Inputs, Parts
+from undertow.measurements.prepared_logs import Inputs, Parts
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.motion import Motion
@@ -301,6 +303,14 @@ def test_validation_rows_are_not_fitted_where_they_judge(inputs: Inputs):
     (model,), _ = calibrated_model(replace(inputs, parts=Parts(inputs.parts.split, "validation")))
     (other,), _ = calibrated_model(inputs)
     assert model.vehicle != other.vehicle
+
+
+def test_the_basis_of_a_discovery_serves_its_comparison(inputs: Inputs, monkeypatch: pytest.MonkeyPatch):
+    basis = choose(inputs.fitting, inputs.vehicle, DiscoverySettings())
+    (anew,), _ = calibrated_model(inputs)
+    monkeypatch.delattr("undertow.discovery.calibration.groundwork.choose")
+    (model,), _ = calibrated_model(inputs, basis)
+    assert model.vehicle == anew.vehicle
 
 
 def test_why_nothing_is_calibrated_is_told(inputs: Inputs):

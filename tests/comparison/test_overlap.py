@@ -9,7 +9,7 @@ from rich.console import Console
 
 from undertow.comparison.models_by_name import load_model
 from undertow.comparison.overlap import fitted_notes
-from undertow.measurements.preparation.prepared_logs import Inputs
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.sources import with_sources
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -93,9 +93,9 @@ def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place:
 
 def test_a_network_is_known_by_the_logs_it_was_trained_on(place: Path):
     pytest.importorskip("torch")
-    from undertow.workflows.train import settings_with, train
+    from undertow.workflows.train import Choice, settings_with, train
 
     inputs = read_inputs(place / "mon.csv", HULL)
-    train(inputs, "mlp", {"units": 4}, settings=settings_with(epochs=1), out=place / "net")
+    train(inputs, Choice("mlp", {"units": 4}), settings=settings_with(epochs=1), out=place / "net")
     assert told(read_inputs(place / "copy.csv", HULL, judge="all"), place / "net")[0].startswith("net was fitted to")
     assert told(read_inputs(place / "other/mon.csv", HULL, judge="all"), place / "net") == []

@@ -224,13 +224,18 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
     model = copy.deepcopy(nominal)
     model["damping"] |= {"X_uu": -7.8, "N_rr": -8.3, "Y_vv": -74.0}
     model["thrusters"][1]["scale"] = 0.806
-    channel = {"name": "u", "unit": "m/s", "rate": 20.0, "gaps": 0, "longest_gap": None, "noise": 0.0152}
-    offsets = [{"offset": 0.002, "sentence": "in step"}, {"offset": -0.11, "sentence": "late"}, {"offset": None}]
-    plan = {"rate": 10.0, "segments": [{"start": 0.0, "end": 300.0, "rows": 3000}], "notes": [], "missing": []}
+    channel = {"name": "u", "unit": "m/s", "origin": "u", "count": 6000, "start": 0.0, "end": 300.0, "rate": 20.0}
+    channel |= {"gaps": 0, "longest_gap": None, "minimum": -1.5, "maximum": 1.7, "noise": 0.0152}
+    pair = {"first": "the turning of the heading", "second": "the yaw rate r", "sentence": "late"}
+    offsets = [pair | {"offset": 0.002}, pair | {"offset": -0.11}, pair | {"offset": None}]
+    plan = {"recipe": {}, "rate": 10.0, "segments": [{"start": 0.0, "end": 300.0, "rows": 3000}]}
+    still = [0.0, 0.0]
+    activity = {"seconds": 300.0, "u": still, "v": still, "r": still, "sentences": []}
+    activity |= dict.fromkeys(("astern", "turning_to_starboard", "turning_to_port"), 0.0)
     one = {"schema": "undertow.inspection/1", "path": "lake/one.csv", "channels": [channel], "plan": plan}
-    one |= {"alignment": offsets, "excitation": {"seconds": 300.0}}
+    one |= {"alignment": offsets, "excitation": activity}
     two = one | {"path": "lake/two.csv", "excitation": None, "alignment": []}
-    two |= {"channels": [channel | {"gaps": 3, "longest_gap": 1.25}, {"name": "pwm_port", "gaps": 9}]}
+    two |= {"channels": [channel | {"gaps": 3, "longest_gap": 1.25}, channel | {"name": "pwm_port", "gaps": 9}]}
     inspection = {"schema": "undertow.inspections/1", "logs": [one, two]}
     for name, content in {"findings": findings, "comparison": comparison, "inspection": inspection}.items():
         (folder / f"{name}.json").write_text(json.dumps(content))

@@ -14,6 +14,7 @@ import yaml
 from log_samples import broken, small_world
 from sample_run import compare_many, edit, law, write_sample
 
+from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 
 HOSTILE: tuple[Any, ...] = (
@@ -149,7 +150,7 @@ def _map(folder: Path) -> Path:
 def _use_map(path: Path) -> None:
     from undertow.measurements.log import read_log
 
-    read_log(path.with_name("log.csv"), channel_map=path)
+    read_log(path.with_name("log.csv"), Reading(channel_map=path))
 
 
 def _run(name: str, folder: Path) -> Path:

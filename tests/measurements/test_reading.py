@@ -12,6 +12,7 @@ import pytest
 from undertow.measurements.canonical import command_kind, is_canonical
 from undertow.measurements.formats.registry import FORMATS
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.needs import problems
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
@@ -114,13 +115,13 @@ def test_ros_odometry_becomes_ned_and_frd(tmp_path):
     np.testing.assert_allclose(value["r"], -0.1)
     assert any("ENU/FLU (REP-103)" in note for note in log.notes)
     assert "qw" not in log.channels
-    straight = read_log(write(ros(yaw, one, one, one, one, 2 * one), tmp_path / "bag.csv"), frame="ned")
+    straight = read_log(write(ros(yaw, one, one, one, one, 2 * one), tmp_path / "bag.csv"), Reading(frame="ned"))
     np.testing.assert_allclose(straight.channels["v"].value, 1.0)
     np.testing.assert_allclose(straight.channels["y"].value, 2.0)
 
 
 def test_enu_on_request_turns_canonical_names_too(tmp_path):
-    log = read_log(write(wide(), tmp_path / "log.csv"), frame="enu")
+    log = read_log(write(wide(), tmp_path / "log.csv"), Reading(frame="enu"))
     frame = wide()
     for name, expected in (("x", frame.y), ("y", frame.x), ("psi", np.pi / 2 - frame.psi), ("u", frame.u)):
         np.testing.assert_allclose(log.channels[name].value, expected)
@@ -192,7 +193,7 @@ def test_the_channel_map_overrides_the_guess(tmp_path):
         "v: {from: sway_port, frame: enu, offset: 0.5}\n"
         "newton_port: x\npwm_port: null\n"
     )
-    log = read_log(path, channel_map=tmp_path / "map.yaml")
+    log = read_log(path, Reading(channel_map=tmp_path / "map.yaml"))
     np.testing.assert_allclose(log.channels["psi"].value, wide()["psi"])
     np.testing.assert_allclose(log.channels["v"].value, -1.5)
     np.testing.assert_allclose(log.channels["newton_port"].value, wide()["x"])
@@ -204,7 +205,7 @@ def test_a_ros_field_mapped_to_its_own_channel_is_still_converted(tmp_path):
     one = np.ones_like(TIME)
     path = write(ros(0 * TIME, one, 0.2 * one, 0.1 * one, 7 * one, -4 * one), tmp_path / "bag.csv")
     (tmp_path / "map.yaml").write_text(f'v: "{ODOM}:twist.linear.y"\nr: {{from: twist.angular.z, frame: ned}}\n')
-    log = read_log(path, channel_map=tmp_path / "map.yaml")
+    log = read_log(path, Reading(channel_map=tmp_path / "map.yaml"))
     np.testing.assert_allclose(log.channels["v"].value, -0.2)
     np.testing.assert_allclose(log.channels["r"].value, 0.1)
 
@@ -296,9 +297,9 @@ def test_bad_channel_maps_are_refused_in_words(tmp_path, text):
     (tmp_path / "map.yaml").write_text(text)
     path = write(wide(), tmp_path / "log.csv")
     with pytest.raises(ValueError, match=MAPS[text]):
-        read_log(path, channel_map=tmp_path / "map.yaml")
+        read_log(path, Reading(channel_map=tmp_path / "map.yaml"))
     with pytest.raises(ValueError, match="no such channel map"):
-        read_log(path, channel_map=Path("nowhere.yaml"))
+        read_log(path, Reading(channel_map=Path("nowhere.yaml")))
 
 
 def test_a_field_of_several_topics_needs_its_topic(tmp_path):
@@ -306,7 +307,7 @@ def test_a_field_of_several_topics_needs_its_topic(tmp_path):
     both = pd.concat([table, table.assign(topic="/other")])
     (tmp_path / "map.yaml").write_text("u: v")
     with pytest.raises(ValueError, match=r"which several topics have: /log:v, /other:v\. Write topic:field"):
-        read_log(write(both, tmp_path / "log.csv"), channel_map=tmp_path / "map.yaml")
+        read_log(write(both, tmp_path / "log.csv"), Reading(channel_map=tmp_path / "map.yaml"))
 
 
 @pytest.mark.parametrize("name", ["t", None, "stamp"])
@@ -326,7 +327,7 @@ def test_a_log_given_as_a_channel_map_is_not_printed_whole(tmp_path):
     log, wrong = write(wide(), tmp_path / "log.csv"), tmp_path / "map.csv"
     wrong.write_text("t,x\n" + "1.0,2.0\n" * 5000)
     with pytest.raises(LogError, match=r"'channel: topic:field'.* \.\.\. \d+ characters left out") as told:
-        read_log(log, channel_map=wrong)
+        read_log(log, Reading(channel_map=wrong))
     assert len(str(told.value)) < 400 + len(str(wrong))
 
 

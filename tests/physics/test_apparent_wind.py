@@ -9,6 +9,7 @@ import pytest
 from undertow.discovery.discover import add_effects, find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.forces import apparent_wind, modelled_force
@@ -89,7 +90,7 @@ def test_wind_in_flu_axes_is_converted(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     rows = [f"{0.1 * k:.1f},{0.1 * k:.2f},0,0,1,0,0,-2,3" for k in range(400)]
     path.write_text("\n".join(["t,x,y,psi,u,v,r,wind_u,wind_v", *rows]))
-    log = read_log(path, frame="enu")
+    log = read_log(path, Reading(frame="enu"))
     assert log.channels["wind_u"].value[0] == -2.0
     assert log.channels["wind_v"].value[0] == -3.0
 

@@ -11,6 +11,7 @@ from verbs import call, refused, strict
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
@@ -103,7 +104,7 @@ def test_as_is_goes_on_and_says_so_above_everything(reversed_: Path, here: Path,
     assert page.index("Taken as it is") < page.index("<h1")
     record = json.loads((here / "run" / "run.json").read_text())
     assert (record["as_is"], " --as-is " in record["command"]) == (True, True)
-    assert read_run_inputs("run").as_is
+    assert read_run_inputs("run").reading.as_is
     assert strict((here / "run" / "comparison.json").read_text())["warnings"] == findings["warnings"]
 
 
@@ -111,9 +112,9 @@ def test_records_that_merely_do_not_follow_each_other_are_no_reason_to_refuse(wh
     sound = inspect_log(read_log(whole), HULL)
     assert sound.alignment
     for correlation, contrary in ((-0.01, False), (-0.9, True)):
-        records = tuple(replace(one, offset=None, correlation=correlation) for one in sound.alignment)
+        records = tuple(one.but(offset=None, correlation=correlation) for one in sound.alignment)
         with pytest.raises(LogError, match="--as-is") if contrary else nullcontext():
-            _alignment_notes(replace(sound, alignment=records), False)
+            _alignment_notes(sound.but(alignment=records), False)
 
 
 def test_records_that_contradict_each_other_are_taken_only_as_they_are(whole: Path, tmp_path: Path):
@@ -122,6 +123,6 @@ def test_records_that_contradict_each_other_are_taken_only_as_they_are(whole: Pa
     table.to_csv(tmp_path / "turned.csv", index=False)
     with pytest.raises(LogError, match="opposite sign.*--as-is"):
         read_inputs(tmp_path / "turned.csv", HULL)
-    warning, again = read_inputs(tmp_path / "turned.csv", HULL, as_is=True).warnings
+    warning, again = read_inputs(tmp_path / "turned.csv", HULL, Reading(as_is=True)).warnings
     assert "v has the opposite sign" in again
     assert "opposite sign" in warning

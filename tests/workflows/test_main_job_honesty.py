@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from undertow.measurements.preparation.prepared_logs import Inputs
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from ...measurements.log_options import AS_GUESSED, Reading
+
 PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "scikit-learn", "cvxpy", "clarabel", "matplotlib")
 
 
@@ -24,31 +26,28 @@ def versions() -> dict[str, str]:
 def command(
     verb: Sequence[str],
     logs: Sequence[str],
+    reading: Reading = AS_GUESSED,
     *,
     seed: int,
     refit: bool,
-    frame: str | None = None,
-    channel_map: str | None = None,
-    namespace: str | None = None,
-    as_is: bool = False,
 ) -> str:
     """The command line that makes the run again, as it must be given in the run folder, into `again` there.
 
     Parameters
     ----------
-    logs, channel_map : as seen from the run folder
+    logs, reading : with paths as seen from the run folder
 
     Examples
     --------
-    >>> command(["discover"], ["one log.csv"], seed=3, refit=False, frame="enu")
+    >>> command(["discover"], ["one log.csv"], Reading("enu"), seed=3, refit=False)
     "undertow discover 'one log.csv' --vehicle nominal.yaml --seed 3 --frame enu --out again"
     """
     words = ["undertow", *verb, *logs, "--vehicle", "nominal.yaml"]
     words += ["--seed", str(seed)] * (verb[0] == "discover") + ["--refit"] * refit
-    words += ["--frame", frame] if frame else []
-    words += ["--map", channel_map] if channel_map else []
-    words += ["--namespace", namespace] if namespace else []
-    words += ["--as-is"] * as_is
+    words += ["--frame", reading.frame] if reading.frame else []
+    words += ["--map", str(reading.channel_map)] if reading.channel_map else []
+    words += ["--namespace", reading.namespace] if reading.namespace else []
+    words += ["--as-is"] * reading.as_is
     words += ["--out", "again" if verb[0] == "discover" else "again.yaml"]
     return shlex.join(words)
 

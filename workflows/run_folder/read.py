@@ -13,6 +13,8 @@ import pandas as pd
 
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
 from ...discovery.findings import Findings
+from ...measurements.inspection import Inspections
+from ...measurements.log_options import Reading
 from ...physics.errors import RequestError, VehicleError
 from ...physics.file_records import Record
 from ...physics.folders import finish
@@ -21,7 +23,7 @@ from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, re
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from ...reports.run_contents import RunFolder
 from ...residuals.models.neural import is_network_folder
-from .shapes import INSPECTIONS, LARGEST, check_bounds, check_shape
+from .sizes import LARGEST, check_bounds
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (
@@ -43,14 +45,11 @@ _LONGEST_HEADER = 65536
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from: paths of the logs, how they were read (`as_is`: though broken), and the vehicle."""
+    """What a run was made from: paths of the logs, how they were read, and the vehicle."""
 
     logs: list[str]
-    frame: str | None
-    channel_map: Path | None
-    namespace: str | None
+    reading: Reading
     vehicle: Vehicle
-    as_is: bool = False
 
 
 def read_run(folder: Path) -> RunFolder:
@@ -89,10 +88,9 @@ def read_run(folder: Path) -> RunFolder:
     comparison = read_record(content("comparison.json"), Comparison, folder / "comparison.json")
     _check_horizons([step.rollout_rmse for step in findings.steps], folder / "findings.json")
     _check_horizons([model.rollout or {} for model in comparison.models], folder / "comparison.json")
-    inspections: dict[str, Any] = {"logs": []}
+    inspections, audit, record = Inspections(logs=()), None, MadeFrom()
     if (folder / "inspection.json").exists():
-        inspections = _inspections(content("inspection.json"), folder / "inspection.json")
-    audit, record = None, MadeFrom()
+        inspections = read_record(content("inspection.json"), Inspections, folder / "inspection.json")
     if (folder / "audit.json").exists():
         audit = read_record(content("audit.json"), AuditRecord, folder / "audit.json")
     if (folder / "run.json").exists():
@@ -104,7 +102,7 @@ def read_run(folder: Path) -> RunFolder:
         nominal=_vehicle(content("nominal.yaml"), folder / "nominal.yaml"),
         corrected=_vehicle(content("model.yaml"), folder / "model.yaml"),
         series=_series(content("series.csv", _MOST_SERIES), folder / "series.csv"),
-        inspections=inspections["logs"],
+        inspections=inspections.logs,
         audit=audit,
         record=record,
         digests=digests,
@@ -129,20 +127,6 @@ def _bounded(content: bytes, path: Path) -> Any:
         raise RequestError(f"{path} is not valid JSON ({error}); {REMEDY}") from None
     try:
         check_bounds(found)
-    except ValueError as error:
-        raise RequestError(f"{path}: {error}; {REMEDY}") from None
-    return found
-
-
-def _inspections(content: bytes, path: Path) -> dict[str, Any]:
-    found = _bounded(content, path)
-    if not isinstance(found, dict):
-        raise RequestError(f"{path}: expected a JSON object, got a {type(found).__name__}; {REMEDY}")
-    expected = "undertow.inspections/1"
-    if found.get("schema") != expected:
-        raise RequestError(f"{path}: expected schema {expected!r}, got {shown(found.get('schema'))}; {REMEDY}")
-    try:
-        check_shape(found, INSPECTIONS)
     except ValueError as error:
         raise RequestError(f"{path}: {error}; {REMEDY}") from None
     return found
@@ -226,6 +210,5 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
                 f"{folder} was made from {path}, which is not there (seen from {Path.cwd()}); run this where "
                 "'undertow discover' was run, or put the log back"
             )
-    mapped = None if channel_map is None else Path(channel_map)
-    as_is = record.get("as_is") is True
-    return RunRecord(logs, frame, mapped, namespace, load_vehicle(folder / "nominal.yaml"), as_is)
+    reading = Reading(frame, channel_map, namespace, record.get("as_is") is True)
+    return RunRecord(logs, reading, load_vehicle(folder / "nominal.yaml"))

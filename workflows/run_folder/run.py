@@ -10,7 +10,7 @@ from ...comparison.facts import Comparison
 from ...discovery.discover import Discovery
 from ...discovery.findings import Findings
 from ...discovery.settings import DiscoverySettings
-from ...measurements.preparation.prepared_logs import Inputs
+from ...measurements.prepared_logs import Inputs
 
 Say = Callable[[str], None]
 

@@ -3,12 +3,13 @@
 import os
 import warnings
 from collections.abc import Iterable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from ...discovery.candidates.effect_forces import found_forces
 from ...exports.mcap_series import Prediction, require_mcap, write_series
-from ...measurements.inspection import inspect_log
+from ...measurements.inspection import Inspections
 from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, expect
@@ -20,8 +21,6 @@ from .read import read_run
 from .run import Run, Say
 from .run_files import DATA, PAGE, PDF, RUN_FILES, RUN_SCHEMA, own_run, seal
 from .targets import check_target_folder
-
-INSPECTIONS_SCHEMA = "undertow.inspections/1"
 
 
 def check_target(
@@ -73,7 +72,7 @@ def write_run(
     """
     expect("write_run: run", run, Run, "undertow.discover(INPUTS) and undertow.add(EFFECTS, INPUTS) make one")
     read = run.inputs
-    target = check_target(out, (read.paths, read.channel_map), report=report, force=force)
+    target = check_target(out, (read.paths, read.reading.channel_map), report=report, force=force)
     say = progress or _warn
 
     def build(work: Path) -> list[str]:
@@ -99,24 +98,22 @@ def _write_files(run: Run, folder: Path, target: Path) -> None:
     run.discovery.corrected.save(folder / "model.yaml")
     write_text(folder / "series.csv", run.series.to_csv(index=False, lineterminator="\n"))
     Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
-    inspections = [inspect_log(log, run.inputs.vehicle).to_dict() for log in run.inputs.logs]
-    write_json(folder / "inspection.json", {"schema": INSPECTIONS_SCHEMA, "logs": inspections})
+    write_json(folder / "inspection.json", Inspections(logs=run.inputs.inspections).to_dict())
 
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
     """What the run was made from, as `run.json` has it."""
-    paths, read = list(run.inputs.paths), run.inputs
-    mapped = None if read.channel_map is None else seen_from(target, str(read.channel_map))
-    how = {"frame": read.frame, "channel_map": read.channel_map, "namespace": read.namespace, "as_is": read.as_is}
-    there, seen = {**how, "channel_map": mapped}, [seen_from(target, path) for path in paths]
+    paths, reading = list(run.inputs.paths), run.inputs.reading
+    mapped = None if reading.channel_map is None else seen_from(target, str(reading.channel_map))
+    there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in paths]
     return {
         "schema": RUN_SCHEMA,
         "logs": paths,
-        **how,
+        **asdict(reading),
         "seed": run.settings.seed,
         "refit": run.settings.refit,
         "judged_on": run.inputs.parts.judge,
-        "command": command(run.verb, seen, seed=run.settings.seed, refit=run.settings.refit, **there),
+        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit),
         "versions": versions(),
         "log_sha256": log_digests(paths),
     }

@@ -3,13 +3,13 @@
 import dataclasses
 import math
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ....physics.reading import parse_json
+from ....physics.reading import Plain, parse_json
 from ..base import DEEPEST, Name, Request, Stream
 from .ros_clock import Stamps, overtaken
 from .ros_table import LONGEST_LIST, frame_of
@@ -157,7 +157,7 @@ def _gather(value: Any, path: str, depth: int, found: dict[str, float]) -> None:
             _gather(part, f"{path}[{k}]", depth + 1, found)
 
 
-def _stamp(stamped: Mapping[str, Any]) -> int:
+def _stamp(stamped: Plain) -> int:
     """The stamp of a message [ns], 0 where it has none."""
     for member in (stamped.get("header", {}).get("stamp"), stamped.get("timestamp"), stamped.get("stamp")):
         if isinstance(member, dict):
@@ -167,7 +167,7 @@ def _stamp(stamped: Mapping[str, Any]) -> int:
     return 0
 
 
-def _texts(message: Mapping[str, Any], stamped: Mapping[str, Any], keys: Sequence[str]) -> dict[str, str]:
+def _texts(message: Plain, stamped: Plain, keys: Sequence[str]) -> dict[str, str]:
     """Texts of a message or of its header."""
     among = {**stamped.get("header", {}), **message}
     return {key: among[key] for key in keys if isinstance(among.get(key), str)}

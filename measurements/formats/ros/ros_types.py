@@ -103,7 +103,7 @@ def _store(kind: str, definition: str, language: str, encoding: str, distributio
     store = get_typestore(Stores.EMPTY)
     store.max_sequence_length = _LONGEST_SEQUENCE
     if language == "idl":
-        types: dict[str, Any] = {}
+        types = {}
         bar = "=" * 80 + "\n"
         # A bundle of IDL files: after each bar a line "IDL: name", then the file.
         parts = [part.split("\n", 1)[1] for part in definition.split(bar)[1:]] if bar in definition else [definition]

@@ -14,6 +14,7 @@ import pandas as pd
 
 from ....physics.errors import LogError
 from ....physics.frames import Array
+from ....physics.reading import Plain
 from ..base import DEEPEST, Format, Head, Recording, Request, Stream
 from .matlab_elements import check_elements
 from .tables import wide_recording
@@ -93,7 +94,7 @@ def _table(table: _Table, where: str) -> Recording:
     return replace(found, streams=tuple(named), notes=tuple(notes))
 
 
-def _gather(path: str, content: dict[str, Any], times: list[_Table], tables: list[_Table], left: list[str]) -> None:
+def _gather(path: str, content: Plain, times: list[_Table], tables: list[_Table], left: list[str]) -> None:
     """Sort the vectors of a struct under the time vector next to them, or the nearest one above of their length."""
     own = [_Table(path, _TIMES[name], value) for name, value in content.items() if _is_time(name, value)]
     tables += own
@@ -131,7 +132,7 @@ def _is_time(name: str, value: Any) -> bool:
     return name in _TIMES and numeric and value.ndim == 1 and value.size > 1
 
 
-def _signal(content: dict[str, Any]) -> np.ndarray | None:
+def _signal(content: Plain) -> np.ndarray | None:
     """Data of a struct that holds one signal: Time and Data, and nothing else that is as long."""
     found = [value for name, value in content.items() if name.lower() == "data"]
     return found[0] if len(found) == 1 and isinstance(found[0], np.ndarray) and found[0].dtype.kind in "biuf" else None

@@ -12,7 +12,7 @@ from ..finding import Channels, Check, Finding, Fix, Reach
 from ..lags import Lag, Response, lag_of, quick
 from ..record import RATE, Record, Stretch
 from ..response import COARSE, SLOW, trials
-from .neutral import centre_of
+from ..resting import centre_of
 
 _STEP = 1.0 / RATE
 _IN_STEP = 0.03
@@ -162,14 +162,24 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
     names = (*pair.channels[:1],)
     if lag is None or not _sure(lag, _FOLLOWS) or not pair.alike[0] <= lag.slope <= pair.alike[1]:
         text = f"too little motion to tell whether {pair.late} is in step with {pair.reference}"
-        return Finding("clocks", "cannot tell", text, unit="s", channels=names)
+        return Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=names)
     low, high = lag.ci95
     if low <= pair.tolerance and high >= -pair.tolerance:
         if max(high, -low) > _NEARLY:
             text = f"{pair.late} may be {low:+.2f} to {high:+.2f} s after {pair.reference}: too little motion to tell"
-            return Finding("clocks", "cannot tell", text, lag.seconds, "s", lag.ci95, names)
+            return Finding(
+                check="clocks",
+                verdict="cannot tell",
+                sentence=text,
+                value=lag.seconds,
+                unit="s",
+                ci95=lag.ci95,
+                channels=names,
+            )
         text = f"{pair.late} is in step with {pair.reference} ({lag.seconds:+.3f} s)"
-        return Finding("clocks", "ok", text, lag.seconds, "s", lag.ci95, names)
+        return Finding(
+            check="clocks", verdict="ok", sentence=text, value=lag.seconds, unit="s", ci95=lag.ci95, channels=names
+        )
     spread = [one.seconds for one in each]
     between = f" ({min(spread):.2f} to {max(spread):.2f} s over the logs)" if len(spread) > 1 else ""
     order = "after" if lag.seconds > 0 else "before"
@@ -177,16 +187,16 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
     shifts = dict.fromkeys(pair.channels, -lag.seconds)
     apart = not steered and (low > pair.fatal[1] or high < pair.fatal[0])
     return Finding(
-        "clocks",
-        "defect" if apart else "warning",
-        text,
-        lag.seconds,
-        "s",
-        lag.ci95,
-        names,
-        pair.consequence,
-        f"move {' and '.join(pair.channels)} by {-lag.seconds:+.2f} s",
-        Fix(f"stamps of {' and '.join(pair.channels)} moved by {-lag.seconds:+.3f} s", _move(shifts)),
+        check="clocks",
+        verdict="defect" if apart else "warning",
+        sentence=text,
+        value=lag.seconds,
+        unit="s",
+        ci95=lag.ci95,
+        channels=names,
+        consequence=pair.consequence,
+        remedy=f"move {' and '.join(pair.channels)} by {-lag.seconds:+.2f} s",
+        fix=Fix(f"stamps of {' and '.join(pair.channels)} moved by {-lag.seconds:+.3f} s", _move(shifts)),
         short=f"{pair.late} is {abs(lag.seconds):.2f} s {order} {pair.reference}",
         reach=Reach.LOG if apart else Reach.NUMBERS,
     )
@@ -202,13 +212,15 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     far = [one.best.seconds for one in found if not one.best.in_step]
     if far and not all(one.late for one in found):
         text = f"the boat may answer its commands {_when(far[0])}, or in step: the log is explained alike"
-        return [Finding("clocks", "cannot tell", text, far[0], "s", None, channels)]
+        return [
+            Finding(check="clocks", verdict="cannot tell", sentence=text, value=far[0], unit="s", channels=channels)
+        ]
     pooled = _answer(records, gyro, float(np.median(far)) if far else 0.0)
     if pooled is None and far:
         pooled = float(np.median(far)), COARSE
     if pooled is None:
         text = "the commands say too little about the motion to tell whether they are in step with it"
-        return [Finding("clocks", "cannot tell", text, unit="s", channels=channels)]
+        return [Finding(check="clocks", verdict="cannot tell", sentence=text, unit="s", channels=channels)]
     seconds, error = pooled
     ends = seconds - 1.96 * error, seconds + 1.96 * error
     if seconds > SLOW and far:
@@ -218,23 +230,37 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     if ends[1] >= -_IN_STEP - 0.5 * row:
         if ends[0] < -_NEARLY - 0.5 * row:
             text = f"the boat may answer its commands {ends[0]:+.2f} to {ends[1]:+.2f} s after them: too little to tell"
-            return [Finding("clocks", "cannot tell", text, seconds, "s", ends, channels)]
+            return [
+                Finding(
+                    check="clocks",
+                    verdict="cannot tell",
+                    sentence=text,
+                    value=seconds,
+                    unit="s",
+                    ci95=ends,
+                    channels=channels,
+                )
+            ]
         text = f"the boat answers its commands, {_when(seconds, 2)}"
         if seconds < 0.0:
             text = f"{text}, which is in step for rows of {row:.2g} s"
-        return [Finding("clocks", "ok", text, seconds, "s", ends, channels)]
+        return [
+            Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
+        ]
     return [
         Finding(
-            "clocks",
-            "defect" if far else "warning",
-            f"the motion leads the command by {-seconds:.2f} s: the boat cannot know, the stamps are late",
-            seconds,
-            "s",
-            ends,
-            channels,
-            "a delay of the thrusters comes out too small or negative, and damping with it",
-            f"move the commands by {seconds:+.2f} s or more",
-            Fix(f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds))),
+            check="clocks",
+            verdict="defect" if far else "warning",
+            sentence=f"the motion leads the command by {-seconds:.2f} s: the boat cannot know, the stamps are late",
+            value=seconds,
+            unit="s",
+            ci95=ends,
+            channels=channels,
+            consequence="a delay of the thrusters comes out too small or negative, and damping with it",
+            remedy=f"move the commands by {seconds:+.2f} s or more",
+            fix=Fix(
+                f"stamps of {', '.join(channels)} moved by {seconds:+.3f} s", _move(dict.fromkeys(channels, seconds))
+            ),
             short=f"the motion leads the command by {-seconds:.2f} s",
             reach=Reach.LOG,
         )
@@ -244,15 +270,16 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
 def _early(seconds: float, ends: tuple[float, float], channels: tuple[str, ...]) -> Finding:
     """The commands are stamped early, or the boat is slower than any; which of the two, a person knows."""
     return Finding(
-        "clocks",
-        "warning",
-        f"the boat answers its commands {seconds:.2f} s after them: no thruster is that slow, the stamps are early",
-        seconds,
-        "s",
-        ends,
-        channels,
-        f"no delay beyond {SLOW:.0f} s is looked for, so what is found explains it by something else",
-        f"move the commands by {seconds:+.2f} s or less",
+        check="clocks",
+        verdict="warning",
+        sentence=f"the boat answers its commands {seconds:.2f} s after them: no thruster is that slow, the "
+        "stamps are early",
+        value=seconds,
+        unit="s",
+        ci95=ends,
+        channels=channels,
+        consequence=f"no delay beyond {SLOW:.0f} s is looked for, so what is found explains it by something else",
+        remedy=f"move the commands by {seconds:+.2f} s or less",
         short=f"the boat answers its commands {seconds:.1f} s after them",
     )
 

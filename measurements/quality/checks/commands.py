@@ -21,11 +21,12 @@ class Commands(Check):
         if rudders:
             found.append(
                 Finding(
-                    self.name,
-                    "warning",
-                    f"the log has a rudder ({', '.join(rudders)}); the vehicles and effects of undertow have none",
-                    float(len(rudders)),
-                    "1",
+                    check=self.name,
+                    verdict="warning",
+                    sentence=f"the log has a rudder ({', '.join(rudders)}); the vehicles and effects of "
+                    "undertow have none",
+                    value=float(len(rudders)),
+                    unit="1",
                     consequence="what the rudder does would be laid at the door of hull, current or thrusters",
                     remedy="look the log over here, but fit no vehicle to it",
                     short="it is steered by a rudder, which no vehicle file has",
@@ -34,11 +35,11 @@ class Commands(Check):
         if not names:
             found.append(
                 Finding(
-                    self.name,
-                    "warning",
-                    "no command of a thruster is recognised",
-                    0.0,
-                    "1",
+                    check=self.name,
+                    verdict="warning",
+                    sentence="no command of a thruster is recognised",
+                    value=0.0,
+                    unit="1",
                     consequence="no vehicle can be judged; only the motion can be looked at",
                     remedy="map the commands with a channel map (--map), for example 'pwm_port: COLUMN'",
                     short="no thruster command is recognised",
@@ -47,20 +48,22 @@ class Commands(Check):
         for source, fed in sorted(_shared(records).items()):
             found.append(
                 Finding(
-                    self.name,
-                    "warning",
-                    f"{source} is the command of {len(fed)} thrusters: {', '.join(fed)}",
-                    float(len(fed)),
-                    "1",
-                    None,
-                    fed,
-                    "the thrusters cannot be told apart, and a command that the boat had may be missing",
-                    "if each thruster has its own, name each in the channel map (--map); keep it if one drives both",
+                    check=self.name,
+                    verdict="warning",
+                    sentence=f"{source} is the command of {len(fed)} thrusters: {', '.join(fed)}",
+                    value=float(len(fed)),
+                    unit="1",
+                    channels=fed,
+                    consequence="the thrusters cannot be told apart, and a command that the boat had may be missing",
+                    remedy="if each thruster has its own, name each in the channel map (--map); keep it if one "
+                    "drives both",
                     short=f"{source} is the command of {len(fed)} thrusters",
                 )
             )
         text = f"commands of {len(names)} thruster{'s' if len(names) > 1 else ''}: {', '.join(names)}"
-        return found or [Finding(self.name, "ok", text, float(len(names)), "1", channels=names)]
+        return found or [
+            Finding(check=self.name, verdict="ok", sentence=text, value=float(len(names)), unit="1", channels=names)
+        ]
 
 
 def _shared(records: Sequence[Record]) -> dict[str, tuple[str, ...]]:

@@ -37,10 +37,14 @@ class Deviation(Check):
         compass = compass_of([smooth(motion, _SLOW) for motion in motions if motion.duration > _SETTLES])
         channels = ("psi",)
         if not np.isfinite(compass.error):
-            return [Finding(self.name, "cannot tell", compass.sentence, unit="deg", channels=channels)]
+            return [
+                Finding(
+                    check=self.name, verdict="cannot tell", sentence=compass.sentence, unit="deg", channels=channels
+                )
+            ]
         if _LAZY[0] < _fastest_turn(having) < _LAZY[1]:
             text = "the boat turns too slowly for its drift in a turn to be told from a deviation of the compass"
-            return [Finding(self.name, "cannot tell", text, unit="deg", channels=channels)]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, unit="deg", channels=channels)]
         size, error = float(np.degrees(compass.size)), float(np.degrees(compass.error))
         ends = max(0.0, size - 1.96 * error), size + 1.96 * error
         names = ("constant", "sin", "cos")
@@ -54,7 +58,18 @@ class Deviation(Check):
                     f"the straight runs ask for a deviation of {size:.1f} +- {error:.1f} degrees, which may as well be "
                     "the drift of the hull"
                 )
-            return [Finding(self.name, verdict, told, size, "deg", ends, channels, parts=parts)]
+            return [
+                Finding(
+                    check=self.name,
+                    verdict=verdict,
+                    sentence=told,
+                    value=size,
+                    unit="deg",
+                    ci95=ends,
+                    channels=channels,
+                    parts=parts,
+                )
+            ]
         told = compass.sentence
         if _sectors(having) < _MOST_SECTORS:
             told = (
@@ -65,16 +80,16 @@ class Deviation(Check):
         fast = max(float(np.abs(s.motion.velocity[:, 0]).max()) for record in having for s in record.stretches)
         return [
             Finding(
-                self.name,
-                "defect",
-                told,
-                size,
-                "deg",
-                ends,
-                channels,
-                f"false sway of up to {fast * np.sin(compass.size):.2f} m/s at {fast:.1f} m/s; no force in sway can be "
-                "learned",
-                "calibrate the compass; discover corrects the heading by this curve and judges no sway force",
+                check=self.name,
+                verdict="defect",
+                sentence=told,
+                value=size,
+                unit="deg",
+                ci95=ends,
+                channels=channels,
+                consequence=f"false sway of up to {fast * np.sin(compass.size):.2f} m/s at {fast:.1f} m/s; no "
+                "force in sway can be learned",
+                remedy="calibrate the compass; discover corrects the heading by this curve and judges no sway force",
                 parts=parts,
                 short=f"the compass deviates by {size:.0f} degrees",
             )

@@ -17,7 +17,7 @@ from ....physics.frames import Array
 from ...alignment import band_passed
 from ..finding import Check, Finding, Reach
 from ..record import RATE, Record, Stretch
-from .neutral import centre_of
+from ..resting import centre_of
 from .sides import side_of
 
 _STEP = 1.0 / RATE
@@ -309,15 +309,14 @@ def _turn(records: Sequence[Record], name: str) -> int:
 
 def _broken(text: str, value: float, names: tuple[str, ...], short: str, unit: str = "1") -> Finding:
     return Finding(
-        "drive",
-        "defect",
-        text,
-        value,
-        unit,
-        None,
-        names,
-        "what a thruster does beyond its record would be laid at the door of the hull",
-        "find out what became of the record, and leave those parts of the log out",
+        check="drive",
+        verdict="defect",
+        sentence=text,
+        value=value,
+        unit=unit,
+        channels=names,
+        consequence="what a thruster does beyond its record would be laid at the door of the hull",
+        remedy="find out what became of the record, and leave those parts of the log out",
         short=short,
         reach=Reach.LOG,
     )
@@ -330,5 +329,15 @@ def _sound(parts: Sequence[_Part], names: list[str]) -> Finding:
         wrong = "what a thruster does beyond its record would be laid at the door of the hull"
         remedy = "make sure that this thruster was idle or held"
         short = f"{' and '.join(still)} never changes"
-        return Finding("drive", "warning", text, None, "", None, tuple(still), wrong, remedy, short=short)
-    return Finding("drive", "ok", "no thruster works while its record stands still", channels=tuple(names))
+        return Finding(
+            check="drive",
+            verdict="warning",
+            sentence=text,
+            channels=tuple(still),
+            consequence=wrong,
+            remedy=remedy,
+            short=short,
+        )
+    return Finding(
+        check="drive", verdict="ok", sentence="no thruster works while its record stands still", channels=tuple(names)
+    )

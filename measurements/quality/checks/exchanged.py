@@ -55,27 +55,29 @@ class Exchanged(Check):
         said = [told for told in (_by_way(having), _surely(_by_thrust(having))) if told is not None]
         if not said:
             text = "too little motion to tell u from v"
-            return [Finding(self.name, "cannot tell", text, channels=_SPEEDS)]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=_SPEEDS)]
         if not any(said):
-            return [Finding(self.name, "ok", "u is ahead and v to starboard, as named", channels=_SPEEDS)]
+            return [
+                Finding(
+                    check=self.name, verdict="ok", sentence="u is ahead and v to starboard, as named", channels=_SPEEDS
+                )
+            ]
         if not all(said):
             text = (
                 "the way made good asks for u and v to be exchanged, and the thrusters ask for the contrary: another "
                 "axis is turned, or the heading is a quarter turn off"
             )
-            return [Finding(self.name, "cannot tell", text, channels=_SPEEDS)]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=_SPEEDS)]
         return [
             Finding(
-                self.name,
-                "defect",
-                "u and v look exchanged: under each other's names they explain the log, and as they are they do not",
-                None,
-                "",
-                None,
-                _SPEEDS,
-                "the boat seems to drive sideways; thrust, drag and sides all come out wrong",
-                "exchange them in a channel map (--map)",
-                Fix("u and v exchanged", _exchange),
+                check=self.name,
+                verdict="defect",
+                sentence="u and v look exchanged: under each other's names they explain the log, and as they "
+                "are they do not",
+                channels=_SPEEDS,
+                consequence="the boat seems to drive sideways; thrust, drag and sides all come out wrong",
+                remedy="exchange them in a channel map (--map)",
+                fix=Fix("u and v exchanged", _exchange),
                 short="u and v look exchanged",
                 reach=Reach.LOG,
             )

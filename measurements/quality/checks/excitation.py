@@ -23,7 +23,7 @@ class Excitation(Check):
         if not motions:
             why = next((record.why_not for record in records if record.why_not), "there is no motion in it")
             text = f"no motion can be made of the log: {why}"
-            return [Finding(self.name, "cannot tell", text, 0.0, "s")]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, value=0.0, unit="s")]
         seen = excitation_of(motions)
         parts = {
             "astern": seen.astern,
@@ -32,15 +32,14 @@ class Excitation(Check):
         }
         found = [
             Finding(
-                self.name,
-                "note",
-                sentence.rstrip("."),
-                seen.seconds,
-                "s",
-                None,
-                ("u",) if "astern" in sentence else ("r",),
-                "a model fitted to this log says nothing about it",
-                "record it, or give a log in which the boat does it",
+                check=self.name,
+                verdict="note",
+                sentence=sentence.rstrip("."),
+                value=seen.seconds,
+                unit="s",
+                channels=("u",) if "astern" in sentence else ("r",),
+                consequence="a model fitted to this log says nothing about it",
+                remedy="record it, or give a log in which the boat does it",
                 parts=parts,
             )
             for sentence in seen.sentences
@@ -49,6 +48,19 @@ class Excitation(Check):
             text = f"only {seen.seconds:.0f} s of usable motion"
             remedy = "give several logs together, or record five minutes"
             wrong = "few effects can be told apart"
-            found.append(Finding(self.name, "note", text, seen.seconds, "s", None, (), wrong, remedy, parts=parts))
+            found.append(
+                Finding(
+                    check=self.name,
+                    verdict="note",
+                    sentence=text,
+                    value=seen.seconds,
+                    unit="s",
+                    consequence=wrong,
+                    remedy=remedy,
+                    parts=parts,
+                )
+            )
         text = f"{seen.seconds:.0f} s ahead and astern, turning to both sides"
-        return found or [Finding(self.name, "ok", text, seen.seconds, "s", parts=parts)]
+        return found or [
+            Finding(check=self.name, verdict="ok", sentence=text, value=seen.seconds, unit="s", parts=parts)
+        ]

@@ -25,22 +25,24 @@ class HeldFixes(Check):
         found = [fixes for fixes in every if fixes is not None and np.count_nonzero(fixes.moving) >= LEAST]
         if not found:
             text = "the boat moves too little to tell how often its position is measured"
-            return [Finding(self.name, "cannot tell", text, channels=("x", "y"))]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=("x", "y"))]
         beat, step, rows = (
             float(np.median([part(fixes) for fixes in found]))
             for part in (lambda f: f.beat, lambda f: f.step, lambda f: f.rows)
         )
         if rows < 2:
             text = f"positions are new in every row, {1.0 / beat:.3g} a second"
-            return [Finding(self.name, "ok", text, 1.0 / beat, "Hz", channels=("x", "y"))]
+            return [
+                Finding(check=self.name, verdict="ok", sentence=text, value=1.0 / beat, unit="Hz", channels=("x", "y"))
+            ]
         return [
             Finding(
-                self.name,
-                "warning",
-                f"positions are measured {1.0 / beat:.3g} times a second and held in between, over {rows:.0f} rows of "
-                f"{step:.3g} s",
-                1.0 / beat,
-                "Hz",
+                check=self.name,
+                verdict="warning",
+                sentence=f"positions are measured {1.0 / beat:.3g} times a second and held in between, over "
+                f"{rows:.0f} rows of {step:.3g} s",
+                value=1.0 / beat,
+                unit="Hz",
                 channels=("x", "y"),
                 consequence="a speed taken from row to row is zero, then too large",
                 remedy="use a position only where it is new",

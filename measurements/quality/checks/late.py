@@ -37,12 +37,12 @@ class LateFixes(Check):
         channels = ("x", "y")
         if not found:
             text = "the boat moves too little to tell whether fixes come late"
-            return [Finding(self.name, "cannot tell", text, channels=channels)]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=channels)]
         off = np.concatenate([fixes.off for fixes in found])
         share = float(off.mean())
         if share < _OFTEN:
             text = f"fixes come on their beat ({100.0 * share:.1f} % of the steps between them do not)"
-            return [Finding(self.name, "ok", text, share, "1", channels=channels)]
+            return [Finding(check=self.name, verdict="ok", sentence=text, value=share, unit="1", channels=channels)]
         late = float(np.median(np.concatenate([np.abs(np.diff(f.time) - f.beat * f.whole)[f.off] for f in found])))
         slopes = [(f.slope, np.count_nonzero(f.off & f.moving)) for f in found]
         known = [(s, n) for s, n in slopes if s is not None]
@@ -53,30 +53,32 @@ class LateFixes(Check):
         row = max(_row(record.log.channels, f) for record, f in zip(records, every, strict=True) if f is not None)
         if late < _ROW * row:
             text = f"{told}: the stamps jitter, and no fix is late by a row of {row:.2g} s"
-            return [Finding(self.name, "note", text, share, "1", channels=channels)]
+            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
         if not known:
             text = f"{told}; the boat moves too little there to tell whether the fixes or their stamps are off"
-            return [Finding(self.name, "cannot tell", text, share, "1", channels=channels)]
+            return [
+                Finding(check=self.name, verdict="cannot tell", sentence=text, value=share, unit="1", channels=channels)
+            ]
         slope = sum(s * n for s, n in known) / sum(n for _, n in known)
         if slope > _REAL:
             text = f"{told}, and the boat moves as the stamps say: the fixes are irregular, their stamps are right"
-            return [Finding(self.name, "note", text, share, "1", channels=channels)]
+            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
         spikes = max(f.spikes for f in found)
         between = np.average([f.between for f in found], weights=[np.count_nonzero(f.off) for f in found])
         if between > _JITTER:
             text = f"{told}, and more still by half of that: the stamps jitter, and no fix is late by a row"
-            return [Finding(self.name, "note", text, share, "1", channels=channels)]
+            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
         noise = min(f.noise_speed for f in found)
         if spikes < noise:
             text = f"{told}; the noise of the positions hides what that does to speeds ({noise:.2g} m/s)"
-            return [Finding(self.name, "note", text, share, "1", channels=channels)]
+            return [Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=channels)]
         return [
             Finding(
-                self.name,
-                "defect",
-                f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
-                share,
-                "1",
+                check=self.name,
+                verdict="defect",
+                sentence=f"{told}, but the boat goes on evenly: these fixes came {late:.2g} s late",
+                value=share,
+                unit="1",
                 channels=channels,
                 consequence=f"speeds from positions have false spikes of up to +-{spikes:.2g} m/s",
                 remedy="put late fixes back on their beat",

@@ -7,26 +7,16 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.frames import Array
 from ....physics.thrusters import resting_commands
 from ...canonical import LIMITS, Channel, command_kind
 from ..finding import Channels, Check, Finding, Fix
 from ..record import Record
+from ..resting import neutral_of
 
 USUAL = 1500.0
 """The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""
-_SLOW = 0.1
-"""Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
-_SLOW_FLOOR = (0.1, 0.03)
-"""The same for boats that are slow [m/s, rad/s]: below, sensors show noise."""
-_SETTLED = 2.0
-"""A command that is neutral stays for this long [s]."""
-_LEAST = 3.0
-"""Rest from which a neutral can be told [s]."""
 _STATED = re.compile(r"(?P<name>pwm_\w+): .*\bneutral (?P<neutral>[\d.]+) us")
 """The note of a reader that found the neutral among the log's parameters."""
-_SAME = 0.6
-"""Share of the rest during which the command must be the same."""
 _OFF = 3.0
 """Distance from the usual neutral from which it matters [us]: one per cent of the thrust command is 4 to 5."""
 _AT_END = 0.05
@@ -49,7 +39,7 @@ class Neutral(Check):
         found = {name: value for name in names if (value := neutral_of(records, name)) is not None}
         if not found:
             text = "the boat is never at rest with a steady command; the neutral PWM is not known"
-            return [Finding(self.name, "cannot tell", text, channels=tuple(names))]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, channels=tuple(names))]
         zeros = _zeros(records, found)
         if zeros:
             return [_compared(found, zeros, _range(records, names))]
@@ -61,24 +51,32 @@ class Neutral(Check):
         value = float(np.median(list((off or found).values())))
         if not off:
             text = f"neutral PWM is {told}, range {lows:.0f} to {highs:.0f}"
-            return [Finding(self.name, "ok", text, value, "us", None, tuple(found), parts=parts)]
+            return [
+                Finding(
+                    check=self.name,
+                    verdict="ok",
+                    sentence=text,
+                    value=value,
+                    unit="us",
+                    channels=tuple(found),
+                    parts=parts,
+                )
+            ]
         least = min(abs(end - value) for end in (lows, highs))
         curve = f"set the curve's zero in the vehicle file to {value:g}"
         if least <= _AT_END * (highs - lows):
             return [
                 Finding(
-                    self.name,
-                    "warning",
-                    f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
-                    value,
-                    "us",
-                    None,
-                    tuple(off),
-                    f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
-                    curve,
-                    None,
-                    parts,
-                    f"neutral PWM is {value:g} us",
+                    check=self.name,
+                    verdict="warning",
+                    sentence=f"neutral PWM is {told}, at an end of the range {lows:.0f} to {highs:.0f}",
+                    value=value,
+                    unit="us",
+                    channels=tuple(off),
+                    consequence=f"a model with its zero at {USUAL:.0f} takes rest for full thrust",
+                    remedy=curve,
+                    parts=parts,
+                    short=f"neutral PWM is {value:g} us",
                 )
             ]
         low, high = LIMITS["pwm"]
@@ -86,19 +84,19 @@ class Neutral(Check):
         shift = Fix(f"PWM shifted so that neutral is {USUAL:.0f}: {_listed(off)} before", _shift(off))
         return [
             Finding(
-                self.name,
-                "warning",
-                f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
-                value,
-                "us",
-                None,
-                tuple(off),
-                f"a model with its zero at {USUAL:.0f} pushes with {100.0 * abs(value - USUAL) / least:.1f} % of the "
+                check=self.name,
+                verdict="warning",
+                sentence=f"neutral PWM is {told}, not {USUAL:.0f}; range {lows:.0f} to {highs:.0f}",
+                value=value,
+                unit="us",
+                channels=tuple(off),
+                consequence=f"a model with its zero at {USUAL:.0f} pushes with "
+                f"{100.0 * abs(value - USUAL) / least:.1f} % of the "
                 "command at rest, and ahead and astern seem unlike",
-                f"map each with 'offset: {USUAL - value:+g}', or {curve}" if fits else curve,
-                shift if fits else None,
-                parts,
-                f"neutral PWM is {value:g} us",
+                remedy=f"map each with 'offset: {USUAL - value:+g}', or {curve}" if fits else curve,
+                fix=shift if fits else None,
+                parts=parts,
+                short=f"neutral PWM is {value:g} us",
             )
         ]
 
@@ -152,69 +150,39 @@ def _compared(found: Mapping[str, float], zeros: Mapping[str, _Zero], ends: tupl
         moves = ", ".join(f"{n} by 'offset: {zeros[n].middle - v:+.4g}'" for n, v in off.items())
         text = f"neutral PWM is {_listed(off)}, but {zero.words} at {zero}; range {ends[0]:.0f} to {ends[1]:.0f}"
         return Finding(
-            Neutral.name,
-            "warning",
-            text,
-            value,
-            "us",
-            None,
-            tuple(off),
-            "a model pushes at rest, and ahead and astern seem unlike",
-            f"set the curve's zero in the vehicle file to {value:g}, or map {moves} if the log was not shifted already",
-            None,
-            parts,
-            f"neutral PWM is {value:g} us, not {zero}",
+            check=Neutral.name,
+            verdict="warning",
+            sentence=text,
+            value=value,
+            unit="us",
+            channels=tuple(off),
+            consequence="a model pushes at rest, and ahead and astern seem unlike",
+            remedy=f"set the curve's zero in the vehicle file to {value:g}, or map {moves} if the log was not "
+            "shifted already",
+            parts=parts,
+            short=f"neutral PWM is {value:g} us, not {zero}",
         )
     if zero.by_vehicle or abs(value - USUAL) < _OFF:
-        return Finding(Neutral.name, "ok", f"{text}; {zero.words} there", value, "us", None, tuple(found), parts=parts)
+        return Finding(
+            check=Neutral.name,
+            verdict="ok",
+            sentence=f"{text}; {zero.words} there",
+            value=value,
+            unit="us",
+            channels=tuple(found),
+            parts=parts,
+        )
     remedy = f"set the curve's zero in the vehicle file to {value:g}; --vehicle V tells whether it is"
     return Finding(
-        Neutral.name, "note", f"{text}; {zero.words} there", value, "us", None, tuple(found), "", remedy, None, parts
+        check=Neutral.name,
+        verdict="note",
+        sentence=f"{text}; {zero.words} there",
+        value=value,
+        unit="us",
+        channels=tuple(found),
+        remedy=remedy,
+        parts=parts,
     )
-
-
-def neutral_of(records: Sequence[Record], name: str) -> float | None:
-    """The value at which a command stays while the boat lies at rest, in its unit; None where that is not seen."""
-    rest = [one for record in records if (one := _resting(record, name)).size]
-    values = np.concatenate(rest) if rest else np.zeros(0)
-    # The motions are at 20 Hz.
-    if values.size < 20.0 * _LEAST:
-        return None
-    levels, counts = np.unique(values, return_counts=True)
-    best = int(np.argmax(counts))
-    return float(levels[best]) if counts[best] >= _SAME * values.size else None
-
-
-def centre_of(records: Sequence[Record], name: str) -> float:
-    """The neutral of a command, or its median where no rest shows it, in its unit."""
-    neutral = neutral_of(records, name)
-    if neutral is not None:
-        return neutral
-    values = [record.log.channels[name].value for record in records if name in record.log.channels]
-    return float(np.median(np.concatenate(values)))
-
-
-def _resting(record: Record, name: str) -> Array:
-    """Values of a command (m,) where the boat lies at rest and the command has been steady for a while."""
-    if name not in record.commands:
-        return np.zeros(0)
-    column = record.commands.index(name)
-    speeds = [np.abs(s.motion.velocity) for s in record.stretches]
-    if not speeds:
-        return np.zeros(0)
-    top = np.quantile(np.concatenate(speeds), 0.99, axis=0)
-    found = []
-    for stretch, speed in zip(record.stretches, speeds, strict=True):
-        command = stretch.commands[:, column]
-        window = max(1, round(_SETTLED / stretch.motion.time_step))
-        same = np.concatenate(([0], np.cumsum(np.diff(command) != 0.0)))
-        steady = np.zeros(command.size, dtype=bool)
-        steady[window:] = same[window:] == same[:-window]
-        still = (np.hypot(speed[:, 0], speed[:, 1]) < max(_SLOW * np.hypot(*top[:2]), _SLOW_FLOOR[0])) & (
-            speed[:, 2] < max(_SLOW * top[2], _SLOW_FLOOR[1])
-        )
-        found.append(command[steady & still & np.isfinite(command)])
-    return np.concatenate(found)
 
 
 def _range(records: Sequence[Record], names: Sequence[str]) -> tuple[float, float]:

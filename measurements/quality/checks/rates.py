@@ -34,7 +34,11 @@ class Rates(Check):
                 rates[channel.name] = min(rates.get(channel.name, np.inf), 1.0 / channel.period)
                 jitter[channel.name] = max(jitter.get(channel.name, 0.0), _strays(channel))
         if not rates:
-            return [Finding(self.name, "cannot tell", "no channel of motion has two samples", unit="Hz")]
+            return [
+                Finding(
+                    check=self.name, verdict="cannot tell", sentence="no channel of motion has two samples", unit="Hz"
+                )
+            ]
         slowest, fastest = min(rates, key=lambda n: rates[n]), max(rates, key=lambda n: rates[n])
         value, parts = float(rates[slowest]), {name: float(rate) for name, rate in rates.items()}
         told = f"motion is sampled at {value:.3g} Hz" + (
@@ -45,13 +49,41 @@ class Rates(Check):
             verdict = "defect" if value < _TOO_SLOW else "warning"
             wrong = f"turns and onsets of thrust that last less than {2.0 / value:.2g} s are not seen"
             remedy = "record at 10 Hz or more"
-            return [Finding(self.name, verdict, told, value, "Hz", None, (slowest,), wrong, remedy, parts=parts)]
+            return [
+                Finding(
+                    check=self.name,
+                    verdict=verdict,
+                    sentence=told,
+                    value=value,
+                    unit="Hz",
+                    channels=(slowest,),
+                    consequence=wrong,
+                    remedy=remedy,
+                    parts=parts,
+                )
+            ]
         if jitter[shaky] > _JITTER:
             text = f"{told}, but stamps of {shaky} stray by {100.0 * jitter[shaky]:.0f} % of their step"
             wrong = "speeds derived from positions, and accelerations, are noisier than the sensor"
             remedy = "log the stamp of the measurement and not that of its arrival"
-            return [Finding(self.name, "note", text, value, "Hz", None, (shaky,), wrong, remedy, parts=parts)]
-        return [Finding(self.name, "ok", told, value, "Hz", None, tuple(rates), parts=parts)]
+            return [
+                Finding(
+                    check=self.name,
+                    verdict="note",
+                    sentence=text,
+                    value=value,
+                    unit="Hz",
+                    channels=(shaky,),
+                    consequence=wrong,
+                    remedy=remedy,
+                    parts=parts,
+                )
+            ]
+        return [
+            Finding(
+                check=self.name, verdict="ok", sentence=told, value=value, unit="Hz", channels=tuple(rates), parts=parts
+            )
+        ]
 
 
 @final
@@ -76,7 +108,7 @@ class Gaps(Check):
             whole += max((c.time[-1] - c.time[0] for c in record.log.channels.values()), default=0.0)
         names = tuple(name for name, found in holes.items() if found)
         if not names:
-            return [Finding(self.name, "ok", "no gaps", 0.0, "1")]
+            return [Finding(check=self.name, verdict="ok", sentence="no gaps", value=0.0, unit="1")]
         share = lost / whole if whole > 0.0 else 1.0
         longest = max(high - low for found in holes.values() for low, high in found)
         count = max(len(found) for found in holes.values())
@@ -84,7 +116,19 @@ class Gaps(Check):
         wrong = "the log falls into stretches there; those under 5 s are lost"
         remedy = "find out what stopped the logger; nothing is interpolated across a gap"
         verdict = "warning" if share > _MUCH else "note"
-        return [Finding(self.name, verdict, text, share, "1", None, names, wrong, remedy, parts={"longest": longest})]
+        return [
+            Finding(
+                check=self.name,
+                verdict=verdict,
+                sentence=text,
+                value=share,
+                unit="1",
+                channels=names,
+                consequence=wrong,
+                remedy=remedy,
+                parts={"longest": longest},
+            )
+        ]
 
 
 def _motion(records: Sequence[Record]) -> list[Channel]:

@@ -49,17 +49,32 @@ def _told(channels: Channels) -> list[Finding]:
     if padded:
         text = f"the log repeats one row for {padded:.2g} s at its end or start: it was filled up there"
         fix = Fix(f"{padded:.2g} s of one repeated row at the ends of the log dropped", _unpadded)
-        found.append(Finding("resampled", "note", text, padded, "s", None, names, fix=fix))
+        found.append(
+            Finding(check="resampled", verdict="note", sentence=text, value=padded, unit="s", channels=names, fix=fix)
+        )
     rate = float((time.size - 1) / (time[-1] - time[0]))
     rows = _held_over(fresh)
     if rows > 1:
         text = f"all channels of motion are held: measured {rate / rows:.3g} times a second, written {rate:.3g} times"
         fix = Fix(f"rows that repeat the one before dropped: {rate / rows:.3g} rows a second kept", _fresh)
         wrong = "rows that repeat hold no new measurement"
-        found.append(Finding("resampled", "note", text, rate / rows, "Hz", None, names, wrong, fix=fix))
+        found.append(
+            Finding(
+                check="resampled",
+                verdict="note",
+                sentence=text,
+                value=rate / rows,
+                unit="Hz",
+                channels=names,
+                consequence=wrong,
+                fix=fix,
+            )
+        )
     elif rows := _interpolated(values):
         text = f"the log is interpolated to {rate:.3g} Hz from about {rate / rows:.3g} Hz"
-        found.append(Finding("resampled", "note", text, rate / rows, "Hz", None, names))
+        found.append(
+            Finding(check="resampled", verdict="note", sentence=text, value=rate / rows, unit="Hz", channels=names)
+        )
     return found
 
 

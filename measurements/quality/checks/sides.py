@@ -12,8 +12,8 @@ from ...canonical import command_kind
 from ..finding import Check, Finding, Reach
 from ..record import RATE, Record
 from ..response import Answer, Trials, answers, trials
+from ..resting import neutral_of
 from .exchanged import may_be_exchanged
-from .neutral import neutral_of
 
 _STEP = 1.0 / RATE
 _TURNING = (0.05, 1.0)
@@ -49,11 +49,14 @@ class Sides(Check):
         told, unsure = _told_of(records, expected)
         if told and not _as_expected(told, expected) and may_be_exchanged(records):
             text = "u and v may be exchanged, so what the thrusters do to surge is not known"
-            return [Finding(check, "cannot tell", text, channels=tuple(names)) for check in ("direction", "sides")]
+            return [
+                Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
+                for check in ("direction", "sides")
+            ]
         found = [_direction(records, expected, told, unsure)]
         if len(names) > 1 and _turns_apart(records):
             text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
-            return [*found, Finding("sides", "cannot tell", text, channels=tuple(names))]
+            return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
         return [*found, _sides(records, expected, told, unsure)] if len(names) > 1 else found
 
 
@@ -113,7 +116,7 @@ def _direction(
         text = "the thrusters are not used one by one enough to tell whether one is reversed"
         if unsure:
             text = f"whether a thruster is reversed cannot be told: {_either(unsure, expected)}"
-        return Finding("direction", "cannot tell", text, channels=tuple(names))
+        return Finding(check="direction", verdict="cannot tell", sentence=text, channels=tuple(names))
     parts = {name: answer.surge for name, answer in found.items()}
     if not wrong:
         least = min(found.values(), key=lambda answer: abs(answer.surge))
@@ -123,8 +126,26 @@ def _direction(
         untold = [name for name in names if name not in found]
         if untold:
             text = f"{text}; of {_and(untold)} the log does not tell"
-            return Finding("direction", "cannot tell", text, least.surge, "m/s^2", ends, tuple(names), parts=parts)
-        return Finding("direction", "ok", text, least.surge, "m/s^2", ends, tuple(found), parts=parts)
+            return Finding(
+                check="direction",
+                verdict="cannot tell",
+                sentence=text,
+                value=least.surge,
+                unit="m/s^2",
+                ci95=ends,
+                channels=tuple(names),
+                parts=parts,
+            )
+        return Finding(
+            check="direction",
+            verdict="ok",
+            sentence=text,
+            value=least.surge,
+            unit="m/s^2",
+            ci95=ends,
+            channels=tuple(found),
+            parts=parts,
+        )
     worst = max(wrong.values(), key=lambda answer: abs(answer.surge))
     how = [_reversed(records, name, expected[name]) for name in wrong]
     moved = _swapped(expected, told)
@@ -133,15 +154,15 @@ def _direction(
     maps = [_line(records, name, name in wrong, name in moved) for name in listed]
     pushes = "astern" if worst.ahead < 0 else "ahead, and that thruster of the vehicle astern"
     return Finding(
-        "direction",
-        "defect",
-        f"{_and(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
-        worst.surge,
-        "m/s^2",
-        (worst.surge - 1.96 * worst.surge_error, worst.surge + 1.96 * worst.surge_error),
-        tuple(wrong),
-        "a model drives ahead where the boat goes astern; no thrust can be fitted",
-        f"turn it round in a channel map: {', '.join(maps)}{_or_vehicle(wrong, expected, 'curve or the angle')}",
+        check="direction",
+        verdict="defect",
+        sentence=f"{_and(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
+        value=worst.surge,
+        unit="m/s^2",
+        ci95=(worst.surge - 1.96 * worst.surge_error, worst.surge + 1.96 * worst.surge_error),
+        channels=tuple(wrong),
+        consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
+        remedy=f"turn it round in a channel map: {', '.join(maps)}{_or_vehicle(wrong, expected, 'curve or the angle')}",
         parts=parts,
         short=f"{_and(tuple(wrong))} {'are' if len(wrong) > 1 else 'is'} reversed",
         reach=Reach.LOG,
@@ -159,7 +180,7 @@ def _sides(
             text = "the boat turns by its thrusters, but it is not sure to push ahead, so sides are not either"
         if unsure:
             text = f"which side each thruster is on cannot be told: {_either(unsure, expected)}"
-        return Finding("sides", "cannot tell", text, channels=tuple(names))
+        return Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))
     lies = [_lies(records, name, answer, expected[name]) for name, answer in found.items()]
     parts: Mapping[str, float | str] = {name: answer.side for name, answer in found.items()}
     wrong = [name for name, answer in found.items() if _SIDE[answer.side] * expected[name].side < 0]
@@ -170,7 +191,17 @@ def _sides(
         text = f"the sides of {_and(tuple(found))} are as {words}" if known else "; ".join(lies)
         remedy = "" if known else "name the commands by their sides in a channel map"
         verdict = "ok" if known else "note"
-        return Finding("sides", verdict, text, value, "rad/s^2", ends, tuple(found), remedy=remedy, parts=parts)
+        return Finding(
+            check="sides",
+            verdict=verdict,
+            sentence=text,
+            value=value,
+            unit="rad/s^2",
+            ci95=ends,
+            channels=tuple(found),
+            remedy=remedy,
+            parts=parts,
+        )
     moved = _swapped(expected, told)
     maps = [_line(records, name, found[name].ahead != expected[name].push, True) for name in names if name in moved]
     remedy = f"swap them in a channel map: {', '.join(maps)}" if maps else "say in a channel map which is which"
@@ -178,15 +209,15 @@ def _sides(
         remedy = f"the names agree with the log, so look at the vehicle file first; or {remedy}"
     either = "" if _surveyed(records) else "; or say --frame enu if the log's axes are ENU/FLU, which looks alike"
     return Finding(
-        "sides",
-        "defect",
-        f"port and starboard look swapped: {'; '.join(lies)}",
-        value,
-        "rad/s^2",
-        ends,
-        tuple(wrong),
-        "every turn is predicted to the wrong side",
-        f"{remedy}{_or_vehicle(wrong, expected, 'sign of y')}{either}",
+        check="sides",
+        verdict="defect",
+        sentence=f"port and starboard look swapped: {'; '.join(lies)}",
+        value=value,
+        unit="rad/s^2",
+        ci95=ends,
+        channels=tuple(wrong),
+        consequence="every turn is predicted to the wrong side",
+        remedy=f"{remedy}{_or_vehicle(wrong, expected, 'sign of y')}{either}",
         parts=parts,
         short="port and starboard look swapped",
         reach=Reach.LOG,

@@ -36,7 +36,9 @@ class Spikes(Check):
         for name in _MOTION:
             channels = [record.log.channels[name] for record in records if name in record.log.channels]
             found += _told(name, [channel for channel in channels if channel.time.size >= _LEAST_ROWS])
-        return found or [Finding(self.name, "ok", "no value stands out of its record", 0.0, "1")]
+        return found or [
+            Finding(check=self.name, verdict="ok", sentence="no value stands out of its record", value=0.0, unit="1")
+        ]
 
 
 def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
@@ -48,23 +50,32 @@ def _told(name: str, channels: Sequence[Channel]) -> list[Finding]:
         wrong = "the boat seems to leap from one end of the range to the other"
         remedy = "unwrap it: its counter is too short for what it measures"
         return [
-            Finding("spikes", "defect", text, jumps[0], channels[0].unit, None, (name,), wrong, remedy, reach=Reach.LOG)
+            Finding(
+                check="spikes",
+                verdict="defect",
+                sentence=text,
+                value=jumps[0],
+                unit=channels[0].unit,
+                channels=(name,),
+                consequence=wrong,
+                remedy=remedy,
+                reach=Reach.LOG,
+            )
         ]
     if not out:
         return []
     share = out / rows
     return [
         Finding(
-            "spikes",
-            "defect" if share > _FEW else "warning",
-            f"{out} values of {name} stand far out of their record ({100.0 * share:.2g} %)",
-            share,
-            "1",
-            None,
-            (name,),
-            "each is a force that never was",
-            "leave these values out",
-            Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name)),
+            check="spikes",
+            verdict="defect" if share > _FEW else "warning",
+            sentence=f"{out} values of {name} stand far out of their record ({100.0 * share:.2g} %)",
+            value=share,
+            unit="1",
+            channels=(name,),
+            consequence="each is a force that never was",
+            remedy="leave these values out",
+            fix=Fix(f"{out} values of {name} that stand far out of the record dropped", _without(name)),
             reach=Reach.LOG,
         )
     ]

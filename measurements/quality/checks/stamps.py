@@ -32,16 +32,15 @@ class Stamps(Check):
             share = backward / rows
             found.append(
                 Finding(
-                    self.name,
-                    "defect",
-                    f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
-                    share,
-                    "1",
-                    None,
-                    names,
-                    "derivatives change sign there; other verbs refuse the log",
-                    "sort the rows by time",
-                    Fix(f"rows of {', '.join(names)} sorted by time ({backward} were out of order)", _as_read),
+                    check=self.name,
+                    verdict="defect",
+                    sentence=f"time runs backwards: {backward} values stand after later ones ({100.0 * share:.2g} %)",
+                    value=share,
+                    unit="1",
+                    channels=names,
+                    consequence="derivatives change sign there; other verbs refuse the log",
+                    remedy="sort the rows by time",
+                    fix=Fix(f"rows of {', '.join(names)} sorted by time ({backward} were out of order)", _as_read),
                 )
             )
         if repeated:
@@ -49,19 +48,26 @@ class Stamps(Check):
             share = repeated / (rows + repeated)
             found.append(
                 Finding(
-                    self.name,
-                    "warning" if share > _MANY else "note",
-                    f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
-                    share,
-                    "1",
-                    None,
-                    names,
-                    "two values at one instant have no derivative; the last of them is taken",
-                    "find out why the logger wrote them, or whether its stamps are rounded",
-                    Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept", _as_read),
+                    check=self.name,
+                    verdict="warning" if share > _MANY else "note",
+                    sentence=f"{100.0 * share:.2g} % of the values repeat the stamp of another ({repeated} values)",
+                    value=share,
+                    unit="1",
+                    channels=names,
+                    consequence="two values at one instant have no derivative; the last of them is taken",
+                    remedy="find out why the logger wrote them, or whether its stamps are rounded",
+                    fix=Fix(f"{repeated} values with a repeated stamp dropped, the last of each kept", _as_read),
                 )
             )
-        return found or [Finding(self.name, "ok", "every time stamp is later than the one before", 0.0, "1")]
+        return found or [
+            Finding(
+                check=self.name,
+                verdict="ok",
+                sentence="every time stamp is later than the one before",
+                value=0.0,
+                unit="1",
+            )
+        ]
 
 
 def _set(channels: Sequence[Channel]) -> list[Finding]:
@@ -76,17 +82,16 @@ def _set(channels: Sequence[Channel]) -> list[Finding]:
     more = f" and {len(sets) - _TOLD} times more" if len(sets) > _TOLD else ""
     return [
         Finding(
-            "stamps",
-            "defect" if back else "warning",
-            f"the clock was set {told}{more}",
-            sets[0][1],
-            "s",
-            None,
-            _names([channel.name for channel in channels if channel.lost.sets]),
-            f"the pieces are put {APART:g} s apart, each a stretch of its own"
+            check="stamps",
+            verdict="defect" if back else "warning",
+            sentence=f"the clock was set {told}{more}",
+            value=sets[0][1],
+            unit="s",
+            channels=_names([channel.name for channel in channels if channel.lost.sets]),
+            consequence=f"the pieces are put {APART:g} s apart, each a stretch of its own"
             + ("; other verbs refuse the log until that is written" if back else ""),
-            "keep the clock as it is while logging, or stamp by a clock that is never set",
-            Fix(f"pieces between which the clock was set put {APART:g} s apart", _as_read),
+            remedy="keep the clock as it is while logging, or stamp by a clock that is never set",
+            fix=Fix(f"pieces between which the clock was set put {APART:g} s apart", _as_read),
             short="the clock was set back" if back else "the clock was set",
         )
     ]
@@ -101,16 +106,15 @@ def _astray(channels: Sequence[Channel], rows: int) -> list[Finding]:
     share = count / (rows + count)
     return [
         Finding(
-            "stamps",
-            "warning" if share > _MANY else "note",
-            f"{count} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
-            share,
-            "1",
-            None,
-            names,
-            "their rows are left out",
-            "find out what wrote these stamps",
-            Fix(f"{count} values with a stamp that is astray dropped", _as_read),
+            check="stamps",
+            verdict="warning" if share > _MANY else "note",
+            sentence=f"{count} values have a stamp that is astray, far from those around it ({100.0 * share:.2g} %)",
+            value=share,
+            unit="1",
+            channels=names,
+            consequence="their rows are left out",
+            remedy="find out what wrote these stamps",
+            fix=Fix(f"{count} values with a stamp that is astray dropped", _as_read),
         )
     ]
 

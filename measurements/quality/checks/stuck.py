@@ -77,21 +77,24 @@ class Stuck(Check):
             share, longest = sum(lengths) / times[names], max(lengths)
             found.append(
                 Finding(
-                    self.name,
-                    "defect" if share > _MUCH else "warning",
-                    f"{' and '.join(names)} {'are' if len(names) > 1 else 'is'} stuck in mid-motion "
+                    check=self.name,
+                    verdict="defect" if share > _MUCH else "warning",
+                    sentence=f"{' and '.join(names)} {'are' if len(names) > 1 else 'is'} stuck in mid-motion "
                     f"{_times(len(lengths))}, for up to {longest:.2g} s",
-                    longest,
-                    "s",
-                    None,
-                    names,
-                    "the boat seems to stop, and to jump when the sensor wakes up",
-                    "drop those rows, so that they are a gap; look at the sensor's own status",
+                    value=longest,
+                    unit="s",
+                    channels=names,
+                    consequence="the boat seems to stop, and to jump when the sensor wakes up",
+                    remedy="drop those rows, so that they are a gap; look at the sensor's own status",
                     parts={"share": share},
                     reach=Reach.LOG if share > _MOST else Reach.SECONDS,
                 )
             )
-        return found or [Finding(self.name, "ok", "no sensor repeats a value in mid-motion", 0.0, "s")]
+        return found or [
+            Finding(
+                check=self.name, verdict="ok", sentence="no sensor repeats a value in mid-motion", value=0.0, unit="s"
+            )
+        ]
 
 
 def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
@@ -115,7 +118,16 @@ def _never(records: Sequence[Record], names: tuple[str, ...]) -> Finding | None:
     short = f"{listed} never change{'' if many else 's'}"
     reach = Reach.NUMBERS if first in ("ax", "ay") else Reach.LOG
     return Finding(
-        "stuck", "defect", text, float(value), every[0].unit, None, names, wrong, remedy, short=short, reach=reach
+        check="stuck",
+        verdict="defect",
+        sentence=text,
+        value=float(value),
+        unit=every[0].unit,
+        channels=names,
+        consequence=wrong,
+        remedy=remedy,
+        short=short,
+        reach=reach,
     )
 
 

@@ -38,7 +38,7 @@ class Tilt(Check):
         fast = float(np.quantile(np.concatenate(speeds), 0.99)) if speeds else 0.0
         if fast < 0.1:
             text = "the boat moves too little to tell whether gravity leaks into the accelerometer"
-            return [Finding(self.name, "cannot tell", text, unit="m/s^2", channels=channels)]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, unit="m/s^2", channels=channels)]
         rest, columns, blocks, begun = [], [], [], 0
         for record, stretch in stretches:
             motion = stretch.motion
@@ -52,29 +52,52 @@ class Tilt(Check):
         leak, ends = float(fit.values[0]), fit.interval(0)
         if ends is None:
             text = "the log is too short to tell whether gravity leaks into the accelerometer"
-            return [Finding(self.name, "cannot tell", text, unit="m/s^2", channels=channels)]
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text, unit="m/s^2", channels=channels)]
         parts = {"at_speed": fast, "offset": float(fit.values[1])}
         if max(abs(ends[0]), abs(ends[1])) <= _SMALL:
             text = f"the accelerometer shows accelerations only (a leak of {leak:+.2f} m/s² at {fast:.1f} m/s)"
-            return [Finding(self.name, "ok", text, leak, "m/s^2", ends, channels, parts=parts)]
+            return [
+                Finding(
+                    check=self.name,
+                    verdict="ok",
+                    sentence=text,
+                    value=leak,
+                    unit="m/s^2",
+                    ci95=ends,
+                    channels=channels,
+                    parts=parts,
+                )
+            ]
         if abs(leak) <= _SMALL or not fit.certain(0, _TIMES):
             text = (
                 f"too little to tell whether gravity leaks into the accelerometer ({ends[0]:.2f} to {ends[1]:.2f} m/s²)"
             )
-            return [Finding(self.name, "cannot tell", text, leak, "m/s^2", ends, channels, parts=parts)]
+            return [
+                Finding(
+                    check=self.name,
+                    verdict="cannot tell",
+                    sentence=text,
+                    value=leak,
+                    unit="m/s^2",
+                    ci95=ends,
+                    channels=channels,
+                    parts=parts,
+                )
+            ]
         angle = float(np.degrees(np.arcsin(np.clip(abs(leak) / GRAVITY, 0.0, 1.0))))
         trim = "bow up" if leak > 0.0 else "bow down"
         return [
             Finding(
-                self.name,
-                "warning" if abs(leak) > _MUCH else "note",
-                f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: it trims {trim} by {angle:.0f} degrees",
-                leak,
-                "m/s^2",
-                ends,
-                channels,
-                "ax is no acceleration at speed; undertow does not use it",
-                "take accelerations from speeds, or correct ax for the pitch angle",
+                check=self.name,
+                verdict="warning" if abs(leak) > _MUCH else "note",
+                sentence=f"ax holds {leak:+.2g} m/s² of gravity at {fast:.1f} m/s: it trims {trim} by "
+                f"{angle:.0f} degrees",
+                value=leak,
+                unit="m/s^2",
+                ci95=ends,
+                channels=channels,
+                consequence="ax is no acceleration at speed; undertow does not use it",
+                remedy="take accelerations from speeds, or correct ax for the pitch angle",
                 parts=parts,
                 short="gravity leaks into the accelerometer",
             )

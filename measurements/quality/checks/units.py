@@ -79,11 +79,15 @@ class Units(Check):
         elif turning is not None:
             found.append(_turns(turning, track))
         elif turned:
-            found.append(Finding(self.name, "cannot tell", _TURNS_LITTLE, channels=("psi", "r")))
+            found.append(Finding(check=self.name, verdict="cannot tell", sentence=_TURNS_LITTLE, channels=("psi", "r")))
         opposed = None if turning is None else turning.ratio < 0.0
         speeds = _speeds(cured, track, opposed)
         found += [speeds] if speeds is not None else speed_unit(records, SPEEDS)
-        return found or [Finding(self.name, "cannot tell", "nothing was measured twice; no unit can be checked")]
+        return found or [
+            Finding(
+                check=self.name, verdict="cannot tell", sentence="nothing was measured twice; no unit can be checked"
+            )
+        ]
 
 
 def _turning(logs: Sequence[Log]) -> _Turning | None:
@@ -126,7 +130,7 @@ def _turns(turning: _Turning, track: Track | None) -> Finding:
     ratio, ends, channels = turning.ratio, turning.ends, ("psi", "r")
     if abs(ratio - 1.0) <= _FINE:
         text = f"heading and yaw rate agree in size (ratio {ratio:.3f})"
-        return Finding("units", "ok", text, ratio, "1", ends, channels)
+        return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
     if ratio < 0.0:
         remedy = "say --frame enu if the log is ENU/FLU, or turn one of them with 'scale: -1' in a channel map"
         text = f"psi and r have opposite signs (ratio {ratio:.3g})"
@@ -171,7 +175,7 @@ def _speeds(logs: Sequence[Log], track: Track | None, opposed: bool | None) -> F
     ratio, ends = track.scale, track.interval
     if abs(ratio - 1.0) <= _FINE:
         text = f"position and speed agree in size (ratio {ratio:.3f})"
-        return Finding("units", "ok", text, ratio, "1", ends, channels)
+        return Finding(check="units", verdict="ok", sentence=text, value=ratio, unit="1", ci95=ends, channels=channels)
     told = f"the way made good is {ratio:.3g} times what the speeds say"
     wrong = "drag and thrust come out wrong by powers of this factor"
     speeds = tuple(name for name in ("u", "v") if name in channels)
@@ -196,19 +200,19 @@ def _axes(mixed: Mixed, track: Track) -> Finding:
     wrong = "forces act along other axes than the boat's; nothing can be learned"
     parts = {"angle": angle, "heading": float(track.turn), "sway": float(track.side)}
     return Finding(
-        "units",
-        "defect",
-        text,
-        track.scale,
-        "1",
-        track.interval,
-        mixed.channels,
-        wrong,
-        mixed.remedy,
-        mixed.fix,
-        parts,
-        mixed.sentence,
-        Reach.LOG,
+        check="units",
+        verdict="defect",
+        sentence=text,
+        value=track.scale,
+        unit="1",
+        ci95=track.interval,
+        channels=mixed.channels,
+        consequence=wrong,
+        remedy=mixed.remedy,
+        fix=mixed.fix,
+        parts=parts,
+        short=mixed.sentence,
+        reach=Reach.LOG,
     )
 
 
@@ -216,7 +220,7 @@ def _unrelated(logs: Sequence[Log], track: Track | None, channels: tuple[str, ..
     """Positions and speeds that have nothing to do with each other, or too little of both to tell."""
     moves = [_moves(log) for log in logs]
     if track is None or track.left < _CONTRADICTS or not all(moves):
-        return Finding("units", "cannot tell", _MOVES_LITTLE, channels=channels)
+        return Finding(check="units", verdict="cannot tell", sentence=_MOVES_LITTLE, channels=channels)
     text = f"positions and speeds contradict each other: {100.0 * track.left:.0f} % of the track follows from neither"
     wrong = "one of them is of another motion, or was never measured"
     remedy = "find out which, and leave it out with 'u: null' (and v) or 'x: null' (and y) in a channel map"
@@ -260,7 +264,19 @@ def _off(
     fix: Fix | None = None,
 ) -> Finding:
     """Two records that do not agree; a defect of this kind spoils the whole log."""
-    return Finding("units", verdict, sentence, ratio, "1", ends, channels, wrong, remedy, fix, reach=Reach.LOG)
+    return Finding(
+        check="units",
+        verdict=verdict,
+        sentence=sentence,
+        value=ratio,
+        unit="1",
+        ci95=ends,
+        channels=channels,
+        consequence=wrong,
+        remedy=remedy,
+        fix=fix,
+        reach=Reach.LOG,
+    )
 
 
 def _scale(names: Sequence[str], factor: float, sentence: str) -> Fix:

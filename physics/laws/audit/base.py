@@ -3,10 +3,11 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
+from ...reading import Plain
 from ..damping_power import state_in_words
 from .witness import Witness
 
@@ -45,7 +46,7 @@ class Ruling:
         """How far the worst value lies below the limit; negative for a violation."""
         return None if self.value is None or self.limit is None else self.limit - self.value
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """As `audit.json` writes it."""
         worst = None if self.value is None else {"value": self.value, "unit": self.unit, "at": self.at or {}}
         margin = None if self.margin is None else {"value": self.margin, "unit": self.unit}

@@ -1,11 +1,11 @@
 """The sections of the report page around the verdict: corrected parameters, the log."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ....measurements.inspection import Inspection
 from ....physics.errors import VehicleError
-from ....physics.in_words import MINUS, finite, listing, number, unit_text, words
+from ....physics.in_words import MINUS, listing, number, unit_text, words
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ...wording import energy_lines, energy_verdict, interval, trimmed
@@ -95,7 +95,7 @@ def data(run: RunFolder) -> Html:
     if run.inspections:
         inner.append(_quality(run.inspections))
     for inspection in run.inspections:
-        inner.append(element("details", element("summary", f"inspection of {inspection['path']}"), *_tree(inspection)))
+        inner.append(element("details", element("summary", f"inspection of {inspection.path}"), *_tree(inspection)))
     return render(element("h2", "The log"), element("div", *inner, cls="card"))
 
 
@@ -122,37 +122,31 @@ def bullets(texts: list[str]) -> list[Html]:
     return [element("ul", *(element("li", text) for text in texts))] if texts else []
 
 
-def _quality(inspections: Sequence[Mapping[str, Any]]) -> Html:
+def _quality(inspections: Sequence[Inspection]) -> Html:
     """The quality of the measured motion, one row a log; of several channels or comparisons the worst counts."""
     noisy = {"u": "m/s", "v": "m/s", "r": "rad/s"}
     rows = []
     for log in inspections:
-        channels = {str(channel.get("name")): channel for channel in log.get("channels") or []}
+        channels = {channel.name: channel for channel in log.channels}
         motion = [channels[name] for name in ("x", "y", "psi", "u", "v", "r") if name in channels]
-        gaps = max(_numbers(motion, "gaps"), default=0.0)
         facts = (
-            (log.get("excitation") or {}).get("seconds"),
-            min(_numbers(motion, "rate"), default=None),
-            max(_numbers(motion, "longest_gap"), default=None),
-            max(map(abs, _numbers(log.get("alignment") or [], "offset")), default=None),
-            *(channels.get(name, {}).get("noise") for name in noisy),
+            log.excitation.seconds if log.excitation else None,
+            min((channel.rate for channel in motion if channel.rate is not None), default=None),
+            max((channel.longest_gap for channel in motion if channel.longest_gap is not None), default=None),
+            max((abs(pair.offset) for pair in log.alignment if pair.offset is not None), default=None),
+            *(channels[name].noise if name in channels else None for name in noisy),
         )
-        stretches = len((log.get("plan") or {}).get("segments") or [])
-        rows.append((str(log["path"]), str(stretches), f"{gaps:.0f}", *(number(fact, blank="") for fact in facts)))
+        gaps = max((channel.gaps for channel in motion), default=0)
+        rows.append((log.path, str(len(log.plan.segments)), str(gaps), *(number(fact, blank="") for fact in facts)))
     noise = (f"noise of {name} {unit}" for name, unit in noisy.items())
     head = ("", "stretches", "gaps", "usable s", "rate Hz", "longest gap s", "out of step s", *noise)
     return table(head, rows, caption="quality of the measured motion")
 
 
-def _numbers(records: Sequence[Mapping[str, Any]], key: str) -> list[float]:
-    values = (finite(record.get(key)) for record in records)
-    return [value for value in values if not math.isnan(value)]
-
-
-def _tree(inspection: Mapping[str, Any]) -> list[Html]:
-    """Any inspection as tables: a list of records becomes one table, everything else a row of facts."""
+def _tree(inspection: Inspection) -> list[Html]:
+    """All of an inspection as tables: a list of records becomes one table, everything else a row of facts."""
     facts, tables = [], []
-    for name, value in inspection.items():
+    for name, value in inspection.to_dict().items():
         records = (
             value
             if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value)

@@ -12,7 +12,7 @@ from undertow.comparison.failing.attribution import Along, contributions
 from undertow.comparison.failing.failures import Structure, judged_rows, where_they_fail
 from undertow.comparison.failing.rows import scene
 from undertow.discovery.findings import FailingPlace
-from undertow.measurements.preparation.prepared_logs import Inputs
+from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects

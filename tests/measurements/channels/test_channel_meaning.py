@@ -10,6 +10,7 @@ from bags import EPOCH, Message, nanoseconds, write_ros1, write_ros2
 from undertow.measurements.channels.channel_map import map_text
 from undertow.measurements.geodesy import local_metres
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.needs import problems
 from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.frames import body_to_earth
@@ -55,9 +56,9 @@ def fix(north, east, **more):
     return message("/gps/fix", "sensor_msgs/msg/NavSatFix", latitude=latitude, longitude=longitude, **more)
 
 
-def read(tmp_path, *topics, **options):
+def read(tmp_path, *topics):
     tmp_path.mkdir(exist_ok=True)
-    return read_log(write_ros2(tmp_path / "bag", in_order(*topics)), **options)
+    return read_log(write_ros2(tmp_path / "bag", in_order(*topics)))
 
 
 def told(log, *parts):
@@ -175,7 +176,7 @@ def test_a_velocity_along_the_axes_of_the_earth_is_turned_by_the_heading(tmp_pat
     assert "x_dot" not in log.channels
     assert told(log, f"u v: velocity in earth axes ({topic}:", "turned by the heading (quaternion /imu/data")
     (tmp_path / "map.yaml").write_text(map_text(log.entries))
-    again = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    again = read_log(tmp_path / "bag", Reading(channel_map=tmp_path / "map.yaml"))
     np.testing.assert_array_equal(again.channels["v"].value, log.channels["v"].value)
 
 
@@ -222,7 +223,7 @@ def test_outputs_of_a_flight_controller_are_pwm_by_number_and_idle_ones_are_left
     line = "pwm_port: '/mavros/rc/out:channels[0]'"
     assert told(log, f"pwm_1: output 1 by number [us]; if it drives port, map {line}")
     (tmp_path / "map.yaml").write_text(line)
-    mapped = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    mapped = read_log(tmp_path / "bag", Reading(channel_map=tmp_path / "map.yaml"))
     np.testing.assert_allclose(mapped.channels["pwm_port"].value, 1500 + np.arange(TIME.size))
     assert list(mapped.channels) == ["psi", "pwm_3", "pwm_port"]
 
@@ -238,7 +239,7 @@ def test_outputs_by_number_come_with_the_lines_of_the_map_that_is_missing(tmp_pa
     assert "missing command channel pwm_port pwm_stbd; the log has pwm_1 pwm_3 pwm_4, by number" in problem
     lines = re.findall(r"pwm_\w+: \{.*?\}", problem)
     (tmp_path / "map.yaml").write_text("\n".join(lines))
-    mapped = read_log(tmp_path / "bag", channel_map=tmp_path / "map.yaml")
+    mapped = read_log(tmp_path / "bag", Reading(channel_map=tmp_path / "map.yaml"))
     assert problems(mapped, load_vehicle("blueboat_paper")) == []
     assert mapped.channels["pwm_stbd"].origin == "/mavros/rc/out:channels[2]"
     assert "pwm_4" in mapped.channels

@@ -9,6 +9,7 @@ from undertow.measurements.channels.channel_map import map_text, read_channel_ma
 from undertow.measurements.channels.namespaces import check_namespace, vehicles
 from undertow.measurements.formats.base import Name
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
@@ -27,7 +28,7 @@ def test_of_several_vehicles_one_is_chosen_by_its_namespace(tmp_path, two_boats)
     with pytest.raises(ValueError, match="expected the log of one vehicle, got 2: /sim/alpha, /sim/beta. Choose one"):
         read_log(path)
     for name, world in (("sim/alpha", alpha), ("/sim/beta/", beta)):
-        log = read_log(path, namespace=name)
+        log = read_log(path, Reading(namespace=name))
         np.testing.assert_array_equal(log.channels["u"].value, world.odometry[:, 3])
         np.testing.assert_array_equal(log.channels["newton_port"].value, world.commands[:, 0])
         assert any(f"namespace {name} chosen, not /sim/" in note for note in log.notes)
@@ -36,7 +37,7 @@ def test_of_several_vehicles_one_is_chosen_by_its_namespace(tmp_path, two_boats)
     with pytest.raises(
         ValueError, match="no topic lies in the namespace 'gamma'; namespaces in the log: /sim/alpha, /sim/b"
     ):
-        read_log(path, namespace="gamma")
+        read_log(path, Reading(namespace="gamma"))
 
 
 def test_namespaces_of_a_long_table_are_told_apart_as_well(tmp_path, two_boats):
@@ -46,7 +47,7 @@ def test_namespaces_of_a_long_table_are_told_apart_as_well(tmp_path, two_boats):
     both.sort_values("time", kind="stable").to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(ValueError, match=r"got 2: /alpha, /beta\. Choose one with --namespace /alpha"):
         read_log(tmp_path / "log.csv")
-    log = read_log(tmp_path / "log.csv", namespace="beta")
+    log = read_log(tmp_path / "log.csv", Reading(namespace="beta"))
     assert log.channels["u"].origin == "/beta/odometry:u"
     np.testing.assert_allclose(log.channels["u"].value, alpha.odometry[:, 3], rtol=1e-8)
 

@@ -434,14 +434,14 @@ def test_several_logs_pool_their_evidence(autopilot: Log):
 
 
 def test_the_verdict_says_the_worst_first():
-    defect = Finding("sides", "defect", "port and starboard look swapped")
-    warning = Finding("tilt", "warning", "a long story", short="it leans")
+    defect = Finding(check="sides", verdict="defect", sentence="port and starboard look swapped")
+    warning = Finding(check="tilt", verdict="warning", sentence="a long story", short="it leans")
     assert verdict([warning, defect]) == "Usable after repair: port and starboard look swapped; it leans."
     assert verdict([warning]) == "Usable, but mind: it leans."
     assert verdict([defect], ["no heading."], True) == (
         "Not usable as it is: no heading. --fix OUT.csv writes a log that can be used."
     )
-    assert verdict([Finding("tilt", "cannot tell", "?")]).endswith("too calm to tell one thing.")
+    assert verdict([Finding(check="tilt", verdict="cannot tell", sentence="?")]).endswith("too calm to tell one thing.")
 
 
 def test_the_study_prints_its_table(study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -11,6 +11,7 @@ from verbs import call, done, inspected, refused, strict
 
 from undertow.measurements.clock import APART
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.errors import LogError
 from undertow.workflows.inputs import read_inputs
@@ -263,12 +264,12 @@ def test_remarks_above_a_table_are_notes(place: Path):
 def test_milliseconds_and_units_of_a_channel_map_are_read(place: Path):
     (place / "a.csv").write_text("timestamp(ms),Heading\n1000,90\n2500,180\n")
     (place / "map.yaml").write_text("psi: {from: Heading, unit: deg}\n")
-    psi = read_log("a.csv", channel_map="map.yaml").channels["psi"]
+    psi = read_log("a.csv", Reading(channel_map="map.yaml")).channels["psi"]
     assert psi.time.tolist() == [1.0, 2.5]
     assert psi.value == pytest.approx([np.pi / 2.0, np.pi])
     (place / "map.yaml").write_text("psi: {from: Heading, unit: gon}\n")
     with pytest.raises(LogError, match=r"needs a unit among deg, deg/s, .*got 'gon'"):
-        read_log("a.csv", channel_map="map.yaml")
+        read_log("a.csv", Reading(channel_map="map.yaml"))
 
 
 def test_a_unit_of_a_channel_map_must_fit_its_channel(place: Path):
@@ -278,7 +279,7 @@ def test_a_unit_of_a_channel_map_must_fit_its_channel(place: Path):
     (place / "map.yaml").write_text(
         f"{degrees}psi: {{from: Heading, unit: 1e-7 deg}}\nu: {{from: Speed, unit: km/h}}\n"
     )
-    found = read_log("a.csv", channel_map="map.yaml").channels
+    found = read_log("a.csv", Reading(channel_map="map.yaml")).channels
     assert found["x"].value[-1] == pytest.approx(19e-5 * 111_412.0, rel=1e-3)
     assert found["psi"].value == pytest.approx(np.pi / 2.0)
     assert found["u"].value[-1] == pytest.approx(19.0)
@@ -289,7 +290,7 @@ def test_a_unit_of_a_channel_map_must_fit_its_channel(place: Path):
     ):
         (place / "map.yaml").write_text(line + "\n")
         with pytest.raises(LogError, match=text):
-            read_log("a.csv", channel_map="map.yaml")
+            read_log("a.csv", Reading(channel_map="map.yaml"))
 
 
 def test_a_defect_of_the_log_is_told_beside_every_finding(place: Path):
@@ -299,6 +300,6 @@ def test_a_defect_of_the_log_is_told_beside_every_finding(place: Path):
     (place / "swapped.csv").write_text(re.sub(r"_(port|stbd),", lambda side: f"_{other[side[1]]},", text))
     with pytest.raises(LogError, match="port and starboard look swapped"):
         read_inputs("swapped.csv", "blueboat")
-    warnings = read_inputs("swapped.csv", "blueboat", as_is=True).warnings
+    warnings = read_inputs("swapped.csv", "blueboat", Reading(as_is=True)).warnings
     assert any("port and starboard look swapped" in warning for warning in warnings)
     assert not any("swapped" in note for note in read_inputs("raw.csv", "blueboat").notes)

@@ -13,6 +13,7 @@ from places import ROOT
 
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.quality.checks.neutral import Neutral
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
@@ -272,7 +273,7 @@ def test_a_vehicle_that_the_log_contradicts_is_refused_with_both_cures(simulated
     boat = hull(change)
     with pytest.raises(LogError, match=match):
         read_inputs(simulated.path, boat)
-    (warning, *_) = read_inputs(simulated.path, boat, as_is=True).warnings
+    (warning, *_) = read_inputs(simulated.path, boat, Reading(as_is=True)).warnings
     assert warning.startswith("Taken as it is, so no result can be trusted")
 
 
@@ -283,7 +284,7 @@ def test_sides_are_those_of_the_vehicle_where_names_say_nothing(simulated: Log, 
     boat = hull(change)
     inspection = inspect_log(replace(simulated, channels=channels), boat)
     assert only(inspection.quality, "sides").verdict == ("defect" if refused else "ok")
-    assert bool(sound([inspection], boat, as_is=True)) == refused
+    assert bool(sound([inspection], (), boat, as_is=True)) == refused
 
 
 @pytest.mark.parametrize(
@@ -303,5 +304,5 @@ def test_a_true_effect_is_no_contradiction(effects: dict[str, Any], tmp_path: Pa
     assert apply_effects(HULL, effects) != HULL
     log = written(simulate_world(HULL, effects, duration=90.0, seed=5), tmp_path)
     inspection = inspect_log(log, HULL)
-    assert sound([inspection], HULL, as_is=True) == ()
+    assert sound([inspection], (), HULL, as_is=True) == ()
     assert {f.check for f in inspection.quality if f.verdict in ("warning", "defect")} <= {"compass"}

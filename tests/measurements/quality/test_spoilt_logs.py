@@ -16,6 +16,7 @@ from undertow.measurements.clock import APART
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.quality.axes import mixed_up, track_of
+from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding, Reach
 from undertow.physics.errors import LogError
 from undertow.workflows.inputs import read_inputs
@@ -65,7 +66,6 @@ def spoilt(study: ModuleType, case, name: str, folder: Path) -> tuple[Path, obje
 
 
 # `response` divides by the size of a speed that is zero all along.
-@pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
 @pytest.mark.parametrize("name", NAMED)
 def test_what_spoilt_a_log_is_named(study: ModuleType, case, name: str, tmp_path: Path):
     path, spoil = spoilt(study, case, name, tmp_path)
@@ -166,14 +166,14 @@ def test_axes_are_told_by_one_rule_and_its_angle(case, study: ModuleType, tmp_pa
 
 def test_a_fix_puts_exchanged_axes_right(case, study: ModuleType, tmp_path: Path):
     path, _ = spoilt(study, case, "x and y exchanged", tmp_path)
-    clean = inspect_log(read_log(path)).examination.clean
+    clean = examine(read_log(path)).clean
     np.testing.assert_allclose(clean.channels["x"].value, case.table["x"], atol=1e-9)
 
 
 def test_a_defect_is_refused_by_its_reach_and_not_by_its_name():
-    assert Finding("anything", "defect", "it is wrong", reach=Reach.LOG).refused
-    assert not Finding("units", "defect", "it is wrong").refused
-    assert not Finding("units", "warning", "it is wrong", reach=Reach.LOG).refused
+    assert Finding(check="anything", verdict="defect", sentence="it is wrong", reach=Reach.LOG).refused
+    assert not Finding(check="units", verdict="defect", sentence="it is wrong").refused
+    assert not Finding(check="units", verdict="warning", sentence="it is wrong", reach=Reach.LOG).refused
 
 
 def test_inspect_ends_with_1_for_a_defect_and_0_for_a_sound_log(case, study: ModuleType, tmp_path: Path):

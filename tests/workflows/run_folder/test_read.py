@@ -63,14 +63,14 @@ def test_missing_folder_is_named(tmp_path):
         *(
             ("inspection.json", f'{{"schema": "undertow.inspections/1", "logs": {logs}}}', message)
             for logs, message in (
-                ("3", "expected a list of objects in logs, got 3"),
-                ("[{}]", r"logs\[0\] lacks 'path'"),
-                ('[{"path": "a", "channels": 3}]', r"expected a list of objects in logs\[0\].channels, got 3"),
-                ('[{"path": "a", "alignment": [3]}]', r"expected an object in logs\[0\].alignment\[0\], got 3"),
-                ('[{"path": "a", "plan": [3]}]', r"expected an object in logs\[0\].plan, got \[3\]"),
+                ("3", "expected a list under 'logs', got 3"),
+                ("[{}]", r"logs\[0\] lacks 'path', 'plan'"),
+                ('[{"path": "a", "channels": 3}]', r"expected a list under 'logs\[0\].channels', got 3"),
+                ('[{"path": "a", "alignment": [3]}]', r"expected an object under 'logs\[0\].alignment\[0\]', got 3"),
+                ('[{"path": "a", "plan": [3]}]', r"expected an object under 'logs\[0\].plan', got \[3\]"),
                 (
-                    '[{"path": "a", "plan": {"segments": 3}}]',
-                    r"expected a list of objects in logs\[0\].plan.segments, got 3",
+                    '[{"path": "a", "plan": {"recipe": {}, "rate": 10.0, "segments": 3}}]',
+                    r"expected a list under 'logs\[0\].plan.segments', got 3",
                 ),
             )
         ),

@@ -7,6 +7,7 @@ from round_trip import assert_equal, expected, motion_of, world
 
 from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError
 
 YAW = np.radians(0.005) + 1e-7
@@ -91,7 +92,7 @@ def test_outputs_whose_function_is_unknown_are_no_commands_but_can_be_mapped(tmp
     assert "RCOU:C3" in log.unused
     chosen = tmp_path / "map.yaml"
     chosen.write_text('pwm_port: "RCOU:C3"\npwm_stbd: "RCOU:C1"\n')
-    assert set(read_log(path, channel_map=chosen).channels) >= {"pwm_port", "pwm_stbd", "u"}
+    assert set(read_log(path, Reading(channel_map=chosen)).channels) >= {"pwm_port", "pwm_stbd", "u"}
 
 
 def test_a_parameter_that_changes_on_the_way_is_told(tmp_path):

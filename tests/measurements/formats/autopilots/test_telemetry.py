@@ -10,6 +10,7 @@ from round_trip import assert_equal, expected, motion_of, world
 from telemetry_files import BOOT, START, Writer, telemetry_of
 
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError
 
 FORMAT = {"position": 1e-5, "heading": 1e-6, "speed": 1e-6, "rate": 1e-6, "command": 0.51}
@@ -101,7 +102,7 @@ def test_of_two_vehicles_one_must_be_chosen(tmp_path, truth):
     path = saved(tmp_path, both.content)
     with pytest.raises(LogError, match="got 2: /sys1, /sys2"):
         read_log(path)
-    one, two = read_log(path, namespace="sys1"), read_log(path, namespace="sys2")
+    one, two = read_log(path, Reading(namespace="sys1")), read_log(path, Reading(namespace="sys2"))
     assert one.channels["u"].time.size == truth.time.size
     assert two.channels["u"].time.size == 401
     assert {channel.origin.split("/")[0] for channel in two.channels.values()} == {"sys2"}

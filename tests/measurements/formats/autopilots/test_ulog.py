@@ -8,6 +8,7 @@ from round_trip import assert_equal, expected, motion_of, world
 from ulog_files import PARAMETERS, START, Writer, ulog_of
 
 from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError
 
 FORMAT = {"position": 1e-5, "heading": 1e-6, "speed": 1e-6, "rate": 1e-6, "command": 1e-3}
@@ -112,7 +113,7 @@ def test_setpoints_are_no_measurements_but_can_be_mapped(content, tmp_path):
     assert "vehicle_local_position_setpoint:raw.x" in read_log(path).unused
     chosen = tmp_path / "map.yaml"
     chosen.write_text('x: "vehicle_local_position_setpoint:raw.x"\n')
-    assert set(read_log(path, channel_map=chosen).channels["x"].value) == {77.0}
+    assert set(read_log(path, Reading(channel_map=chosen)).channels["x"].value) == {77.0}
 
 
 def test_a_truncated_log_is_read_up_to_the_break(content, tmp_path):

@@ -13,6 +13,7 @@ from verbs import inspected as inspect
 
 import undertow
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.dataset import WEAK
 from undertow.measurements.preparation.prepare import prepare
 from undertow.physics.worlds.world import simulate_world
@@ -41,13 +42,11 @@ def stream(topic, kind="", **columns):
     ]
 
 
-def read(tmp_path: Path, *topics, schemas=None, lines="", **options) -> Log:
+def read(tmp_path: Path, *topics, schemas=None, lines="", namespace=None) -> Log:
     messages = sorted((m for topic in topics for m in topic), key=lambda m: m.received)
     path = write_json(tmp_path / "log.mcap", messages, schemas)
-    if lines:
-        (tmp_path / "map.yaml").write_text(lines)
-        options["channel_map"] = tmp_path / "map.yaml"
-    return read_log(path, **options)
+    (tmp_path / "map.yaml").write_text(lines)
+    return read_log(path, Reading(channel_map=tmp_path / "map.yaml" if lines else None, namespace=namespace))
 
 
 SCHEMAS = {"boat.State": numbers(STATE), "boat.Thrusters": numbers(t.channel for t in BOAT.thrusters)}

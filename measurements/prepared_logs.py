@@ -4,11 +4,13 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...physics.motion import Motion
-from ...physics.vehicle import Vehicle
-from ..log import Log
-from .dataset import DataSet
-from .split import PARTS, Split
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+from .inspection import Inspection
+from .log import Log
+from .log_options import AS_GUESSED, Reading
+from .preparation.dataset import DataSet
+from .preparation.split import PARTS, Split
 
 PathLike = str | os.PathLike[str]
 INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
@@ -52,9 +54,9 @@ class Inputs:
     weak : unfiltered parts at the logs' own rate, for the weak form
     parts : the paper's preparation, on which models are judged
     notes : what reading and preparing had to say
-    frame, channel_map, namespace : the options with which the logs were read
-    as_is : whether logs that are known to be broken were wanted as they are
+    reading : how the logs were read
     warnings : what is wrong with the logs, to be told above every result
+    inspections : of each log, for this vehicle
     """
 
     paths: tuple[str, ...]
@@ -63,11 +65,9 @@ class Inputs:
     weak: Split
     parts: Parts
     notes: tuple[str, ...]
-    frame: str | None = None
-    channel_map: str | None = None
-    namespace: str | None = None
-    as_is: bool = False
+    reading: Reading = AS_GUESSED
     warnings: tuple[str, ...] = ()
+    inspections: tuple[Inspection, ...] = ()
 
     @property
     def fitting(self) -> tuple[Motion, ...]:
