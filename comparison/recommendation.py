@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..measurements.statistics.paired import Difference, paired_ratio
 from ..physics.frames import Array
 from ..physics.in_words import listing, percent
 from ..residuals.models.base import Model
 from ..residuals.models.foreign import FunctionModel
-from ..residuals.paired import Difference, paired_ratio
 from ..residuals.scores import Errors
 from .audit import Audit
 from .differences import rolled, rows_of, squares

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from ..physics.frames import Array
+from .statistics.peak import turning_point
 
 LEAST_CORRELATION = 0.7
 """Correlation from which two records tell of the same motion, or, negative, of opposite ones."""
@@ -64,9 +65,7 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
             top = float(peak.min())
             sentence = f"{second} has the opposite sign of {first} (correlation {top:.2f}); check the axes."
         return Alignment(first, second, None, top, sentence)
-    left, right = float(peak[best - 1]), float(peak[best + 1])
-    curvature = left - 2.0 * top + right
-    shift = 0.5 * (left - right) / curvature if curvature < 0 else 0.0
+    shift = turning_point(float(peak[best - 1]), top, float(peak[best + 1]))
     offset = float((lags[best] + shift) * step)
     if abs(offset) < 0.2 * step:
         return Alignment(first, second, offset, top, f"{first} and {second} are in step.")

@@ -22,7 +22,7 @@ from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
 from .quality.record import Record
-from .statistics import noise_level
+from .statistics.white_noise import noise_level
 
 SCHEMA = "undertow.inspection/1"
 SCHEMA_OF_SEVERAL = "undertow.inspections/1"

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...measurements.statistics.peak import turning_point
 from ...physics.file_records import Number, Record
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent
@@ -142,6 +143,4 @@ def _lowest(sums: Array, lags: Array) -> float:
     k = int(np.argmin(sums))
     if k in (0, sums.size - 1):
         return float(lags[k])
-    before, here, after = sums[k - 1 : k + 2]
-    bend = before - 2.0 * here + after
-    return float(lags[k] + (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
+    return float(lags[k] + turning_point(*sums[k - 1 : k + 2].tolist()))

@@ -12,6 +12,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ...measurements.statistics.robust import spread
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
@@ -74,14 +75,14 @@ class Shooting(Balance):
         error = self._errors(states)
         seen = data.weight > 0
         floor = np.maximum(data.noise, LEAST_NOISE) / np.sqrt(data.per_bin)
-        middle = np.array([np.median(np.abs(error[:, a][seen[:, a]])) if seen[:, a].any() else 0.0 for a in range(3)])
-        self.scale = np.maximum(1.4826 * middle, floor)
+        usual = [spread(error[:, a][seen[:, a]]) if seen[:, a].any() else 0.0 for a in range(3)]
+        self.scale = np.maximum(np.array(usual), floor)
         quiet = bool((data.noise < LEAST_NOISE).all())
-        spread = None if quiet else data.binned(transitions(data, about, states))
-        self._whitener = self._whitening(spread) if spread is not None and self.settings.whiten else None
+        moved = None if quiet else data.binned(transitions(data, about, states))
+        self._whitener = self._whitening(moved) if moved is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
         self._weight[:, np.array(self.blind)] = 0.0
-        self._noise = self.finished(self._drawn_noise(spread))
+        self._noise = self.finished(self._drawn_noise(moved))
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.ndimage import median_filter
 
-from ...measurements.statistics import noise_level
+from ...measurements.statistics.robust import spread
+from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import actuation, memory_states
 from ...physics.frames import Array
@@ -172,9 +173,6 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
             f"shooting: {count} rollouts of {settings.horizon:g} s with commands fit into the log, at least "
             f"{LEAST_BLOCKS * LEAST_STARTS} are needed; give a longer log"
         )
-    rows = np.array([m.time.size for m in kept], dtype=float)
-    levels = np.array([[noise_level(m.velocity[:, a]) or 0.0 for a in range(3)] for m in kept])
-    noise = np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())
     return Rollings(
         tuple(kept),
         tuple(starts),
@@ -185,7 +183,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(initial),
         np.concatenate(measured, axis=2),
         np.concatenate(weight, axis=2),
-        noise,
+        sensor_noise(kept),
         _air(kept, starts, strides, steps),
     )
 
@@ -220,8 +218,8 @@ def _clean(motion: Motion) -> np.ndarray:
     """False on rows whose velocity jumps out of its neighbours by more than the motion and its noise can, (n, 3)."""
     middle = _calm(motion)
     away = np.abs(motion.velocity - middle)
-    spread = 1.4826 * np.median(away, axis=0) + LEAST_NOISE
-    return away <= np.maximum(_SPIKE * spread, 0.02 * np.ptp(motion.velocity, axis=0))
+    usual = spread(away, axis=0) + LEAST_NOISE
+    return away <= np.maximum(_SPIKE * usual, 0.02 * np.ptp(motion.velocity, axis=0))
 
 
 def _calm(motion: Motion) -> Array:

@@ -12,7 +12,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...measurements.statistics import sensor_noise
+from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from ...physics.frames import FORCE_UNITS, Array

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...measurements.statistics.blocks import block_draws, share_of_draws
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import rollouts_object
@@ -12,7 +13,6 @@ from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
-from ..search.bootstrap import share_of_draws
 from ..search.equivalents import same_model
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
@@ -213,8 +213,7 @@ def share_of_resamples(
 ) -> float:
     """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not."""
     blocks = without.held_out_blocks.shape[0]
-    rng = np.random.default_rng(seed)
-    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.balance.time.size
+    counts = block_draws(blocks, _DRAWS, seed) / search.balance.time.size
     before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
     gain = 0.5 * search.balance.independent * (np.log(before + search.floor) - np.log(after + search.floor))
     gain = gain.sum(axis=1) if axis is None else gain[:, axis]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student
 
+from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.motion import Motion
@@ -168,15 +169,13 @@ class _Problem:
         jacobian = jacobian / size
         block = np.repeat(form.block, 3)
         blocks = int(block.max()) + 1
-        gradient = np.zeros((blocks, len(self.symbols)))
-        np.add.at(gradient, block, jacobian * error[:, None])
+        scores = block_scores(jacobian, error, block)
         x = np.array([vehicle.value(s) for s in self.symbols])
         free = (x > self.lower) & (x < self.upper)
         covariance, reach = np.zeros((x.size, x.size)), np.full(x.size, np.nan)
         if free.any():
             inverse = np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free], rcond=1e-12, hermitian=True)
-            inner = inverse @ (gradient[:, free].T @ gradient[:, free]) @ inverse * blocks / (blocks - 1)
-            covariance[np.ix_(free, free)] = inner / np.outer(size[free], size[free])
+            covariance[np.ix_(free, free)] = sandwich(inverse, scores[:, free]) / np.outer(size[free], size[free])
         if blocks > free.sum():
             reach[free] = float(student.ppf(0.975, blocks - 1)) * np.sqrt(np.diag(covariance)[free])
         return covariance, reach

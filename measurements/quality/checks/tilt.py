@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...statistics import robust_fit
+from ...statistics.robust import robust_fit
 from ..finding import Check, Finding
 from ..record import RATE, Record
 from .clocks import on_grid

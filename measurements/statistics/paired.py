@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from scipy.stats import t as student
 
-from ..physics.frames import Array
+from ...physics.frames import Array
 
 Verdict = Literal["better", "worse", "no difference", "too short to tell"]
 
@@ -35,6 +35,11 @@ _LONGER = 5.0
 _LEVEL = 0.975
 _LEAST = 1e-24
 """Mean square that stands for none, so that there is a logarithm."""
+_BY_CHANCE, _ODDS = 0.01, 1000.0
+"""Chance, and odds against it, from which an explanation is ruled out: few stretches may give great odds by chance, and
+many may agree on little."""
+_FLOOR = 1e-3
+"""Share of what a usual stretch leaves that is nothing: a stretch without noise weighs no more than its signal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,3 +149,23 @@ def block_length(series: Array) -> int:
     if level <= 0.0:
         return 1  # neighbours err against each other: single rows are blocks enough
     return int(np.clip(np.ceil((1.5 * (bend / level) ** 2 * n) ** (1.0 / 3.0)), 1, most))
+
+
+def surely_more(left: Array, other: Array) -> bool:
+    """Whether one explanation of a record leaves more than another, by great odds and not by chance.
+
+    The difference in log likelihood, each stretch with its own variance and no more than two independent values, gives
+    the odds. Its mean over stretches by its standard error is the statistic of Vuong (1989) for two models of which
+    neither need be true.
+
+    Parameters
+    ----------
+    left, other : (stretches,) power that the two leave, in the same stretches
+    """
+    if left.size < 2:
+        return False
+    floor = max(_FLOOR * float(other.mean()), 1e-300)
+    more = np.log((left + floor) / (other + floor))
+    error = float(more.std(ddof=1)) / np.sqrt(more.size)
+    sure = float(student.ppf(1.0 - _BY_CHANCE, more.size - 1))
+    return bool(more.sum() > np.log(_ODDS) and more.mean() > sure * error)
