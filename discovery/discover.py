@@ -239,7 +239,7 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
         noise, by = Search(weak, nominal, (), settings.search).noise_error, ", fitted to open-loop rollouts"
         evidence = modest(evidence, form)
         notes = (*notes, *disagreements(form, nominal, corrected))
-        if rollouts_object(form.squares(nominal), form.squares(corrected)):
+        if rollouts_object(form.squares(nominal), form.squares(corrected), form.overlap):
             notes = (*notes, "open-loop rollouts get worse with these effects than they are without any")
     told = intervals(form, scores, pool, chosen, state.vehicle, settings.seed)
     order = [label for label, _ in steps[1:]]

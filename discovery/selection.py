@@ -14,7 +14,7 @@ from ..physics.frames import AXES
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
-from .balance.rollout_test import WHOLE_HORIZON, rollout_squares, rollouts_object
+from .balance.rollout_test import rollouts_object, worse_as_a_whole
 from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
 from .basis import Basis
@@ -123,6 +123,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     kept = tuple(e.key for e in evidence if e.sure)
     if kept and not weak.claimed:
         corrected = search.restrict(state, kept).vehicle
+        # A force balance can ask for effects that wreck predictions; then none of them is called missing.
         if worse_as_a_whole(weak.motions, base(search, state), corrected):
             evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
     forces = search, state
@@ -215,7 +216,7 @@ def settle(search: Search, state: State, kept: Sequence[str], shooting: Shooting
     if not kept or form.forces:
         return final
     nothing = search.restrict(state, ())
-    worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle))
+    worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle), form.overlap)
     return nothing if worse else final
 
 
@@ -228,15 +229,6 @@ def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: Sho
     limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
     polished = polish(form.motions, state.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
     return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
-
-
-def worse_as_a_whole(motions: Sequence[Motion], nominal: Vehicle, corrected: Vehicle) -> bool:
-    """True when 10 s open-loop rollouts of a corrected model are significantly worse than the nominal model's.
-
-    A force balance can ask for effects that wreck predictions; then none of them is called missing.
-    """
-    before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (nominal, corrected))
-    return rollouts_object(before, after)
 
 
 def leaves_structure(search: Search, state: State) -> bool:

@@ -102,6 +102,11 @@ class Balance(ABC):
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of open-loop rollouts, (starts, 3), for the second judge."""
 
+    @property
+    @abstractmethod
+    def overlap(self) -> int:
+        """How many of the rollouts of `squares` run at any time."""
+
     @abstractmethod
     def largest_force(self, vehicle: Vehicle) -> Array:
         """Modulus of the largest single contribution to the balance at each test, (tests, 3)."""

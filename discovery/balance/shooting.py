@@ -17,6 +17,7 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import SEEING, Balance, Neighbourhood, WeakSettings
+from .rollout_test import overlap_of
 from .sensitivity import Tangent, transitions
 from .starts import LEAST_BLOCKS, LEAST_NOISE, LEAST_STARTS, Rollings, ShootingSettings, lay
 
@@ -147,6 +148,11 @@ class Shooting(Balance):
         """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""
         bins, _, starts = self._data.measured.shape
         return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
+
+    @property
+    def overlap(self) -> int:
+        """As many as the settings lay over each other."""
+        return overlap_of(self.settings.horizon, self.settings.spacing)
 
     @property
     def sources(self) -> list[str]:

@@ -20,7 +20,7 @@ from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import SEEING, Balance, Neighbourhood, WeakSettings
-from .rollout_test import rollout_squares
+from .rollout_test import HORIZON, overlap_of, rollout_squares
 
 __all__ = ["WeakForm", "WeakSettings"]
 
@@ -112,6 +112,11 @@ class WeakForm(Balance):
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge; none for claims."""
         return np.zeros((0, 3)) if self.claimed else rollout_squares(self.motions, vehicle)
+
+    @property
+    def overlap(self) -> int:
+        """Two, of 5 s every 2.5 s."""
+        return overlap_of(HORIZON)
 
     @property
     def tests(self) -> WeakSettings:

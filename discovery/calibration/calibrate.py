@@ -23,7 +23,7 @@ from ...physics.laws.damping_power import mass_margin
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.base import SEEING
-from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, rollouts_object
+from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, overlap_of, rollouts_object
 from ..balance.shooting import Shooting
 from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Candidate
@@ -131,7 +131,8 @@ def calibrate(
         _demand_lawful(fitted.lawful, known.symbols)
         held_out = _held_out(motions, nominal, pool, settings, horizon, basis.blind if basis.rolls else None, say)
         best: Method = "weak form"
-        if held_out and as_good(held_out["weak form"], held_out["output error"], horizon / _SPACING):
+        overlap = overlap_of(horizon, _SPACING)
+        if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
             start = nominal if basis.rolls else fitted.lawful.vehicle
             best, fitted = "output error", rollout_step(motions, start, nominal, pool, basis.blind)
             _demand_lawful(fitted.lawful, known.symbols)
@@ -146,7 +147,7 @@ def calibrate(
         best,
         horizon,
         {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()},
-        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best]),
+        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best], overlap),
         error,
         search.noise_error,
         search.force_scale,

@@ -171,7 +171,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         error_drop(without.fit, state.fit, search),
         confidence / (1 + len(rivals)),
         tuple(rivals),
-        rollouts_object(search.balance.squares(without.vehicle), squares),
+        rollouts_object(search.balance.squares(without.vehicle), squares, search.balance.overlap),
         _at_limit(search, candidate, now[candidate.key]),
     )
 
