@@ -1,6 +1,5 @@
 """The vehicle: Fossen's 3-DOF model as a file that a person can read, edit and trust."""
 
-import math
 import os
 from collections.abc import Mapping
 from functools import cached_property
@@ -340,8 +339,3 @@ def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehic
             "file"
         )
     return vehicle_from_dict(data, f"vehicle file {text}", judged=judged)
-
-
-def is_finite(vehicle: Vehicle) -> bool:
-    """True when every parameter is a finite number."""
-    return all(math.isfinite(v) for v in vehicle.values.values())

@@ -32,7 +32,7 @@ NOT_PACKAGES = {"tests", "examples", "benchmarks", "build", "dist", "runs"}
 
 ROOMS = {
     "cvxpy": ("discovery/lawful/",),
-    "pysindy": ("discovery/",),
+    "pysindy": ("discovery/candidates/",),
     "matplotlib": ("reports/page/figures/",),
     "torch": ("residuals/",),
     "safetensors": ("residuals/",),
