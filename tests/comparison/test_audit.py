@@ -306,7 +306,7 @@ def test_outside_is_searched_outside_only():
     assert ruling.verdict == "pass", ruling.sentence
     for place in (at, ruling.at):
         assert place is not None
-        assert not inside(BOX, np.array([place["u"], place["v"], place["r"]]), slack=0.0)
+        assert not encloses(BOX, np.array([place["u"], place["v"], place["r"]]), slack=0.0)
 
 
 def test_a_function_shows_its_mass_when_it_is_pushed():

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from envelopes import inside
+from envelopes import encloses
 
 from undertow.discovery.lawful.certify import certify
 from undertow.physics.errors import RequestError
@@ -44,7 +44,7 @@ def test_an_envelope_reaches_from_rest_to_the_extremes_and_a_little_to_the_other
     motion = log_of(HULL, 3)
     ahead = replace(motion, velocity=np.abs(motion.velocity))
     box = envelope_of([ahead], HULL)
-    assert inside(box, ahead.velocity)
+    assert encloses(box, ahead.velocity)
     assert box.upper == pytest.approx(ahead.velocity.max(axis=0), abs=1e-3)
     assert box.lower == pytest.approx(-0.05 * ahead.velocity.max(axis=0), abs=1e-3)
     assert len(box.orthants) == 8

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from envelopes import inside
+from envelopes import encloses
 
 from undertow.comparison.audit import audit, witness_of
 from undertow.measurements.preparation.dataset import PAPER, DataSet
@@ -119,7 +119,7 @@ def test_coasting_power_is_what_damping_takes_out() -> None:
 def test_states_cover_the_box_rays_and_single_axes() -> None:
     box = Envelope((-1.0, -0.6, -1.1), (2.2, 0.6, 1.1))
     states = coasting_states(box, 4000)
-    assert inside(box, states)
+    assert encloses(box, states)
     assert ((states != 0).sum(axis=1) == 1).sum() == 1000
     for axis in range(3):
         alone = states[(states != 0).sum(axis=1) == 1][:, axis]
@@ -588,7 +588,7 @@ def test_the_envelope_of_the_penalty_is_that_of_training(dragged: Split) -> None
     made = preparation.prepare_training(dragged, HULL, "lstm", None, QUICK, pure=False, heading=False)
     box = envelope_of(dragged.train.motions, HULL)
     asked = made.objective.coasting.inputs[:, :3].numpy().astype(float)
-    assert inside(box, asked, slack=1e-5)
+    assert encloses(box, asked, slack=1e-5)
     thrust = made.objective.coasting.inputs[:, 3:]
     assert (thrust[::2] == 0).all()
     assert (thrust[1::2] != 0).any()
