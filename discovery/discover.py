@@ -19,28 +19,19 @@ from .calibration.beside_effects import with_calibration
 from .candidates.candidate import Candidate, Kind, candidates, measurable, part_by_sight
 from .candidates.nuisance import CALIBRATED
 from .candidates.unnamed_terms import term_candidate
+from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
 from .evidence.limits import believed, doubts
 from .evidence.verdicts import Grounds, conclude, unmeasured
-from .evidence.weighing import Evidence, weigh
+from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .lawful.passivity import lawful_model
 from .search.bootstrap import Interval, intervals
 from .search.floating import Search, State
-from .selection import (
-    ENOUGH_BLOCKS,
-    TOO_SHORT,
-    Selected,
-    disagreements,
-    modest,
-    on_rollouts,
-    select,
-    settle,
-    slender,
-    steps,
-)
+from .selection import Selected, select, slender
 from .settings import DiscoverySettings
+from .settling import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps
 
 
 @dataclass(frozen=True, slots=True)

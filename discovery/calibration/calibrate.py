@@ -26,6 +26,7 @@ from ..balance.base import SEEING
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, overlap_of, rollouts_object
 from ..balance.shooting import Shooting
 from ..balance.weak_form import WeakForm
+from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation
 from ..candidates.nuisance import nuisance_candidates
@@ -36,7 +37,7 @@ from ..search.floating import Search
 from ..search.gram import GramScores
 from ..search.output_error import polish
 from ..settings import DiscoverySettings
-from .beside_effects import calibrated, limit_at
+from .beside_effects import calibrated
 from .folds import FOLDS, as_good, parted
 from .groundwork import ROLLOUTS, groundwork
 

@@ -8,7 +8,9 @@ import numpy as np
 from ...measurements.statistics.blocks import block_draws, share_of_draws
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
+from ..balance.base import Balance
 from ..balance.rollout_test import rollouts_object
+from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from ..identifiability.visible import Identifiability
@@ -24,7 +26,6 @@ TELL_APART = 5.0
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
 _DRAWS = 2000
-_NEAR_LIMIT = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,12 +230,15 @@ def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
         vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
         if parameter.attainable or (vanishes and not search.balance.forces):
             continue
-        nominal = search.nominal.value(parameter.symbol)
-        for limit in (parameter.lower, parameter.upper):
-            room = abs(limit - nominal)
-            if np.isfinite(limit) and room > 0.0 and abs(value - limit) < _NEAR_LIMIT * room:
-                return True
+        if limit_at(parameter, value, search.nominal.value(parameter.symbol)) is not None:
+            return True
     return False
+
+
+def modest(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
+    """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
+    most = 1.0 - 0.5 ** (form.blocks - 1)
+    return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
 
 
 def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:
