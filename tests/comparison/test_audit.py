@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envelopes import encloses
 from places import ROOT
 
 from undertow.comparison.audit import audit, witness_of
