@@ -20,7 +20,7 @@ from ..physics.in_words import listing
 from ..residuals.models.base import VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
-from ..residuals.training.training_settings import Augmentation, TrainingSettings
+from ..residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from .run_folder.run import Say
 from .run_folder.targets import check_target_folder
 
@@ -167,10 +167,7 @@ def train(
         found = train_network(
             inputs.parts.split,
             inputs.vehicle,
-            residual,
-            options,
-            pure=pure,
-            heading=heading,
+            Choice(residual, options, pure=pure, heading=heading),
             settings=settings,
             folder=target,
             resume=resume,

@@ -1,6 +1,6 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from math import cos, isfinite, pi
@@ -20,7 +20,7 @@ from ..networks.base import Network
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
 from .losses import Objective
 from .preparation import Prepared, prepare_training
-from .training_settings import TrainingSettings
+from .training_settings import Choice, TrainingSettings
 
 CANDIDATES = 5
 """Epochs whose weights are kept until the end, when they are put before all laws, the best first."""
@@ -84,11 +84,8 @@ class Trained:
 def train(
     split: Split,
     vehicle: Vehicle,
-    network: str = "lstm",
-    options: Mapping[str, int | float] | None = None,
+    choice: Choice,
     *,
-    pure: bool = False,
-    heading: bool = False,
     settings: TrainingSettings | None = None,
     folder: Path | None = None,
     resume: bool = False,
@@ -103,9 +100,7 @@ def train(
     Parameters
     ----------
     vehicle : the nominal model that is corrected, or whose thrust curves a pure network sees
-    network, options : a name and options of `networks.registry`
-    pure : train in the place of the physics, not beside it
-    heading : let the network see it
+    choice : the network
     folder : where a checkpoint is written after each epoch; the caller removes it when the model is
         saved. None writes nothing
     resume : go on from the checkpoint in `folder`, where there is one
@@ -122,7 +117,7 @@ def train(
     chosen = settings or TrainingSettings()
     begun = perf_counter()
     with _reproducible(chosen.seed):
-        prepared = prepare_training(split, vehicle, network, options, chosen, pure=pure, heading=heading)
+        prepared = prepare_training(split, vehicle, choice, chosen)
         run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
         run.start(resume)
         while not (why := run.finished()):
@@ -130,7 +125,11 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         model = NetworkModel(
-            vehicle, prepared.network.cpu(), prepared.time_step, pure=pure, seconds_to_fit=perf_counter() - run.begun
+            vehicle,
+            prepared.network.cpu(),
+            prepared.time_step,
+            pure=choice.pure,
+            seconds_to_fit=perf_counter() - run.begun,
         )
         kept, lawful = run.choose(model, auditor)
     best = next(epoch for epoch in run.history if epoch.number == kept)

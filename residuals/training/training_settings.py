@@ -1,5 +1,6 @@
 """Settings of the training recipe, checked where they are made."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from numbers import Integral
@@ -9,6 +10,23 @@ from ...physics.errors import RequestError
 
 Schedule = Literal["fixed", "cosine"]
 Device = Literal["auto", "cpu", "cuda"]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What is trained.
+
+    Attributes
+    ----------
+    network, options : a name and options of `networks.registry`
+    pure : it stands in the place of the physics, not beside it
+    heading : it sees the heading
+    """
+
+    network: str
+    options: Mapping[str, int | float] | None = None
+    pure: bool = False
+    heading: bool = False
 
 
 @dataclass(frozen=True, slots=True)
