@@ -27,7 +27,8 @@ from .run_folder.targets import check_target_folder
 if TYPE_CHECKING:
     from ..discovery.distillation.distilled import Distilled
     from ..residuals.models.network_model import NetworkModel
-    from ..residuals.training.epochs import Epoch, Trained
+    from ..residuals.training.epochs import Trained
+    from ..residuals.training.history import Epoch
 
 TRAIN_SCHEMA = "undertow.train/1"
 _FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}

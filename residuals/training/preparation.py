@@ -2,7 +2,6 @@
 
 import hashlib
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -55,7 +54,7 @@ class Prepared:
     judge: Judge
     pure: bool
     time_step: float
-    recipe: dict[str, Any]
+    recipe: dict[str, object]
 
 
 def prepare_training(

@@ -41,7 +41,8 @@ from undertow.residuals.networks.base import Network
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.residuals.scores import acceleration_score, rollout_scores
 from undertow.residuals.training import preparation
-from undertow.residuals.training.epochs import Epoch, Trained, best_epochs, stale, train
+from undertow.residuals.training.epochs import Trained, train
+from undertow.residuals.training.history import Epoch, best_epochs, stale
 from undertow.residuals.training.rollouts import Forcing, Shooter
 from undertow.residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from undertow.residuals.training.windows import filter_taps, windows_of
