@@ -25,6 +25,7 @@ from ..residuals.models.foreign import FunctionModel
 
 AUDIT_SCHEMA = "undertow.audit/1"
 _MOST_COMMANDS = 2000
+"""Commands of a log that are kept, evenly spread: a sweep over them costs a model a second or so."""
 _DENSE = (2**16, 2**14, 2**13)
 """States that are asked beside the first, evenly and again at the ends: of foreign models, whose violations may fill
 any corner, of networks without a memory, and of formulas, which are smooth."""

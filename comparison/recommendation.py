@@ -17,6 +17,7 @@ from .facts import Best
 
 BASELINE = "baseline"
 _AXES = 3
+"""Of the columns of rollout errors, the speeds; the position follows from them."""
 _HORIZONS, _BLOCKS = ("10", "2"), 3
 """Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
 

@@ -30,9 +30,12 @@ from .search.floating import Search, State
 from .search.output_error import polish
 
 _REFINEMENTS = 3
+"""Times that columns are taken anew about the model that was found: each costs linearised rollouts of the whole log."""
 _STATIC = ("hull", "coupling", "mass", "thruster")
 _POLISHES = 10
+"""Steps of a fit that only finds where a search begins; the kept model gets as many as it needs."""
 _SPHERE = 0.5
+"""Added mass of a sphere as a share of the water that it displaces, see `slender`."""
 _ROUNDS = 3
 """Searches at most, each with weights about the model of the one before."""
 _STRUCTURE = 1.5

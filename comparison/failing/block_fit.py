@@ -11,7 +11,9 @@ from ...measurements.statistics.blocks import block_draws, block_scores, sandwic
 from .rows import EDGE, Array, Scene
 
 _DRAWS = 999
+"""Resamples: with the estimate a thousand, so that the ends of 95 % are whole numbers of them."""
 _RIDGE = 1e-9
+"""Added to squares of columns of length one: two that are one can be solved, and no other is moved."""
 
 
 @lru_cache(maxsize=64)

@@ -17,6 +17,7 @@ _GAIN = 0.05
 _MATERIAL = 0.05
 """Error that the lag makes, as a share of the usual acceleration."""
 _FEWEST = 8
+"""Blocks for an interval of the lag: a resample of fewer has too few that differ from the log."""
 _SUSPECTS = ("thruster_lag", "input_delay")
 _CANNOT = "this log cannot tell"
 

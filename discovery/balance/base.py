@@ -13,6 +13,8 @@ from ...physics.vehicle import Vehicle
 
 SEEING = (False, False, False)
 """No axis is blind."""
+LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
+"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

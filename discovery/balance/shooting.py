@@ -16,16 +16,19 @@ from ...measurements.statistics.robust import spread
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .base import SEEING, Balance, Neighbourhood, WeakSettings
+from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
 from .rollout_test import overlap_of
 from .sensitivity import Tangent, transitions
-from .starts import LEAST_BLOCKS, LEAST_NOISE, LEAST_STARTS, Rollings, ShootingSettings, lay
+from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay
 
 __all__ = ["Shooting", "ShootingSettings"]
 
 _NOISE_SEED = 20041
+"""Any number: the same noise is drawn for every model, so that two of them can be compared."""
 _HALVINGS = 5
+"""After five a step is a thirtieth of the first: too short to lead anywhere."""
 _STEP_SHARE = 0.02
+"""Share of a parameter's step that bends no column by more than a few per cent; a judgement, not measured."""
 
 
 @final

@@ -15,16 +15,18 @@ from ...physics.motion import Motion
 from ...physics.simulation import integrate
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
+from .base import LEAST_NOISE
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
-LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
-"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 _IDLE_COMMAND = 0.03
+"""Share of full command that is none: trim and rounding of a stick at neutral."""
 _SPIKE = 4.0
+"""Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
 _ROUNDING = 1e-4
 """Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
 _KEPT = 16
+"""Thruster settings whose inputs are kept; each holds as much as the log, and a search moves a few at a time."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,9 +43,11 @@ from .groundwork import ROLLOUTS, groundwork
 
 Method = Literal["weak form", "output error"]
 _ROUNDS = 6
+"""Times that columns are taken anew about the fit at most; a judgement, as a fit that has settled stops earlier."""
 _SPACING = 1.0
 """Distance between the starts of rollouts by which the steps are compared [s]."""
 _DIGITS = 9
+"""Significant digits that a solver's tolerance leaves, so that equal inputs give equal files."""
 _NAMED = ", calibrated"
 
 

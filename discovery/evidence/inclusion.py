@@ -10,6 +10,7 @@ from ..candidates.candidate import Kind
 from ..search.floating import Search, State
 
 _MOST = 6
+"""Terms in one model at most: more than six that nobody has named are no physics to look for."""
 
 
 def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict[str, float]:

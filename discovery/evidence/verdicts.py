@@ -21,6 +21,7 @@ from .weighing import PERHAPS, Evidence, parameter_total
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
 _LEAST_FORCE = 1e-3
+"""Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain"
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."

@@ -26,6 +26,7 @@ TELL_APART = 5.0
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
 _DRAWS = 2000
+"""Resamples: a share near 0.9 is then known to 0.7 %."""
 
 
 @dataclass(frozen=True, slots=True)

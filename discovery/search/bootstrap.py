@@ -14,9 +14,10 @@ from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Option
-from .gram import GramScores
+from .gram import RIDGE, GramScores
 
 _SMALL = 1e-12
+"""Square that stands for that of a column without any."""
 _PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
 """A profile first reaches half the value (or half of 0.05) to either side, in so many steps."""
 _WIDER = 5
@@ -52,7 +53,7 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     counts = block_draws(scores.blocks, draws, seed)
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("kii->i", left), _SMALL))
     normal = np.einsum("dk,kij->dij", counts, left) * (scale[:, None] * scale[None, :])
-    normal += 1e-9 * np.eye(columns.size)
+    normal += RIDGE * np.eye(columns.size)
     pull = (counts @ right) * scale
     changes = np.linalg.solve(normal, pull[..., None])[..., 0] * scale
     spread = changes.std(axis=0, ddof=1) * np.sqrt(scores.blocks / (scores.blocks - 1))
