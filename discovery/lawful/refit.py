@@ -29,7 +29,7 @@ from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown, sol
 
 _TOLERANCE = 1e-6
 """Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it (`programme`)."""
-_MARGIN = _TOLERANCE
+_MARGIN = 1e-6
 """Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
 _FLAT = 1e-9
 """Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
