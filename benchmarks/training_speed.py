@@ -26,7 +26,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.training.epochs import one_pass, train
 from undertow.residuals.training.preparation import Prepared, prepare_training
-from undertow.residuals.training.training_settings import TrainingSettings
+from undertow.residuals.training.training_settings import Choice, TrainingSettings
 
 HULL = load_vehicle("blueboat")
 HIDDEN = {"surge_quadratic_damping": -8.0, "sway_lift": 15.0}
@@ -47,14 +47,14 @@ def adam(prepared: Prepared, settings: TrainingSettings) -> torch.optim.Optimize
 
 def ours(parts: Split, settings: TrainingSettings) -> tuple[Callable[[], object], Prepared]:
     """One pass of our loop."""
-    prepared = prepare_training(parts, HULL, "lstm", None, settings, pure=False, heading=False)
+    prepared = prepare_training(parts, HULL, Choice("lstm"), settings)
     optimiser, draw = adam(prepared, settings), torch.Generator().manual_seed(0)
     return lambda: one_pass(prepared.network, prepared.objective, optimiser, settings, draw), prepared
 
 
 def plain(parts: Split, settings: TrainingSettings) -> Callable[[], object]:
     """One pass of a plain loop over the same windows."""
-    prepared = prepare_training(parts, HULL, "lstm", None, settings, pure=False, heading=False)
+    prepared = prepare_training(parts, HULL, Choice("lstm"), settings)
     network, made, optimiser = prepared.network, prepared.objective, adam(prepared, settings)
     loader = DataLoader(TensorDataset(made.inputs, made.target), settings.batch, shuffle=True)
 
@@ -105,7 +105,7 @@ def main() -> int:
     passes = parser.parse_args().passes
     parts = logs()
     begun = time.perf_counter()
-    found = train(parts, HULL, "lstm", settings=TrainingSettings(device="cpu"))
+    found = train(parts, HULL, Choice("lstm"), settings=TrainingSettings(device="cpu"))
     seconds = time.perf_counter() - begun
     verdict = "ok" if seconds < LIMIT else "BROKEN"
     print(f"LSTM, 4 logs of 4 min: {seconds:.1f} s to epoch {found.epochs[-1].number}, kept {found.best_epoch}", end="")

@@ -16,7 +16,7 @@ from ..physics.laws.audit.base import Law, Ruling
 from ..physics.laws.audit.mass import PositiveMass
 from ..physics.laws.audit.registry import LAWS
 from ..physics.laws.audit.trial import possible_commands
-from ..physics.laws.audit.witness import Proof, Witness
+from ..physics.laws.audit.witness import Answers, Proof, Scope, Witness
 from ..physics.laws.damping_power import Envelope, envelope_of
 from ..physics.matrices import coriolis_matrix
 from ..physics.motion import Motion
@@ -26,6 +26,7 @@ from ..residuals.models.foreign import FunctionModel
 
 AUDIT_SCHEMA = "undertow.audit/1"
 _MOST_COMMANDS = 2000
+"""Commands of a log that are kept, evenly spread: a sweep over them costs a model a second or so."""
 _DENSE = (2**16, 2**14, 2**13)
 """States that are asked beside the first, evenly and again at the ends: of foreign models, whose violations may fill
 any corner, of networks without a memory, and of formulas, which are smooth."""
@@ -130,22 +131,24 @@ def witness_of(
     if commands is None and motions:
         commands = np.concatenate([m.commands for m in motions])
         commands = commands[:: -(-commands.shape[0] // _MOST_COMMANDS)]
-    return Witness(
-        model.vehicle,
+    answers = Answers(
         model.settled,
-        along=model.acceleration,
+        model.acceleration,
         rollout=None if formula or isinstance(model, FunctionModel) else model.rollout,
-        envelope=envelope,
-        commands=possible_commands(model.vehicle, seed) if commands is None else commands,
-        time_step=motions[0].time_step if motions else model.time_step,
         exact=formula,
         own_mass=not (isinstance(model, FunctionModel) or model.kind == "network"),
-        dense=_dense(model),
         prove=partial(_proof, model),
         coriolis=partial(coriolis_matrix, model.vehicle) if formula else None,
+    )
+    scope = Scope(
+        envelope,
+        possible_commands(model.vehicle, seed) if commands is None else commands,
+        time_step=motions[0].time_step if motions else model.time_step,
         motions=tuple(motions),
+        dense=_dense(model),
         seed=seed,
     )
+    return Witness(model.vehicle, answers, scope)
 
 
 def _dense(model: Model) -> int:

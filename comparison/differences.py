@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..measurements.statistics.paired import Difference, paired_difference
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import AXES, Array
 from ..residuals.models.base import Model
-from ..residuals.paired import Difference, paired_difference
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors
 
 

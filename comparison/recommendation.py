@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..measurements.statistics.paired import Difference, paired_ratio
 from ..physics.frames import Array
 from ..physics.in_words import listing, percent
 from ..residuals.models.base import Model
 from ..residuals.models.foreign import FunctionModel
-from ..residuals.paired import Difference, paired_ratio
 from ..residuals.scores import Errors
 from .audit import Audit
 from .differences import rolled, rows_of, squares
@@ -17,6 +17,7 @@ from .facts import Best
 
 BASELINE = "baseline"
 _AXES = 3
+"""Of the columns of rollout errors, the speeds; the position follows from them."""
 _HORIZONS, _BLOCKS = ("10", "2"), 3
 """Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
 

@@ -31,7 +31,9 @@ CLEAN_MATERIAL = 0.2
 _ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
 """Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
 _TESTS_A_COLUMN = 3.0
+"""Independent tests for each free factor at least: with fewer, factors fit noise and nothing would look coloured."""
 _RANK = 1e-7
+"""Share of the largest singular value below which a direction is rounding: some times the root of double precision."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,28 +19,19 @@ from .calibration.beside_effects import with_calibration
 from .candidates.candidate import Candidate, Kind, candidates, measurable, part_by_sight
 from .candidates.nuisance import CALIBRATED
 from .candidates.unnamed_terms import term_candidate
+from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
 from .evidence.limits import believed, doubts
 from .evidence.verdicts import Grounds, conclude, unmeasured
-from .evidence.weighing import Evidence, weigh
+from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .lawful.passivity import lawful_model
 from .search.bootstrap import Interval, intervals
 from .search.floating import Search, State
-from .selection import (
-    ENOUGH_BLOCKS,
-    TOO_SHORT,
-    Selected,
-    disagreements,
-    modest,
-    on_rollouts,
-    select,
-    settle,
-    slender,
-    steps,
-)
+from .selection import Selected, select, slender
 from .settings import DiscoverySettings
+from .settling import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +232,7 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
         noise, by = Search(weak, nominal, (), settings.search).noise_error, ", fitted to open-loop rollouts"
         evidence = modest(evidence, form)
         notes = (*notes, *disagreements(form, nominal, corrected))
-        if rollouts_object(form.squares(nominal), form.squares(corrected)):
+        if rollouts_object(form.squares(nominal), form.squares(corrected), form.overlap):
             notes = (*notes, "open-loop rollouts get worse with these effects than they are without any")
     told = intervals(form, scores, pool, chosen, state.vehicle, settings.seed)
     order = [label for label, _ in steps[1:]]

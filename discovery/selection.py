@@ -10,19 +10,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..physics.frames import AXES
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .balance.base import Balance
-from .balance.rollout_test import WHOLE_HORIZON, rollout_squares, rollouts_object
+from .balance.rollout_test import worse_as_a_whole
 from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
 from .basis import Basis
 from .calibration.beside_effects import Freed, freed
 from .candidates.candidate import Candidate, Kind, part_by_sight
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
+from .evidence.disagreements import disagreements
 from .evidence.quiet_axes import with_faint
-from .evidence.weighing import TELL_APART, Evidence, weigh
+from .evidence.weighing import TELL_APART, Evidence, modest, weigh
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import Rehearsal, plausible_amounts, rehearse
 from .identifiability.visible import Identifiability
@@ -30,16 +29,13 @@ from .search.equivalents import in_plain_words
 from .search.floating import Search, State
 from .search.output_error import polish
 
-ENOUGH_BLOCKS = 5
-"""Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""
-TOO_SHORT = (
-    "Undecided: rollouts with commands fill {blocks} independent blocks of this log, and to be sure of anything takes "
-    "{enough}; give a longer log, or several together."
-)
 _REFINEMENTS = 3
+"""Times that columns are taken anew about the model that was found: each costs linearised rollouts of the whole log."""
 _STATIC = ("hull", "coupling", "mass", "thruster")
 _POLISHES = 10
+"""Steps of a fit that only finds where a search begins; the kept model gets as many as it needs."""
 _SPHERE = 0.5
+"""Added mass of a sphere as a share of the water that it displaces, see `slender`."""
 _ROUNDS = 3
 """Searches at most, each with weights about the model of the one before."""
 _STRUCTURE = 1.5
@@ -123,6 +119,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     kept = tuple(e.key for e in evidence if e.sure)
     if kept and not weak.claimed:
         corrected = search.restrict(state, kept).vehicle
+        # A force balance can ask for effects that wreck predictions; then none of them is called missing.
         if worse_as_a_whole(weak.motions, base(search, state), corrected):
             evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
     forces = search, state
@@ -183,60 +180,6 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
 def base(search: Search, state: State) -> Vehicle:
     """The model without any effect: the nominal one, calibrated where its parameters are free."""
     return search.restrict(state, ()).vehicle if search.nuisances else search.nominal
-
-
-def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> tuple[tuple[str | None, Vehicle], ...]:
-    """Calibrate, where that is wanted, and add the kept effects one by one, the most valuable first, refitted.
-
-    Parameters
-    ----------
-    final : the model with the kept effects
-    corrected : the vehicle that is written, for the last step
-    calibrated : name of the step that only calibrates
-    """
-    found: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
-    effects: Sequence[str] = search.named(final.active)
-    if search.nuisances:
-        found.append((calibrated, base(search, final) if effects else corrected))
-    chosen: list[str] = []
-    while len(chosen) < len(effects):
-        rest = [key for key in effects if key not in chosen]
-        trials = [(search.restrict(final, [*chosen, key]), key) for key in rest]
-        best, key = min(trials, key=lambda pair: pair[0].score)
-        chosen.append(key)
-        found.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
-    return tuple(found)
-
-
-def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
-    """The model with the kept effects alone, polished; with none, where rollouts get worse with all of them."""
-    final = on_rollouts(search, search.restrict(state, kept), kept, shooting)
-    form = search.balance
-    if not kept or form.forces:
-        return final
-    nothing = search.restrict(state, ())
-    worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle))
-    return nothing if worse else final
-
-
-def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
-    """A model polished on its rollouts, where that betters its score; the same on the force balance."""
-    form = search.balance
-    symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
-    if not symbols or form.forces:
-        return state
-    limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
-    polished = polish(form.motions, state.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
-    return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
-
-
-def worse_as_a_whole(motions: Sequence[Motion], nominal: Vehicle, corrected: Vehicle) -> bool:
-    """True when 10 s open-loop rollouts of a corrected model are significantly worse than the nominal model's.
-
-    A force balance can ask for effects that wreck predictions; then none of them is called missing.
-    """
-    before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (nominal, corrected))
-    return rollouts_object(before, after)
 
 
 def leaves_structure(search: Search, state: State) -> bool:
@@ -313,12 +256,6 @@ def lean(search: Search, state: State) -> State:
     return state
 
 
-def modest(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
-    """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
-    most = 1.0 - 0.5 ** (form.blocks - 1)
-    return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
-
-
 def slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
     """Candidates with added mass in surge held to half the hull's mass: that of a sphere, and a hull is longer.
 
@@ -329,27 +266,3 @@ def slender(pool: Sequence[Candidate], nominal: Vehicle) -> list[Candidate]:
         limited = tuple(replace(p, lower=-_SPHERE * nominal.mass) if p.symbol == "X_udot" else p for p in c.parameters)
         found.append(replace(c, parameters=limited))
     return found
-
-
-def disagreements(form: Balance, nominal: Vehicle, corrected: Vehicle) -> list[str]:
-    """Sentences on logs in which rollouts of the corrected model are worse than the nominal model's on some axis."""
-    sources = form.sources
-    if len(set(sources)) < 2:
-        return []
-    before, after = form.squares(nominal), form.squares(corrected)
-    notes = []
-    for source in dict.fromkeys(sources):
-        rows = np.array([s == source for s in sources])
-        was, now = (np.sqrt(x[rows].mean(axis=0)) for x in (before, after))
-        worse = [
-            f"{name} {b:.2f} instead of {a:.2f} {unit}"
-            for name, a, b, unit, level in zip(AXES, was, now, form.unit, np.sqrt(after.mean(axis=0)), strict=True)
-            if b > 1.2 * a and b > level
-        ]
-        if worse:
-            notes.append(f"{_name(source)} disagrees with the other logs: rollout error {', '.join(worse)}")
-    return notes
-
-
-def _name(source: str) -> str:
-    return source.replace("\\", "/").rsplit("/", 1)[-1]

@@ -1,7 +1,7 @@
 """The messages of `series.mcap`: JSON Schemas of undertow's own, and the well-known ones that Foxglove draws in 3D."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TypedDict
 
 from ..physics.frames import FORCE_UNITS
 
@@ -41,23 +41,36 @@ FRAME_TRANSFORM_TEXT = (
 )
 
 
-def _object(title: str, properties: Mapping[str, Any]) -> dict[str, Any]:
+class Schema(TypedDict, total=False):
+    """What of JSON Schema the messages need."""
+
+    title: str
+    type: str
+    description: str
+    minimum: int
+    maximum: int
+    properties: "dict[str, Schema]"
+    items: "Schema"
+
+
+def _object(title: str, properties: "Mapping[str, Schema]") -> Schema:
     return {"title": title, "type": "object", "properties": dict(properties)}
 
 
-def _numbers(title: str, told: Mapping[str, str]) -> dict[str, Any]:
+def _numbers(title: str, told: Mapping[str, str]) -> Schema:
     return _object(title, {name: {"type": "number", "description": text} for name, text in told.items()})
 
 
-def measured_schema(channels: Sequence[str]) -> dict[str, Any]:
+def measured_schema(channels: Sequence[str]) -> Schema:
     """The schema of what was measured, commands included."""
     commands = dict.fromkeys(channels, "command, in the unit of its name: pwm [us], normalized, rad_s or newton [N]")
-    schema = _numbers("undertow.Measured", STATE | RATES | commands)
-    schema["properties"]["part"] = {"type": "string", "description": "train, validation or test"}
-    return schema
+    numbers = _numbers("undertow.Measured", STATE | RATES | commands).get("properties", {})
+    return _object(
+        "undertow.Measured", {**numbers, "part": {"type": "string", "description": "train, validation or test"}}
+    )
 
 
-_TEXT = {"type": "string"}
+_TEXT: Schema = {"type": "string"}
 _TIME = _object(
     "time",
     {"sec": {"type": "integer", "minimum": 0}, "nsec": {"type": "integer", "minimum": 0, "maximum": 999_999_999}},
@@ -66,7 +79,7 @@ _VECTOR = _numbers("foxglove.Vector3", {"x": "east [m]", "y": "north [m]", "z": 
 _QUATERNION = _numbers("foxglove.Quaternion", dict.fromkeys("xyzw", "of the turn from the frame's axes"))
 _POSE = _object("foxglove.Pose", {"position": _VECTOR, "orientation": _QUATERNION})
 
-SCHEMAS: dict[str, dict[str, Any]] = {
+SCHEMAS: dict[str, Schema] = {
     "undertow.Predicted": _numbers("undertow.Predicted", STATE | RATES),
     "undertow.Force": _numbers("undertow.Force", _FORCE),
     "foxglove.PoseInFrame": _object("foxglove.PoseInFrame", {"timestamp": _TIME, "frame_id": _TEXT, "pose": _POSE}),

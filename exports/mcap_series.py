@@ -44,9 +44,11 @@ from .mcap_schemas import (
 
 _IN_TABLE = {"x": "north", "y": "east"}
 _SECOND = 1_000_000_000
+"""[ns]."""
 _PATH_STEP = 10
 """Rows from one place of the drawn path to the next."""
 _DIGITS = 9
+"""Decimals of forces [N, N m] and quaternions: more is rounding, which differs between machines."""
 
 
 @dataclass(frozen=True, slots=True)

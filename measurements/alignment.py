@@ -7,6 +7,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from ..physics.file_records import Number, Record
 from ..physics.frames import Array
+from .statistics.peak import turning_point
 
 LEAST_CORRELATION = 0.7
 """Correlation from which two records tell of the same motion, or, negative, of opposite ones: half of the variance of
@@ -66,9 +67,7 @@ def align(first: str, second: str, values: tuple[Array, Array], step: float, rea
             top = float(peak.min())
             sentence = f"{second} has the opposite sign of {first} (correlation {top:.2f}); check the axes."
         return Alignment(first=first, second=second, correlation=top, sentence=sentence)
-    left, right = float(peak[best - 1]), float(peak[best + 1])
-    curvature = left - 2.0 * top + right
-    shift = 0.5 * (left - right) / curvature if curvature < 0 else 0.0
+    shift = turning_point(float(peak[best - 1]), top, float(peak[best + 1]))
     offset = float((lags[best] + shift) * step)
     sentence = f"{second} is {abs(offset):.3f} s {'later' if offset > 0 else 'earlier'} than {first}."
     if abs(offset) < 0.2 * step:

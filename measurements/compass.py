@@ -14,7 +14,8 @@ import numpy as np
 from ..physics.forces import apparent_wind
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
-from .statistics import ROUNDS
+from .statistics.blocks import block_scores, sandwich
+from .statistics.robust import robust_squares
 
 FAST = 0.2
 """Share of the top surge speed from which a row can show a deviation: what it makes grows with speed, and slower rows
@@ -127,11 +128,10 @@ def compass_of(motions: Sequence[Motion]) -> Compass:
     shape = np.column_stack([np.ones_like(speed), np.sin(heading), np.cos(heading)])
     both = np.column_stack([speed[:, None] * shape, others])
     held = np.array([1.0 / _USUAL] * 3 + [0.0] * 4)
-    found, weight, inverse = _robust_fit(both, sway, held)
-    without, _, _ = _robust_fit(others, sway, held[3:], weight)
+    found, weight, inverse = robust_squares(both, sway, held)
+    without, _, _ = robust_squares(others, sway, held[3:], weight)
     left, rest = sway - both @ found, sway - others @ without
-    gradient = np.array([np.bincount(block, weight * left * column, count) for column in both.T])
-    covariance = (inverse @ (gradient @ gradient.T) @ inverse)[:3, :3] * count / (count - 1)
+    covariance = sandwich(inverse, block_scores(both, weight * left, block))[:3, :3]
     by_block = np.array([np.bincount(block, weight * e**2, count) for e in (left, rest)])
     return Compass(
         float(found[0]),
@@ -174,28 +174,3 @@ def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:
         blocks.append(begun + number)
         begun += int(number.max()) + 1 if number.size else 0
     return np.concatenate(found), np.concatenate(blocks)
-
-
-def _robust_fit(columns: Array, target: Array, held: Array, weight: Array | None = None) -> tuple[Array, Array, Array]:
-    """Least squares with weights that grow small for outliers (soft-L1), or with given weights.
-
-    Parameters
-    ----------
-    held : (p,) one over the usual size of each coefficient, 0 for one that may have any size
-
-    Returns
-    -------
-    coefficients (p,), weights (n,), inverse normal matrix (p, p)
-    """
-    w = np.ones(target.size) if weight is None else weight
-    found, inverse = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2)
-    spread = float(np.std(target))
-    for _ in range(ROUNDS if weight is None else 1):
-        normal = (columns * w[:, None]).T @ columns + spread**2 * np.diag(held**2)
-        inverse = np.asarray(np.linalg.pinv(normal, rcond=1e-10, hermitian=True), dtype=float)
-        found = inverse @ (columns.T @ (w * target))
-        if weight is None:
-            left = target - columns @ found
-            spread = max(1.4826 * float(np.median(np.abs(left))), 1e-9)
-            w = 1.0 / np.sqrt(1.0 + (left / (2.0 * spread)) ** 2)
-    return found, w, np.asarray(inverse, dtype=float)

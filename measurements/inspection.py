@@ -23,7 +23,7 @@ from .preparation.prepare import native_rate, prepare, shortfall, usable_spans
 from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
-from .statistics import noise_level
+from .statistics.white_noise import noise_level
 
 
 class ChannelSummary(Record):

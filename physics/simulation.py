@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -72,7 +73,8 @@ def integrate(
     loaded = bool(load.any())
     held = None
 
-    def slope(x: Array, push: Array, loss: Array | None, wind: Array | None) -> Array:
+    def slope(x: Array, outside: tuple[Array, Array | None, Array | None]) -> Array:
+        push, loss, wind = outside
         out = np.empty_like(x)
         out[0], out[1] = body_to_earth(x[2], x[3], x[4])
         out[2] = x[5]
@@ -102,11 +104,7 @@ def integrate(
         lost = 0.5 * (loss0 + loss1) if loss0 is not None and loss1 is not None else None
         wind0, wind1 = (None, None) if air is None else (air[:, k], air[:, k + 1])
         wind = None if air is None else 0.5 * (air[:, k] + air[:, k + 1])
-        k1 = slope(state, push0, loss0, wind0)
-        k2 = slope(state + 0.5 * h * k1, middle, lost, wind)
-        k3 = slope(state + 0.5 * h * k2, middle, lost, wind)
-        k4 = slope(state + h * k3, push1, loss1, wind1)
-        state = state + (h / 6.0) * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        state = runge_kutta(slope, state, ((push0, loss0, wind0), (middle, lost, wind), (push1, loss1, wind1)), h)
         fast = ~(np.abs(state[3:6]).max(axis=0) <= SPEED_LIMIT)
         if fast.any():
             diverged |= fast
@@ -114,6 +112,28 @@ def integrate(
             state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
         history[k + 1] = state[:6]
     return Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged)
+
+
+Forcing = TypeVar("Forcing")
+
+
+def runge_kutta(
+    slope: Callable[[Array, Forcing], Array], state: Array, forcing: tuple[Forcing, Forcing, Forcing], step: float
+) -> Array:
+    """One step of the classical Runge-Kutta method, of arrays or of tensors.
+
+    Parameters
+    ----------
+    slope : rate of change of a state under a forcing
+    forcing : at the beginning, in the middle and at the end of the step
+    step : [s]
+    """
+    first, middle, last = forcing
+    k1 = slope(state, first)
+    k2 = slope(state + 0.5 * step * k1, middle)
+    k3 = slope(state + 0.5 * step * k2, middle)
+    k4 = slope(state + step * k3, last)
+    return state + (step / 6.0) * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
 def rollout(

@@ -1,6 +1,5 @@
 """The vehicle: Fossen's 3-DOF model as a file that a person can read, edit and trust."""
 
-import math
 import os
 from collections.abc import Mapping
 from functools import cached_property
@@ -27,7 +26,7 @@ from .marks import on_top
 from .possible import impossible, insistable
 from .printable import shown
 from .quantities import Number, complaint, complaints, positive, unknown_key
-from .reading import parse_yaml, read_yaml, reason
+from .reading import Plain, parse_yaml, read_yaml, reason
 from .terms import parse_form
 from .thrusters import GAINS, Thruster
 
@@ -97,7 +96,7 @@ class Vehicle(BaseModel):
     memory: dict[str, Number] = {}
     terms: tuple[Term, ...] = Field(default=(), max_length=_MOST_TERMS)
     insist: tuple[str, ...] = Field(default=(), max_length=_MOST_TERMS)
-    sources: dict[str, Any] = {}
+    sources: Plain = {}
 
     @field_validator("insist", mode="before")
     @classmethod
@@ -185,7 +184,8 @@ class Vehicle(BaseModel):
 
         Nothing is checked here, so that a regression may step outside the limits; `checked` does that.
         """
-        update: dict[str, Any] = {} if name is None else {"name": name}
+        update: dict[str, object] = {} if name is None else {"name": name}
+        sections: dict[str, dict[str, float]] = {}
         thrusters = list(self.thrusters)
         terms = {t.symbol: t for t in self.terms}
         by_name = {f"{t.name}_scale": k for k, t in enumerate(thrusters)}
@@ -204,10 +204,10 @@ class Vehicle(BaseModel):
                 update[symbol] = number
             elif symbol in PARAMETERS:
                 section = PARAMETERS[symbol].section
-                update[section] = {**update.get(section, getattr(self, section)), symbol: number}
+                sections.setdefault(section, dict(getattr(self, section)))[symbol] = number
             else:
                 raise VehicleError(unknown_key(symbol, self.values, "the vehicle's parameters"))
-        update |= {"thrusters": tuple(thrusters), "terms": tuple(terms.values())}
+        update |= sections | {"thrusters": tuple(thrusters), "terms": tuple(terms.values())}
         copy = self.model_copy(update=update)
         vars(copy).pop("values", None)  # the cache of this vehicle, which the copy brought along
         return copy
@@ -257,7 +257,7 @@ class Vehicle(BaseModel):
         text = yaml_text(self.to_dict(), width=120)
         write_text(path, text if by is None else on_top(by, text))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Plain:
         """The content of the vehicle file, which `vehicle_from_dict` reads; what has its null value is left out."""
         data = self.model_dump(mode="json", exclude_defaults=True)
         if self._insisted:
@@ -341,8 +341,3 @@ def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehic
             "file"
         )
     return vehicle_from_dict(data, f"vehicle file {text}", judged=judged)
-
-
-def is_finite(vehicle: Vehicle) -> bool:
-    """True when every parameter is a finite number."""
-    return all(math.isfinite(v) for v in vehicle.values.values())

@@ -28,7 +28,8 @@ from .run_folder.targets import check_target_folder
 if TYPE_CHECKING:
     from ..discovery.distillation.distilled import Distilled
     from ..residuals.models.network_model import NetworkModel
-    from ..residuals.training.epochs import Epoch, Trained
+    from ..residuals.training.epochs import Trained
+    from ..residuals.training.history import Epoch
 
 TRAIN_SCHEMA = "undertow.train/1"
 _FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}
@@ -167,10 +168,7 @@ def train(
         found = train_network(
             inputs.parts.split,
             inputs.vehicle,
-            chosen.network,
-            chosen.options,
-            pure=chosen.pure,
-            heading=chosen.heading,
+            chosen,
             settings=settings,
             folder=target,
             resume=resume,

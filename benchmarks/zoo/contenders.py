@@ -9,8 +9,8 @@ from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import Vehicle
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.network_model import NetworkModel
-from undertow.residuals.training.epochs import TrainingSettings, train
-from undertow.residuals.training.training_settings import Augmentation
+from undertow.residuals.training.epochs import train
+from undertow.residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from undertow.workflows.discover_and_add import discover
 from undertow.workflows.fit import fit
 
@@ -80,7 +80,11 @@ def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> tuple[Mode
         return audit_along(model, inputs.parts).verdict == "pass"
 
     done = train(
-        inputs.parts.split, base, who.network, pure=who.pure, heading=who.heading, settings=settings, auditor=passed
+        inputs.parts.split,
+        base,
+        Choice(who.network, pure=who.pure, heading=who.heading),
+        settings=settings,
+        auditor=passed,
     )
     told = {"lawful": done.lawful, "best": done.best_epoch, "epochs": len(done.epochs)}
     return done.model, {**told, "seconds": done.model.seconds_to_fit}

@@ -27,6 +27,7 @@ _EXACT = 6
 _LEAST = 0.1
 """Share of the error of a place that an effect must remove to be named there."""
 _HELD_OUT_LEAST = 0.05
+"""The same on its held-out rows, half as much: they are few, and only have to agree."""
 _UNSEEN = "not seen on held-out rows ({seconds:.1f} s of this are, {least:g} s are needed)"
 _NONE_ALONE = "no effect removes a tenth of it for sure, there and on held-out rows"
 _HELD_OUT_SECONDS = 2.0

@@ -8,9 +8,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 COMMAND_KINDS = ("pwm_", "normalized_", "rad_s_", "newton_")
-PWM_NEUTRAL = 1500.0  # us
-IDLE_SHARE = 0.08  # of the largest command in the log; below it a thruster counts as idle
-SLOW = 0.1  # m/s; below it thrust cannot be said to oppose the motion
+PWM_NEUTRAL = 1500.0
+"""Middle of the usual range of 1000 to 2000 us."""
+IDLE_SHARE = 0.08
+"""Share of the largest command in the log below which a thruster counts as idle: trim, and a stick at neutral."""
+SLOW = 0.1
+"""Speed [m/s] below which thrust cannot be said to oppose the motion: that of noise and waves."""
 SECTORS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 STATES = ("idle", "ahead", "astern", "turning", "reversal")
 

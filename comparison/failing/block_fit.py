@@ -7,17 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
+from ...measurements.statistics.blocks import block_draws, block_scores, sandwich
 from .rows import EDGE, Array, Scene
 
 _DRAWS = 999
+"""Resamples: with the estimate a thousand, so that the ends of 95 % are whole numbers of them."""
 _RIDGE = 1e-9
+"""Added to squares of columns of length one: two that are one can be solved, and no other is moved."""
 
 
 @lru_cache(maxsize=64)
-def draws(blocks: int, seed: int = 0) -> Array:
-    """How often each block is drawn in each resample of a bootstrap, (resamples, blocks)."""
-    rng = np.random.default_rng([seed, blocks])
-    return rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), _DRAWS).astype(float)
+def draws(blocks: int) -> Array:
+    """How often each block is drawn in each resample of a bootstrap, (resamples, blocks); the same at every call."""
+    return block_draws(blocks, _DRAWS, (0, blocks))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +57,8 @@ class Fitted:
 def fit_beside(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitted | None:
     """Fit a target to columns of interest beside others, with errors that are robust to autocorrelation.
 
-    The covariance is the sandwich of Liang and Zeger (1986, Biometrika 73, eq. 8) with the blocks as clusters, to which
-    the products of neighbouring blocks are added with weight one half, as Newey and West (1987) do in time. The
-    bootstrap draws the blocks' scores (Kline and Santos 2012), which costs one product of matrices.
+    Blocks that follow each other in time may err alike, too. The bootstrap draws the blocks' scores (Kline and Santos
+    2012), which costs one product of matrices.
 
     Parameters
     ----------
@@ -90,15 +91,10 @@ def fit_beside(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitt
         return None
     values = np.linalg.solve(gram, inside.T @ wanted)
     residual = np.where(rows, wanted - inside @ values, 0.0)
-    scores = np.array([np.bincount(stage.block, residual * column) for column in inside.T]).T[blocks]
-    meat = scores.T @ scores
-    near = (np.diff(blocks) == 1)[:, None]
-    beside_it = scores[:-1].T @ (scores[1:] * near)
-    meat = meat + 0.5 * (beside_it + beside_it.T)
-    factor = blocks.size / spare
+    scores = block_scores(inside, residual, stage.block)[blocks]
     inverse = np.linalg.inv(gram)
-    covariance = factor * inverse @ meat @ inverse
-    wild = (draws(blocks.size) - 1.0) @ scores @ inverse * np.sqrt(factor)
+    covariance = sandwich(inverse, scores, spare, np.diff(blocks) == 1)
+    wild = (draws(blocks.size) - 1.0) @ scores @ inverse * np.sqrt(blocks.size / spare)
     unit = scale[used][:k]
     return Fitted(values / unit, covariance / np.outer(unit, unit), (values + wild) / unit, blocks.size, free, residual)
 

@@ -19,6 +19,7 @@ NOISE = ("like noise", "negligible")
 _LENGTHS = (25.6, 12.8, 6.4)
 """Lengths of a spectrum's windows [s]; the first that gives `_FEWEST` of them is taken."""
 _FEWEST = 8
+"""Windows for a spectrum: the power in each band is then known to about a third."""
 _SHARE = 0.8
 """Share of the error's power below the frequency that is told."""
 _SLOW = 0.4

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...measurements.statistics.peak import turning_point
 from ...physics.file_records import Number, Record
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent
@@ -16,6 +17,7 @@ _GAIN = 0.05
 _MATERIAL = 0.05
 """Error that the lag makes, as a share of the usual acceleration."""
 _FEWEST = 8
+"""Blocks for an interval of the lag: a resample of fewer has too few that differ from the log."""
 _SUSPECTS = ("thruster_lag", "input_delay")
 _CANNOT = "this log cannot tell"
 
@@ -142,6 +144,4 @@ def _lowest(sums: Array, lags: Array) -> float:
     k = int(np.argmin(sums))
     if k in (0, sums.size - 1):
         return float(lags[k])
-    before, here, after = sums[k - 1 : k + 2]
-    bend = before - 2.0 * here + after
-    return float(lags[k] + (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
+    return float(lags[k] + turning_point(*sums[k - 1 : k + 2].tolist()))

@@ -35,6 +35,7 @@ _FEWEST_VISITS = 3
 
 
 DEPTH = 3
+"""Conditions in a place at most: more are no place that a person could find on the water."""
 _CLIP = 0.98
 """Quantile at which squared errors are cut for the tree, so that it looks for regimes and not for single spikes."""
 

@@ -27,7 +27,8 @@ _LONG_AGO = 10.0
 """Time since a command change [s] beyond which it does not matter how long ago it was."""
 
 
-ENOUGH_SECONDS = 60.0  # held-out motion shorter than this cannot fill the regimes
+ENOUGH_SECONDS = 60.0
+"""Held-out motion [s] below which the regimes are not filled: a dozen blocks of 5 s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,11 @@ from .features import doing
 from .rows import Scene, mean_square
 
 LIMIT = 5
+"""Segments that are told: what a person will look at."""
 LENGTH = 5.0
 """Length of a segment [s]."""
 _STRIDE = 0.5
+"""Distance between the segments that are tried [s]: a tenth of one."""
 _TIMES = 1.5
 """A segment's mean square error is so many times that of the whole log on its axis."""
 _PLAIN, _MATERIAL = 0.35, 0.2

@@ -13,6 +13,8 @@ from ...physics.vehicle import Vehicle
 
 SEEING = (False, False, False)
 """No axis is blind."""
+LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
+"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +103,11 @@ class Balance(ABC):
     @abstractmethod
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of open-loop rollouts, (starts, 3), for the second judge."""
+
+    @property
+    @abstractmethod
+    def overlap(self) -> int:
+        """How many of the rollouts of `squares` run at any time."""
 
     @abstractmethod
     def largest_force(self, vehicle: Vehicle) -> Array:

@@ -1,9 +1,11 @@
 """The second judge: an effect must not make open-loop rollouts worse, whatever the force balance says of it."""
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 
+from ...measurements.statistics.paired import Difference, paired_ratio
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.simulation import rollout
@@ -18,9 +20,11 @@ SPACING = 2.5
 _PARTING = 10.0
 """Distance between starts [s] where two models are only held against each other."""
 WORSE = 0.03
-"""Relative rise of the mean square rollout error from which an effect is doubted, if it is also significant."""
-SIGNIFICANT = 2.5
-"""Standard errors by which the rise must exceed zero."""
+"""Rise of the logarithm of the mean square rollout error from which an effect is doubted, if it is also sure."""
+FEWEST = 8
+"""Rollouts below which nothing is said: as few as a log that is judged by rollouts has."""
+_NO_ERROR = 1e-12
+"""Mean square error [m^2/s^2, rad^2/s^2] that is none: rollouts of an axis that does not move differ by rounding."""
 
 
 def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float = HORIZON) -> Array:
@@ -36,21 +40,39 @@ def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float 
     return np.concatenate(squares)
 
 
-def rollouts_object(without: Array, within: Array) -> bool:
-    """True when rollouts with an effect are worse than without it, materially and significantly.
+def overlap_of(horizon: float, spacing: float = SPACING) -> int:
+    """How many rollouts of `horizon` [s] from starts every `spacing` [s] run at any time, and are not independent."""
+    return max(1, ceil(horizon / spacing))
 
-    Each start's squared errors are divided by the mean over all starts and both models, axis by axis, and summed.
+
+def rise_of(without: Array, within: Array, overlap: int) -> Difference:
+    """How much larger the rollout errors of one model are than another's, paired over blocks of time.
 
     Parameters
     ----------
-    without, within : (starts, 3) from `rollout_squares`
+    without, within : (starts, 3) squared errors in the order of time, as from `rollout_squares`
+    overlap : see `overlap_of`
+
+    Returns
+    -------
+    Difference
+        `difference` is the mean over the axes of the logarithm of the ratio of root mean square errors.
     """
-    if without.shape[0] < 8:
+    return paired_ratio(within + _NO_ERROR, without + _NO_ERROR, overlap, FEWEST)
+
+
+def rollouts_object(without: Array, within: Array, overlap: int) -> bool:
+    """True when rollouts with an effect are worse than without it, materially and surely (95 %); see `rise_of`."""
+    if without.shape[0] < FEWEST:
         return False
-    scale = np.maximum(0.5 * (without + within).mean(axis=0), 1e-12)
-    rise = ((within - without) / scale).mean(axis=1)
-    error = rise.std(ddof=1) / np.sqrt(rise.size)
-    return bool(rise.mean() > WORSE and rise.mean() > SIGNIFICANT * error)
+    rise = rise_of(without, within, overlap)
+    return rise.ci95 is not None and rise.ci95[0] > 0.0 and 2.0 * rise.difference > WORSE
+
+
+def worse_as_a_whole(motions: Sequence[Motion], without: Vehicle, within: Vehicle) -> bool:
+    """True when 10 s open-loop rollouts of one model are surely worse than another's: fits can wreck predictions."""
+    before, after = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (without, within))
+    return rollouts_object(before, after, overlap_of(WHOLE_HORIZON))
 
 
 def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horizon: float = WHOLE_HORIZON) -> Array:

@@ -10,6 +10,7 @@ from ...measurements.compass import compass_of, corrected
 from ...physics.motion import Motion
 
 _LONG_ENOUGH = 20.0
+"""Shorter stretches [s] hold no more than one swing of the slowest motion that is compared, 0.05 Hz."""
 _OUT_OF_STEP = 0.5
 """Share of a time step from which an offset between two records is more than rounding."""
 

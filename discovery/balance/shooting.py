@@ -12,18 +12,23 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from ...measurements.statistics.robust import spread
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .base import SEEING, Balance, Neighbourhood, WeakSettings
+from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
+from .rollout_test import overlap_of
 from .sensitivity import Tangent, transitions
-from .starts import LEAST_BLOCKS, LEAST_NOISE, LEAST_STARTS, Rollings, ShootingSettings, lay
+from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay
 
 __all__ = ["Shooting", "ShootingSettings"]
 
 _NOISE_SEED = 20041
+"""Any number: the same noise is drawn for every model, so that two of them can be compared."""
 _HALVINGS = 5
+"""After five a step is a thirtieth of the first: too short to lead anywhere."""
 _STEP_SHARE = 0.02
+"""Share of a parameter's step that bends no column by more than a few per cent; a judgement, not measured."""
 
 
 @final
@@ -74,14 +79,14 @@ class Shooting(Balance):
         error = self._errors(states)
         seen = data.weight > 0
         floor = np.maximum(data.noise, LEAST_NOISE) / np.sqrt(data.per_bin)
-        middle = np.array([np.median(np.abs(error[:, a][seen[:, a]])) if seen[:, a].any() else 0.0 for a in range(3)])
-        self.scale = np.maximum(1.4826 * middle, floor)
+        usual = [spread(error[:, a][seen[:, a]]) if seen[:, a].any() else 0.0 for a in range(3)]
+        self.scale = np.maximum(np.array(usual), floor)
         quiet = bool((data.noise < LEAST_NOISE).all())
-        spread = None if quiet else data.binned(transitions(data, about, states))
-        self._whitener = self._whitening(spread) if spread is not None and self.settings.whiten else None
+        moved = None if quiet else data.binned(transitions(data, about, states))
+        self._whitener = self._whitening(moved) if moved is not None and self.settings.whiten else None
         self._weight = np.sqrt(data.weight) * np.sqrt(self._robust(error))[None, None, :]
         self._weight[:, np.array(self.blind)] = 0.0
-        self._noise = self.finished(self._drawn_noise(spread))
+        self._noise = self.finished(self._drawn_noise(moved))
 
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
@@ -146,6 +151,11 @@ class Shooting(Balance):
         """Weighted mean square errors of each rollout, (starts, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]."""
         bins, _, starts = self._data.measured.shape
         return (self.balance(vehicle).reshape(starts, bins, 3) ** 2).mean(axis=1)
+
+    @property
+    def overlap(self) -> int:
+        """As many as the settings lay over each other."""
+        return overlap_of(self.settings.horizon, self.settings.spacing)
 
     @property
     def sources(self) -> list[str]:

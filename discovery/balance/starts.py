@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.ndimage import median_filter
 
-from ...measurements.statistics import noise_level
+from ...measurements.statistics.robust import spread
+from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import actuation, memory_states
 from ...physics.frames import Array
@@ -14,16 +15,18 @@ from ...physics.motion import Motion
 from ...physics.simulation import integrate
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
+from .base import LEAST_NOISE
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
-LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
-"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 _IDLE_COMMAND = 0.03
+"""Share of full command that is none: trim and rounding of a stick at neutral."""
 _SPIKE = 4.0
+"""Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
 _ROUNDING = 1e-4
 """Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
 _KEPT = 16
+"""Thruster settings whose inputs are kept; each holds as much as the log, and a search moves a few at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,9 +175,6 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
             f"shooting: {count} rollouts of {settings.horizon:g} s with commands fit into the log, at least "
             f"{LEAST_BLOCKS * LEAST_STARTS} are needed; give a longer log"
         )
-    rows = np.array([m.time.size for m in kept], dtype=float)
-    levels = np.array([[noise_level(m.velocity[:, a]) or 0.0 for a in range(3)] for m in kept])
-    noise = np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())
     return Rollings(
         tuple(kept),
         tuple(starts),
@@ -185,7 +185,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(initial),
         np.concatenate(measured, axis=2),
         np.concatenate(weight, axis=2),
-        noise,
+        sensor_noise(kept),
         _air(kept, starts, strides, steps),
     )
 
@@ -220,8 +220,8 @@ def _clean(motion: Motion) -> np.ndarray:
     """False on rows whose velocity jumps out of its neighbours by more than the motion and its noise can, (n, 3)."""
     middle = _calm(motion)
     away = np.abs(motion.velocity - middle)
-    spread = 1.4826 * np.median(away, axis=0) + LEAST_NOISE
-    return away <= np.maximum(_SPIKE * spread, 0.02 * np.ptp(motion.velocity, axis=0))
+    usual = spread(away, axis=0) + LEAST_NOISE
+    return away <= np.maximum(_SPIKE * usual, 0.02 * np.ptp(motion.velocity, axis=0))
 
 
 def _calm(motion: Motion) -> Array:

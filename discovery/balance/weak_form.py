@@ -12,24 +12,25 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...measurements.statistics import sensor_noise
+from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import modelled_acceleration, modelled_force, relative_velocity
 from ...physics.frames import FORCE_UNITS, Array
 from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .base import SEEING, Balance, Neighbourhood, WeakSettings
-from .rollout_test import rollout_squares
+from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
+from .rollout_test import HORIZON, overlap_of, rollout_squares
 
 __all__ = ["WeakForm", "WeakSettings"]
 
 _LEAST_TESTS, _LEAST_BLOCKS = 8, 4
+"""Test functions in a block, which at the usual stride is then as long as one of them; and blocks, of which one that is
+held out is a quarter of the log."""
 _AT_ONCE = 1024
 """Test functions that are applied in one go."""
 _NOISE_SEED = 20040
-_QUIET = np.array([1e-4, 1e-4, 1e-4])
-"""Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
+"""Any number: the same noise is drawn for every model, so that two of them can be compared."""
 
 
 @final
@@ -66,7 +67,7 @@ class WeakForm(Balance):
         self.claimed = claims is not None
         self.noise = np.zeros(3) if self.claimed else sensor_noise(self.motions)
         rng = np.random.default_rng(_NOISE_SEED)
-        copies = settings.copies if (self.noise > _QUIET).any() else 0
+        copies = settings.copies if (self.noise > LEAST_NOISE).any() else 0
         self._noisier = [
             [replace(m, velocity=m.velocity + self.noise * rng.standard_normal(m.velocity.shape)) for m in self.motions]
             for _ in range(copies)
@@ -112,6 +113,11 @@ class WeakForm(Balance):
     def squares(self, vehicle: Vehicle) -> Array:
         """Mean square velocity errors of 5 s rollouts, (starts, 3), for the second judge; none for claims."""
         return np.zeros((0, 3)) if self.claimed else rollout_squares(self.motions, vehicle)
+
+    @property
+    def overlap(self) -> int:
+        """Two, of 5 s every 2.5 s."""
+        return overlap_of(HORIZON)
 
     @property
     def tests(self) -> WeakSettings:

@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
 
-from ...physics.effects import Parameter
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
+from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate
 from ..candidates.nuisance import beside, calibratable, nuisance_candidates
 from ..findings import Calibrated, Findings, Left
@@ -16,7 +15,6 @@ from ..search.bootstrap import Interval
 from ..search.floating import SearchSettings
 
 BLIND = "it acts on an axis of which the sensors of this log show too little"
-_AT_LIMIT = 1e-5
 _MASSES = ("X_udot", "Y_vdot", "N_rdot")
 _THRUST = "thrust_scale"
 
@@ -69,12 +67,6 @@ def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings:
     left = [c for c in effects if c not in lost]
     reasons = {s: why for s, why in known.reasons.items() if s in symbols}
     return Freed((*nuisances, *left), reasons, tuple(c.effect.name for c in lost))
-
-
-def limit_at(parameter: Parameter, value: float) -> float | None:
-    """The physical limit at which a value lies, if it does."""
-    limits = [x for x in (parameter.lower, parameter.upper) if isfinite(x)]
-    return next((x for x in limits if abs(value - x) <= _AT_LIMIT * (1.0 + abs(x))), None)
 
 
 def calibrated(

@@ -23,10 +23,11 @@ from ...physics.laws.damping_power import mass_margin
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.base import SEEING
-from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, rollouts_object
+from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, overlap_of, rollouts_object
 from ..balance.shooting import Shooting
 from ..balance.weak_form import WeakForm
 from ..basis import Basis
+from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Linearisation
 from ..candidates.nuisance import nuisance_candidates
@@ -37,15 +38,17 @@ from ..search.floating import Search
 from ..search.gram import GramScores
 from ..search.output_error import polish
 from ..settings import DiscoverySettings
-from .beside_effects import calibrated, limit_at
+from .beside_effects import calibrated
 from .folds import FOLDS, as_good, parted
 from .groundwork import ROLLOUTS, groundwork
 
 Method = Literal["weak form", "output error"]
 _ROUNDS = 6
+"""Times that columns are taken anew about the fit at most; a judgement, as a fit that has settled stops earlier."""
 _SPACING = 1.0
 """Distance between the starts of rollouts by which the steps are compared [s]."""
 _DIGITS = 9
+"""Significant digits that a solver's tolerance leaves, so that equal inputs give equal files."""
 _NAMED = ", calibrated"
 
 
@@ -132,7 +135,8 @@ def calibrate(
         _demand_lawful(fitted.lawful, known.symbols)
         held_out = _held_out(motions, nominal, pool, settings, horizon, basis.blind if basis.rolls else None, say)
         best: Method = "weak form"
-        if held_out and as_good(held_out["weak form"], held_out["output error"], horizon / _SPACING):
+        overlap = overlap_of(horizon, _SPACING)
+        if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
             start = nominal if basis.rolls else fitted.lawful.vehicle
             best, fitted = "output error", rollout_step(motions, start, nominal, pool, basis.blind)
             _demand_lawful(fitted.lawful, known.symbols)
@@ -147,7 +151,7 @@ def calibrate(
         best,
         horizon,
         {name: np.sqrt(squares.mean(axis=0)) for name, squares in held_out.items()},
-        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best]),
+        bool(held_out) and rollouts_object(held_out["nominal"], held_out[best], overlap),
         error,
         search.noise_error,
         search.force_scale,

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...physics.frames import Array
 from ...physics.motion import Motion
+from ..balance.rollout_test import rise_of
 
 FOLDS = 4
 """Parts into which logs are cut."""
@@ -31,7 +32,7 @@ def parted(motions: Sequence[Motion], part: int) -> tuple[tuple[Motion, ...], tu
     return tuple(inside), tuple(outside)
 
 
-def as_good(weak: Array, rolled: Array, overlap: float) -> bool:
+def as_good(weak: Array, rolled: Array, overlap: int) -> bool:
     """True unless rollouts err more, by more than a standard error, under the second step than under the first.
 
     Sensor noise stands in both errors, so that a plain comparison is half chance where both are good; on known hulls
@@ -42,5 +43,5 @@ def as_good(weak: Array, rolled: Array, overlap: float) -> bool:
     weak, rolled : (starts, 3) squared errors
     overlap : rollouts that run at any time, which are not independent
     """
-    rise = ((rolled - weak) / np.maximum(weak.mean(axis=0), 1e-18)).mean(axis=1)
-    return bool(rise.mean() <= rise.std() * np.sqrt(overlap / rise.size))
+    rise = rise_of(weak, rolled, overlap)
+    return rise.error is None or rise.difference <= rise.error

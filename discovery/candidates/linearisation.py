@@ -21,6 +21,7 @@ from .candidate import Candidate, Kind
 _FAINT = 0.05
 """Share of a general effect's strongest column below which one of its parameters keeps its value."""
 _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
+"""Factors about a value that moves in steps, closer and closer to it: an optimum between the grid's values is met."""
 
 
 @dataclass(frozen=True, slots=True)

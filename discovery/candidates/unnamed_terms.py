@@ -24,7 +24,9 @@ from ..balance.weak_form import WeakForm
 from .candidate import Candidate, Kind
 
 _ALIAS = 0.9995
+"""Correlation from which two monomials are one: what is left of one beside the other is 3 % of it."""
 _TWIN = 0.9
+"""Correlation from which a monomial could stand for another: four fifths of its square are the other's."""
 
 
 def _same(form: Form) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -82,10 +82,12 @@ def _distilled(
     seconds = float(sum(motion.duration for motion in motions))
 
     def blank(axis: int) -> AxisShare:
-        return AxisShare(AXES[axis], FORCE_UNITS[axis], float(size[axis]), float(search.force_scale[axis]))
+        scale = float(search.force_scale[axis])
+        return AxisShare(axis=AXES[axis], unit=FORCE_UNITS[axis], correction=float(size[axis]), at_work=scale)
 
     if not matters.any():
-        return Distilled(name, nominal.name, tuple(map(blank, range(3))), (), (), seconds)
+        axes = tuple(map(blank, range(3)))
+        return Distilled(model=name, nominal=nominal.name, axes=axes, effects=(), unnamed=(), seconds=seconds)
     weak.independent = seconds / max(settings.weak.half_width, _memory_time(correction, size / smallest, weak))
     looked = select(basis, say)
     search, state = looked.search, looked.state
@@ -110,7 +112,7 @@ def _distilled(
         past = {axis: replace(found, memory=0.0) for axis, found in past.items()}
     shares = np.stack([share(certain), share(named), share(state)], axis=1).tolist()
     axes = tuple(
-        replace(blank(a), named=x[0], possible=x[1], explained=x[2], remainder=float(rest[a]), past=past.get(a))
+        blank(a).but(named=x[0], possible=x[1], explained=x[2], remainder=float(rest[a]), past=past.get(a))
         if matters[a]
         else blank(a)
         for a, x in enumerate(shares)
@@ -119,7 +121,7 @@ def _distilled(
     parts = tuple(_part(search, state, e, terms[e.key], share, matters) for e in selected if e.kind is Kind.EFFECT)
     parts = tuple(sorted(parts, key=lambda part: (part.verdict != "named", -max(part.share.values()))))
     unnamed = tuple(t for e in selected if e.kind is Kind.TERM for t in terms[e.key])
-    return Distilled(name, nominal.name, axes, parts, unnamed, seconds)
+    return Distilled(model=name, nominal=nominal.name, axes=axes, effects=parts, unnamed=unnamed, seconds=seconds)
 
 
 def _delays(effect: Effect) -> bool:
@@ -138,8 +140,15 @@ def _part(
     lost = share(state) - share(search.without(state, e.key))
     by_axis = {AXES[a]: float(np.clip(lost[a], 0.0, 1.0)) for a in range(3) if matters[a]}
     effect = next(c.effect for c in search.pool if c.key == e.key)
-    verdict = "named" if e.sure else "possible"
-    return NamedPart(effect.name, effect.meaning, verdict, e.confidence, by_axis, e.indistinguishable_from, terms)
+    return NamedPart(
+        effect=effect.name,
+        meaning=effect.meaning,
+        verdict="named" if e.sure else "possible",
+        confidence=e.confidence,
+        share=by_axis,
+        indistinguishable_from=e.indistinguishable_from,
+        terms=terms,
+    )
 
 
 def _terms(search: Search, state: State, nominal: Vehicle, seed: int) -> dict[str, tuple[FoundTerm, ...]]:

@@ -1,18 +1,24 @@
 """What a distillation says: shares of a model's correction by axis, effects, terms, and what remains."""
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, ClassVar, Literal
 
+from pydantic import PlainSerializer, SerializerFunctionWrapHandler, model_serializer
+
+from ...physics.file_records import Number, Record
 from ..findings import FoundTerm
 from .memory import Past
 
-SCHEMA = "undertow.distillation/1"
 _MOSTLY, _CLEARLY = 0.5, 0.25
 """Share of a remainder that must be predicted for its cause to be told, and the share from which it is memory."""
 
 
-@dataclass(frozen=True, slots=True)
-class AxisShare:
+Told = Annotated[
+    FoundTerm, PlainSerializer(lambda term: term.model_dump(mode="json", exclude={"in_model", "inclusion"}))
+]
+"""A number of a correction: no corrected model holds it, and no ensemble was asked for it."""
+
+
+class AxisShare(Record):
     """The correction on one axis, and what explains it.
 
     Attributes
@@ -31,12 +37,12 @@ class AxisShare:
 
     axis: str
     unit: str
-    correction: float
-    at_work: float
-    named: float | None = None
-    possible: float | None = None
-    explained: float | None = None
-    remainder: float | None = None
+    correction: Number
+    at_work: Number
+    named: Number | None = None
+    possible: Number | None = None
+    explained: Number | None = None
+    remainder: Number | None = None
     past: Past | None = None
 
     @property
@@ -68,23 +74,16 @@ class AxisShare:
             return f"{told}; what remains is too small to matter."
         return f"{told}. Of what remains ({self.remainder:.2g} {self.unit}), {_cause(self.past)}."
 
-    def to_dict(self) -> dict[str, Any]:
-        """As the file has it."""
-        past = None if self.past is None else {"present": self.past.present, "memory": self.past.memory}
-        return {
-            "axis": self.axis,
-            "unit": self.unit,
-            "correction": self.correction,
-            "at_work": self.at_work,
-            "matters": self.matters,
-            "share": {"named": self.named, "with_possible": self.possible, "with_unnamed": self.explained},
-            "remainder": self.remainder,
-            "share_of_remainder": past,
-        }
+    @model_serializer(mode="wrap")
+    def _with_shares_together(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
+        content: dict[str, object] = handler(self)
+        told = {name: content[name] for name in ("axis", "unit", "correction", "at_work")}
+        share = {"named": self.named, "with_possible": self.possible, "with_unnamed": self.explained}
+        rest = {"remainder": content["remainder"], "share_of_remainder": content["past"]}
+        return {**told, "matters": self.matters, "share": share, **rest}
 
 
-@dataclass(frozen=True, slots=True)
-class NamedPart:
+class NamedPart(Record):
     """An effect of the catalogue in a correction.
 
     Attributes
@@ -100,26 +99,13 @@ class NamedPart:
     effect: str
     meaning: str
     verdict: Literal["named", "possible"]
-    confidence: float
-    share: dict[str, float]
+    confidence: Number
+    share: dict[str, Number]
     indistinguishable_from: tuple[str, ...]
-    terms: tuple[FoundTerm, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """As the file has it."""
-        return {
-            "effect": self.effect,
-            "meaning": self.meaning,
-            "verdict": self.verdict,
-            "confidence": self.confidence,
-            "share": self.share,
-            "indistinguishable_from": list(self.indistinguishable_from),
-            "terms": [_number(term) for term in self.terms],
-        }
+    terms: tuple[Told, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Distilled:
+class Distilled(Record):
     """What of a model's correction is a named effect, and what is not.
 
     Attributes
@@ -135,8 +121,10 @@ class Distilled:
     nominal: str
     axes: tuple[AxisShare, ...]
     effects: tuple[NamedPart, ...]
-    unnamed: tuple[FoundTerm, ...]
-    seconds: float
+    unnamed: tuple[Told, ...]
+    seconds: Number
+
+    SCHEMA: ClassVar[str] = "undertow.distillation/1"
 
     @property
     def headline(self) -> str:
@@ -154,23 +142,12 @@ class Distilled:
         """The answer, and each axis, in words."""
         return [self.headline, *(axis.sentence for axis in self.axes)]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Strict JSON (schema `undertow.distillation/1`)."""
-        return {
-            "schema": SCHEMA,
-            "model": self.model,
-            "nominal": self.nominal,
-            "headline": self.headline,
-            "sentences": self.sentences,
-            "axes": [axis.to_dict() for axis in self.axes],
-            "effects": [part.to_dict() for part in self.effects],
-            "unnamed": [_number(term) for term in self.unnamed],
-            "data": {"seconds": self.seconds},
-        }
-
-
-def _number(term: FoundTerm) -> dict[str, Any]:
-    return term.model_dump(mode="json", exclude={"in_model", "inclusion"})
+    @model_serializer(mode="wrap")
+    def _with_sentences(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
+        content: dict[str, object] = handler(self)
+        names = {"model": content.pop("model"), "nominal": content.pop("nominal")}
+        data = {"seconds": content.pop("seconds")}
+        return {**names, "headline": self.headline, "sentences": self.sentences, **content, "data": data}
 
 
 def _cause(past: Past) -> str:

@@ -14,8 +14,11 @@ from ..candidates.unnamed_terms import features_along
 LAGS = (0.3, 0.6, 1.2, 2.4, 4.8)
 """How long before the present velocities and thrusts are looked at [s]."""
 _RIDGES = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)
+"""In units of a column's mean square: from next to none to as large as the column; the best counts."""
 _GUARD = 3.0
+"""Rows so near [s] to those that are predicted are not fitted: they share motion with them."""
 _FOLDS = 8
+"""Stretches of which each is predicted by the others; each fit then sees seven eighths of the log."""
 
 
 @dataclass(frozen=True, slots=True)

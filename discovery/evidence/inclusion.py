@@ -5,12 +5,12 @@ doi:10.1098/rspa.2021.0904, with blocks in place of rows); the named effects sta
 they earn their price.
 """
 
-import numpy as np
-
+from ...measurements.statistics.blocks import block_draws
 from ..candidates.candidate import Kind
 from ..search.floating import Search, State
 
 _MOST = 6
+"""Terms in one model at most: more than six that nobody has named are no physics to look for."""
 
 
 def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict[str, float]:
@@ -27,10 +27,8 @@ def inclusion(search: Search, state: State, seed: int, draws: int = 100) -> dict
     base = {key: linear.options[key][0] for key in state.active if key not in terms}
     base |= {key: linear.options[key][1] for key in state.active if key in terms}
     present = {key: next(option for option in linear.options[key] if option.present) for key in terms}
-    rng = np.random.default_rng(seed)
-    counts = rng.multinomial(scores.blocks, np.full(scores.blocks, 1.0 / scores.blocks), size=draws)
     chosen = dict.fromkeys(terms, 0)
-    for draw in counts:
+    for draw in block_draws(scores.blocks, draws, seed):
         drawn, model = scores.drawn(draw), dict(base)
         best = search.quick(drawn, model)
         for _ in range(_MOST):

@@ -3,16 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from ...physics.vehicle import Vehicle
+from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..search.bootstrap import Interval
 from ..search.equivalents import one_too_many
 from .weighing import Evidence
 
-_NEAR = 1e-3
-"""Share of the room between nominal value and limit within which an estimate is at the limit."""
 _TOGETHER = (
     "the common scale and every thruster's own are fitted at once, and only their products move a force, so that the "
     "log cannot tell one of them from the others"
@@ -59,10 +56,9 @@ def _of(
 ) -> str:
     parameter = next(p for p in candidate.parameters if p.symbol == symbol)
     value = estimate.value(symbol)
-    for limit in (parameter.lower, parameter.upper):
-        room = abs(limit - nominal.value(symbol))
-        if not parameter.attainable and np.isfinite(limit) and room > 0.0 and abs(value - limit) < _NEAR * room:
-            return f"{symbol} stands at its physical limit, {limit:g} in all: its size is the limit's, not the log's"
+    limit = None if parameter.attainable else limit_at(parameter, value, nominal.value(symbol))
+    if limit is not None:
+        return f"{symbol} stands at its physical limit, {limit:g} in all: its size is the limit's, not the log's"
     interval = intervals.get(symbol)
     if interval is not None:
         slack = _SLACK * (interval.upper - interval.lower) + 1e-6 * abs(value)

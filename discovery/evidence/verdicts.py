@@ -9,7 +9,7 @@ from ...physics.effects import EFFECTS
 from ...physics.frames import AXES, Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.rollout_test import HORIZON, SIGNIFICANT, WHOLE_HORIZON, WORSE
+from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, WORSE
 from ..candidates.candidate import Candidate, Kind, measurable
 from ..findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, Verdict, axis_name
 from ..identifiability.visible import Identifiability
@@ -21,6 +21,7 @@ from .weighing import PERHAPS, Evidence, parameter_total
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
 _LEAST_FORCE = 1e-3
+"""Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain"
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
@@ -257,7 +258,7 @@ def _criterion(search: Search) -> Criterion:
         rollouts=(
             f"5 s rollouts with it, and {WHOLE_HORIZON if search.balance.forces else HORIZON:g} s rollouts of all "
             "together, are not worse "
-            f"(by {100.0 * WORSE:g} % and {SIGNIFICANT:g} standard errors)"
+            f"(by {100.0 * WORSE:g} %, and surely so: 95 % intervals from blocks of time)"
         ),
         unit=dict(zip(AXES, search.balance.unit, strict=True)),
         force_scale={a: float(s) for a, s in zip(AXES, search.force_scale, strict=True)},

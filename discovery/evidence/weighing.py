@@ -5,14 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...measurements.statistics.blocks import block_draws, share_of_draws
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
+from ..balance.base import Balance
 from ..balance.rollout_test import rollouts_object
+from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
-from ..search.bootstrap import share_of_draws
 from ..search.equivalents import same_model
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
@@ -24,7 +26,7 @@ TELL_APART = 5.0
 PERHAPS = 0.5
 """Confidence from which an effect is possible: more resamples are for it than against it."""
 _DRAWS = 2000
-_NEAR_LIMIT = 1e-3
+"""Resamples: a share near 0.9 is then known to 0.7 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +173,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         error_drop(without.fit, state.fit, search),
         confidence / (1 + len(rivals)),
         tuple(rivals),
-        rollouts_object(search.balance.squares(without.vehicle), squares),
+        rollouts_object(search.balance.squares(without.vehicle), squares, search.balance.overlap),
         _at_limit(search, candidate, now[candidate.key]),
     )
 
@@ -213,8 +215,7 @@ def share_of_resamples(
 ) -> float:
     """Share of block resamples in which an effect earns its price (on one axis, if given); none if it matters not."""
     blocks = without.held_out_blocks.shape[0]
-    rng = np.random.default_rng(seed)
-    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=_DRAWS) / search.balance.time.size
+    counts = block_draws(blocks, _DRAWS, seed) / search.balance.time.size
     before, after = (np.maximum(counts @ fit.held_out_blocks, 0.0) for fit in (without, within))
     gain = 0.5 * search.balance.independent * (np.log(before + search.floor) - np.log(after + search.floor))
     gain = gain.sum(axis=1) if axis is None else gain[:, axis]
@@ -230,12 +231,15 @@ def _at_limit(search: Search, candidate: Candidate, option: Option) -> bool:
         vanishes = parameter.upper == parameter.null == 0.0 and parameter.section == "damping"
         if parameter.attainable or (vanishes and not search.balance.forces):
             continue
-        nominal = search.nominal.value(parameter.symbol)
-        for limit in (parameter.lower, parameter.upper):
-            room = abs(limit - nominal)
-            if np.isfinite(limit) and room > 0.0 and abs(value - limit) < _NEAR_LIMIT * room:
-                return True
+        if limit_at(parameter, value, search.nominal.value(parameter.symbol)) is not None:
+            return True
     return False
+
+
+def modest(evidence: Sequence[Evidence], form: Balance) -> list[Evidence]:
+    """The evidence with no more confidence than a sign test's, 1 - 2^(1 - blocks): few may all agree by chance."""
+    most = 1.0 - 0.5 ** (form.blocks - 1)
+    return [replace(e, confidence=min(e.confidence, most)) for e in evidence]
 
 
 def parameter_total(nominal: Vehicle, candidate: Candidate, vehicle: Vehicle, symbol: str) -> float:

@@ -18,8 +18,11 @@ MOST_ITEMS = 6
 _AS_GOOD = 0.7
 """Share of the best trial's gain from which another will do."""
 _BEYOND_DOUBT = 4.0 * TELL_APART
+"""Log-likelihood from which a trial settles a question even if its effect is half as large as is plausible."""
 _MOST_RUNS = 4
+"""Times that a manoeuvre may be asked for: more would not be driven."""
 _MOST_NAMED = 4
+"""Questions in one sentence; the others are counted, or it would not be read."""
 _BY_OTHER_MEANS = "measure one of the look-alikes by other means, and give its value in the vehicle file"
 
 

@@ -21,9 +21,10 @@ from ..candidates.linearisation import Option
 from ..identifiability.identifiable_effects import column_moments
 from ..identifiability.rehearsal import Rehearsal, amplitude_columns
 from ..search.floating import Search, State
+from ..search.gram import RIDGE
 
 _MOST_RIVALS = 6
-_RIDGE = 1e-9
+"""Rivals that are looked at beside an effect, in the order given: each costs a fit on every trial."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,7 +161,7 @@ def _remainder(normal: Array, free: np.ndarray, target: Array) -> Array:
     if free.any():
         inner = normal[:, free][:, :, free]
         size = np.maximum(np.einsum("kii->ki", inner), 1e-300)
-        inner = inner + _RIDGE * size[:, :, None] * np.eye(inner.shape[1])
+        inner = inner + RIDGE * size[:, :, None] * np.eye(inner.shape[1])
         pull = (normal[:, free] @ left[:, :, None])[..., 0]
         scale = 1.0 / np.sqrt(size)
         solved = np.linalg.solve(inner * scale[:, :, None] * scale[:, None, :], (pull * scale)[..., None])[..., 0]

@@ -13,7 +13,7 @@ import numpy as np
 from ...physics.frames import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..search.floating import Search
-from ..search.gram import GramScores
+from ..search.gram import RIDGE, GramScores
 from .rehearsal import amplitude_columns
 from .visible import Excitation, Identifiability
 
@@ -22,8 +22,8 @@ ALIAS = 0.98
 LEAST_SIGNAL = 2.0
 """Signal to noise of a column below which sensor noise decides its coefficient."""
 
-_RIDGE = 1e-9
 _ROUNDING = 1e-20
+"""Noise on a column that is a smaller share of its square is none: its signal to noise is infinite."""
 
 
 def identify(
@@ -94,7 +94,7 @@ def _beside(columns: Sequence[int], metric: Array, moments: Array) -> Array:
         return moments
     inside = metric[np.ix_(columns, columns)]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inside), 1e-300))
-    inside = inside * np.outer(scale, scale) + _RIDGE * np.eye(len(columns))
+    inside = inside * np.outer(scale, scale) + RIDGE * np.eye(len(columns))
     left = np.eye(metric.shape[0])
     left[columns] -= scale[:, None] * np.linalg.solve(inside, scale[:, None] * metric[columns])
     return left.T @ moments @ left

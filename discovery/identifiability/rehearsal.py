@@ -17,7 +17,9 @@ from ..search.floating import Search
 PLAUSIBLE = 0.25
 """Share of the force at work that a plausible amount of an effect makes in the trial in which it shows most."""
 _BESIDE = 0.1
+"""Share of the largest share below which an effect does not act on an axis, but spills over to it."""
 _ANY = 1e4
+"""Amount that stands for any, where no rehearsal tells what is plausible."""
 _LARGEST = {"cg_offset": 0.3}
 """Amounts beyond which an effect is not plausible, where its physical limits are wider [its unit]."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from ...physics.laws.damping_power import Envelope, envelope_of, state_in_words, worst_dissipation
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.rollout_test import WHOLE_HORIZON, rollout_squares, rollouts_object
+from ..balance.rollout_test import worse_as_a_whole
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores
@@ -62,7 +62,7 @@ def lawful_model(
         envelope, fit = grown, passive_refit(scores, chosen, nominal, grown)
     vehicle, free = (nominal.with_values(v, name=name) for v in (fit.values, fit.free))
     unnamed = [option.key for option in chosen if option.kind is Kind.TERM]
-    if unnamed and fit.binding is not None and _contradicts(motions, free, vehicle):
+    if unnamed and fit.binding is not None and worse_as_a_whole(motions, free, vehicle):
         return Lawful(free.checked(), free, judge(free, envelope, fit, unnamed))
     return Lawful(vehicle.checked(), free, judge(vehicle, envelope, fit))
 
@@ -108,12 +108,6 @@ def judge(vehicle: Vehicle, envelope: Envelope, fit: LawfulFit | None = None, ag
         worst=MostPower(value=worst.power, at=worst.state),
         sentence=sentence,
     )
-
-
-def _contradicts(motions: Sequence[Motion], free: Vehicle, lawful: Vehicle) -> bool:
-    """True when open-loop rollouts are significantly worse under the law than without it."""
-    without, within = (rollout_squares(motions, vehicle, WHOLE_HORIZON) for vehicle in (free, lawful))
-    return rollouts_object(without, within)
 
 
 def _union(a: Envelope, b: Envelope) -> Envelope:

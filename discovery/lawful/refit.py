@@ -28,6 +28,7 @@ from .price import NOTHING, Binding, price_in_words
 from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown, solve_excess, solve_refit
 
 _TOLERANCE = 1e-6
+"""Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it (`programme`)."""
 _MARGIN = 1e-6
 """Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
 _FLAT = 1e-9

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from ...measurements.statistics.blocks import block_draws
 from ...physics.effects import Parameter
 from ...physics.file_records import Number
 from ...physics.frames import Array
@@ -13,9 +14,10 @@ from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate
 from ..candidates.linearisation import Option
-from .gram import GramScores
+from .gram import RIDGE, GramScores
 
 _SMALL = 1e-12
+"""Square that stands for that of a column without any."""
 _PROFILE, _LEAST_PROFILE, _PROFILED = 0.5, 0.05, 40
 """A profile first reaches half the value (or half of 0.05) to either side, in so many steps."""
 _WIDER = 5
@@ -48,11 +50,10 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     found: dict[str, Interval] = {}
     if columns.size == 0:
         return found
-    rng = np.random.default_rng(seed)
-    counts = rng.multinomial(scores.blocks, np.full(scores.blocks, 1.0 / scores.blocks), size=draws).astype(float)
+    counts = block_draws(scores.blocks, draws, seed)
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("kii->i", left), _SMALL))
     normal = np.einsum("dk,kij->dij", counts, left) * (scale[:, None] * scale[None, :])
-    normal += 1e-9 * np.eye(columns.size)
+    normal += RIDGE * np.eye(columns.size)
     pull = (counts @ right) * scale
     changes = np.linalg.solve(normal, pull[..., None])[..., 0] * scale
     spread = changes.std(axis=0, ddof=1) * np.sqrt(scores.blocks / (scores.blocks - 1))
@@ -65,11 +66,6 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
                 low, high = start - size[index], start + size[index]
                 found[symbol] = Interval(max(low, start + min(lower, 0.0)), min(high, start + max(upper, 0.0)))
     return found
-
-
-def share_of_draws(passes: np.ndarray) -> float:
-    """Share of bootstrap draws that pass, never quite 0 or 1: (passed + 1/2) / (draws + 1)."""
-    return float((passes.sum() + 0.5) / (passes.size + 1.0))
 
 
 def intervals(
@@ -113,8 +109,7 @@ def profile_interval(
     least, most = min(parameter.lower, value), max(parameter.upper, value)
     reach = _PROFILE * max(value, _LEAST_PROFILE)
     blocks = balance.blocks
-    rng = np.random.default_rng(seed)
-    counts = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws)
+    counts = block_draws(blocks, draws, seed)
 
     def errors(values: Array) -> Array:
         """Summed squared error of each block, (blocks, values)."""

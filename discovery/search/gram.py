@@ -14,7 +14,9 @@ import numpy as np
 from ...physics.frames import Array
 from ..candidates.linearisation import Option
 
-_RIDGE = 1e-9
+RIDGE = 1e-9
+"""Added to the diagonal of normal matrices, in units of a column's square: columns that are one can be solved, and none
+that differ by more than rounding is moved."""
 _MOST_NOISE = 0.5
 """Share of the square of any combination of columns that clearing may take off."""
 
@@ -91,7 +93,7 @@ class GramScores:
         """Bounded least squares on all blocks and, with the held parameters kept, on all blocks but one."""
         columns, lower, upper, target = self._layout(chosen)
         per_block, right = self._cleared(columns, target)
-        h = per_block.sum(axis=0) + _RIDGE * self.tests * np.eye(columns.size)
+        h = per_block.sum(axis=0) + RIDGE * self.tests * np.eye(columns.size)
         change, held = bounded_solve(h, right.sum(axis=0), lower, upper)
         free = ~held
         right = right - per_block[:, :, held] @ change[held]
@@ -136,7 +138,7 @@ class GramScores:
         """
         columns, _, _, target = self._layout(kept)
         left = self._total[:, columns]
-        inner = self._total[np.ix_(columns, columns)] + _RIDGE * self.tests * np.eye(columns.size)
+        inner = self._total[np.ix_(columns, columns)] + RIDGE * self.tests * np.eye(columns.size)
         projected = self._total - left @ np.linalg.solve(inner, left.T)
         pull = projected @ target
         gains = np.zeros(len(others))
@@ -150,11 +152,11 @@ class GramScores:
             if index.size == 1:
                 k, limits = int(index[0]), zip(option.free, option.lower, option.upper, strict=True)
                 (low, high) = next((a, b) for free, a, b in limits if free == k)
-                curve = projected[k, k] + _RIDGE * self.tests
+                curve = projected[k, k] + RIDGE * self.tests
                 step = float(np.clip(h[0] / curve, low * self.scale[k], high * self.scale[k]))
                 gain += 2.0 * step * h[0] - step**2 * projected[k, k]
             elif index.size:
-                inside = projected[np.ix_(index, index)] + _RIDGE * self.tests * np.eye(index.size)
+                inside = projected[np.ix_(index, index)] + RIDGE * self.tests * np.eye(index.size)
                 gain += float(h @ np.linalg.solve(inside, h))
             gains[n] = gain
         return gains

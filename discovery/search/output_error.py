@@ -6,19 +6,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student
 
+from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.shooting import Shooting, ShootingSettings
 from .bootstrap import Interval
-from .gram import bounded_solve
+from .gram import RIDGE, bounded_solve
 
 _LEAST_MASS_SHARE = 0.05
-_STEP = 1e-3
-_LEAST_STEP = 1e-5
+"""Share of the start's mass and inertia that a fit leaves at least, so that they stay positive."""
+_STEP, _LEAST_STEP = 1e-3, 1e-5
+"""Step of a difference, as a share of the value and at least: far above the rounding of a rollout, and small."""
 _DONE = 1e-4
-_RIDGE = 1e-9
+"""Relative fall of the cost from one step below which a fit has ended; a judgement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +149,7 @@ class _Problem:
         x = np.array([vehicle.value(s) for s in self.symbols])
         low, high = (self.lower - x) * size, (self.upper - x) * size
         while damping < 1e6:
-            change, _ = bounded_solve(normal + (damping + _RIDGE) * np.eye(x.size), pull, low, high)
+            change, _ = bounded_solve(normal + (damping + RIDGE) * np.eye(x.size), pull, low, high)
             moved = np.clip(x + change / size, self.lower, self.upper)
             trial = vehicle.with_values(dict(zip(self.symbols, moved.tolist(), strict=True)))
             better = float(((form.balance(trial) / form.scale) ** 2).sum())
@@ -168,15 +170,13 @@ class _Problem:
         jacobian = jacobian / size
         block = np.repeat(form.block, 3)
         blocks = int(block.max()) + 1
-        gradient = np.zeros((blocks, len(self.symbols)))
-        np.add.at(gradient, block, jacobian * error[:, None])
+        scores = block_scores(jacobian, error, block)
         x = np.array([vehicle.value(s) for s in self.symbols])
         free = (x > self.lower) & (x < self.upper)
         covariance, reach = np.zeros((x.size, x.size)), np.full(x.size, np.nan)
         if free.any():
             inverse = np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free], rcond=1e-12, hermitian=True)
-            inner = inverse @ (gradient[:, free].T @ gradient[:, free]) @ inverse * blocks / (blocks - 1)
-            covariance[np.ix_(free, free)] = inner / np.outer(size[free], size[free])
+            covariance[np.ix_(free, free)] = sandwich(inverse, scores[:, free]) / np.outer(size[free], size[free])
         if blocks > free.sum():
             reach[free] = float(student.ppf(0.975, blocks - 1)) * np.sqrt(np.diag(covariance)[free])
         return covariance, reach

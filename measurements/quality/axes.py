@@ -12,7 +12,7 @@ import numpy as np
 
 from ..canonical import Channel
 from ..log import Log
-from ..statistics import CI
+from ..statistics.robust import CI
 from .finding import Channels, Fix
 from .pieces import fit_pieces, ways
 

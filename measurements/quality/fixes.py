@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ...physics.frames import Array
 from ..canonical import Channel
+from ..statistics.white_noise import noise_of_differences
 from .finding import Channels
 
 LEAST = 20
@@ -89,14 +90,14 @@ class Fixes:
     def noise_speed(self) -> float:
         """Speed that the noise of the fixes alone seems to be, on the beat [m/s]: its 95th percentile.
 
-        From second differences, which are sqrt(6) as noisy as a fix; a central difference over two beats is 1/sqrt(2) /
+        From second differences; a central difference over two beats is 1/sqrt(2) /
         beat, and the length of two such has its 95th percentile at sqrt(-2 ln 0.05).
         """
         good = self.moving & ~self.off & (self.whole == 1)
         bend = np.diff(self.position, n=2, axis=0)[good[1:] & good[:-1]]
         if not bend.size:
             return 0.0
-        sigma = float(np.median(np.abs(bend))) / 0.6745 / np.sqrt(6.0)
+        sigma = noise_of_differences(bend, 2)
         return float(np.sqrt(-2.0 * np.log(0.05)) * sigma / np.sqrt(2.0) / self.beat)
 
     def retimed(self) -> Array:

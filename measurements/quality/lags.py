@@ -9,7 +9,8 @@ from scipy.stats import t as student
 
 from ...physics.frames import Array
 from ..alignment import band_passed, drift_free
-from ..statistics import CI
+from ..statistics.peak import turning_point
+from ..statistics.robust import CI
 
 _BLOCK = 10.0
 """Length of the stretches that are left out one at a time [s]."""
@@ -139,8 +140,7 @@ def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, fl
     best = int(np.argmin(left))
     if best in (0, lags.size - 1):
         return None
-    before, here, after = left[best - 1 : best + 2]
-    curvature = before - 2.0 * here + after
-    shift = 0.5 * (before - after) / curvature if curvature > 0.0 else 0.0
+    before, here, after = left[best - 1 : best + 2].tolist()
+    shift = turning_point(before, here, after)
     slope = float(coefficients[best, 0, 0]) * float(size[best, -1] / size[best, 0])
-    return float((lags[best] + shift) * step), float(here), slope
+    return float((lags[best] + shift) * step), here, slope

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ...physics.frames import Array, body_to_earth
 from ..canonical import Channel
 from ..log import Log
-from ..statistics import Fit, robust_fit
+from ..statistics.robust import Fit, robust_fit
 
 _WINDOW = 4.0
 """Length of the pieces over which changes are compared [s]: long beside the noise of a position, short beside drift."""

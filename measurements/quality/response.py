@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ...physics.frames import Array
 from ..alignment import band_passed
 from ..canonical import command_kind
-from ..statistics import Fit, robust_fit, surely_more
+from ..statistics.paired import surely_more
+from ..statistics.robust import Fit, robust_fit
 from .record import RATE, Record
 from .resting import centre_of
 

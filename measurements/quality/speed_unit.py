@@ -9,7 +9,7 @@ from ...physics.forces import modelled_acceleration
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..statistics import Fit, robust_fit
+from ..statistics.robust import Fit, robust_fit
 from .finding import Finding, Reach
 from .record import RATE, Record
 

@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import RequestError
 from ..forces import relative_velocity
 from ..frames import Array
-from ..matrices import active_terms, damping_matrix, mass_matrix
+from ..matrices import active_terms, mass_matrix
 from ..motion import Motion
 from ..vehicle import Vehicle
 
@@ -66,11 +66,6 @@ class Envelope:
         """As the files write it: [lower, upper] by velocity."""
         return {name: [low, high] for name, low, high in zip("uvr", self.lower, self.upper, strict=True)}
 
-    def contains(self, velocity: Array, slack: float = 1e-9) -> np.ndarray:
-        """True where velocities (..., 3) lie inside, (...)."""
-        x = np.asarray(velocity, dtype=float)
-        return np.all((x >= np.array(self.lower) - slack) & (x <= np.array(self.upper) + slack), axis=-1)
-
 
 def envelope_of(motions: Sequence[Motion], vehicle: Vehicle, share: float = 1.0) -> Envelope:
     """The envelope of measured motions: `share` times the extremes of velocity relative to the vehicle's water.
@@ -106,38 +101,6 @@ def damping_power(vehicle: Vehicle, velocity: Array) -> Array:
     for value, axis, form in active_terms(vehicle):
         power = power + value * form(u, v, r) * state[axis]
     return power
-
-
-@dataclass(frozen=True, slots=True)
-class Vertices:
-    """The damping matrix at the corners of every orthant of an envelope.
-
-    Attributes
-    ----------
-    states : (orthants, 8, 3) corners [m/s, m/s, rad/s]
-    matrices : (orthants, 8, 3, 3) D + D^T there, with the moduli's signs of the orthant
-    """
-
-    states: Array
-    matrices: Array
-
-    @property
-    def least(self) -> float:
-        """Smallest eigenvalue of all; where it is not negative, damping that is affine in speeds dissipates."""
-        return float(np.linalg.eigvalsh(self.matrices).min())
-
-
-def dissipation_vertices(vehicle: Vehicle, envelope: Envelope) -> Vertices:
-    """D + D^T at the corners of each orthant of the envelope (Boyd et al. 1994, section 4.3).
-
-    Where D is affine in the velocities and their moduli, as for every damping and coupling term of the catalogue,
-    D + D^T >= 0 at these corners proves dissipation on the whole envelope. It is not necessary: products u v r may
-    stand in any column. `certificate.py` moves them freely, and takes terms of higher degree.
-    """
-    ends = np.array(envelope.orthants)
-    states = ends[:, None, :] * np.array(list(product((0.0, 1.0), repeat=3)))
-    matrix = damping_matrix(vehicle, states)
-    return Vertices(states, matrix + np.swapaxes(matrix, -1, -2))
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,11 +59,6 @@ def surplus(power: Any, driven: Any = 0.0, margin: float = MARGIN) -> Any:
     return _positive(power - _positive(margin * driven))
 
 
-def violated(power: Any, allowed: Any, driven: Any = 0.0, margin: float = MARGIN) -> Any:
-    """True where the surplus is more than the power that is `allowed`, such as `let_pass` [W]."""
-    return surplus(power, driven, margin) > allowed
-
-
 def full_force(vehicle: Vehicle) -> Array:
     """Force of full thrust on each axis (3,) [N, N, N m]; at least surge's, at the radius of gyration in yaw."""
     ends = [[command_of(t, np.array(side)) for t in vehicle.thrusters] for side in (-1.0, 1.0)]

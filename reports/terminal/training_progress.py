@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ...residuals.training.epochs import Epoch
+    from ...residuals.training.history import Epoch
 
 EVERY = 10
 """Epochs between plain lines: thirty for a training of the usual 300."""

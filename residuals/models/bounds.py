@@ -20,6 +20,7 @@ from .network_model import NetworkModel
 _MOST = 200_000
 """Cells looked at before there is no proof."""
 _BATCH = 2048
+"""Cells at once, so that the bounds of the widest layers stay within some 100 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

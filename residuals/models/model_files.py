@@ -23,7 +23,7 @@ from ...physics.folders import finish, replace_folder
 from ...physics.marks import on_top, written_by
 from ...physics.printable import listed, shown
 from ...physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
-from ...physics.reading import parse_json, parse_yaml, read_bytes, read_yaml, reason
+from ...physics.reading import Plain, parse_json, parse_yaml, read_bytes, read_yaml, reason
 from ...physics.vehicle import Vehicle, vehicle_from_dict
 from .network_inputs import input_names
 from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
@@ -65,14 +65,14 @@ class _Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     schema_name: Literal["undertow.network/1"] = Field(alias="schema")
     network: str
-    options: dict[str, Any]
+    options: Plain  # the registry of networks checks them
     pure: StrictBool
     time_step: Positive
     inputs: tuple[_Input, ...]
     output_scale: tuple[Positive, Positive, Positive]
-    vehicle: dict[str, Any]
+    vehicle: dict[str, object]
     weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
-    training: dict[str, Any]
+    training: dict[str, object]
 
 
 def own_network(folder: Path) -> set[str]:
@@ -95,7 +95,7 @@ def _head(path: Path) -> bytes:
 
 
 def save_network(
-    model: "NetworkModel", folder: str | os.PathLike[str], training: Mapping[str, Any], *, force: bool = False
+    model: "NetworkModel", folder: str | os.PathLike[str], training: Mapping[str, object], *, force: bool = False
 ) -> Path:
     """Write a network's folder; weights are kept in the network's own precision.
 
@@ -248,7 +248,7 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
     return one.shape == other.shape and np.allclose(one, other, rtol=_SAME, atol=1e-3 * _SAME * np.abs(other).max())
 
 
-def _digest(settings: Mapping[str, Any]) -> str:
+def _digest(settings: Mapping[str, object]) -> str:
     """Digest of all that gives weights their meaning, the same before and after a trip through YAML."""
     meant = {name: value for name, value in settings.items() if name not in ("weights_sha256", "training")}
     plain = parse_yaml(yaml.safe_dump(meant))

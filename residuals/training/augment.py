@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ...measurements.preparation.dataset import DataSet
-from ...measurements.statistics import sensor_noise
+from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle

@@ -1,10 +1,9 @@
 """The state of a training between two epochs in one file, from which it goes on as if it had never stopped."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
@@ -16,6 +15,7 @@ from ...physics.files import write_bytes
 from ...physics.printable import shown
 from ...physics.reading import parse_json
 from ..models.neural import CHECKPOINT
+from .history import Epoch
 
 SCHEMA = "undertow.checkpoint/2"
 
@@ -29,7 +29,7 @@ class Checkpoint:
     weights, kept : of the last epoch by name, and of the best ones so far by `number/name`
     moments : state of Adam by parameter number and name
     draw : state of the random generator
-    history : of the epochs, as plain data
+    history : of the epochs
     seconds : spent so far [s]
     recipe : all that the result depends on; a training goes on only with the same
     """
@@ -38,9 +38,9 @@ class Checkpoint:
     kept: Mapping[str, Tensor]
     moments: Mapping[int, Mapping[str, Tensor]]
     draw: Tensor
-    history: list[dict[str, Any]]
+    history: Sequence[Epoch]
     seconds: float
-    recipe: Mapping[str, Any]
+    recipe: Mapping[str, object]
 
 
 def write_checkpoint(folder: Path, state: Checkpoint) -> None:
@@ -55,7 +55,12 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     tensors |= {f"kept/{name}": value for name, value in state.kept.items()}
     tensors |= {f"adam/{k}/{name}": value for k, row in state.moments.items() for name, value in row.items()}
     tensors["draw"] = state.draw
-    said = {"schema": SCHEMA, "history": state.history, "seconds": state.seconds, "recipe": dict(state.recipe)}
+    said = {
+        "schema": SCHEMA,
+        "history": [asdict(epoch) for epoch in state.history],
+        "seconds": state.seconds,
+        "recipe": dict(state.recipe),
+    }
     plain = {name: value.detach().cpu().contiguous() for name, value in tensors.items()}
     write_bytes(folder / CHECKPOINT, save(plain, {"undertow": json.dumps(said, allow_nan=False)}))
 
@@ -67,7 +72,7 @@ FREE = ("epochs", "patience", "learning_rate", "schedule", "clip")
 _OTHER = {"data": "the logs, or how they are prepared, are others", "vehicle": "the vehicle is another"}
 
 
-def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | None:
+def read_checkpoint(folder: Path, recipe: Mapping[str, object]) -> Checkpoint | None:
     """The state that an interrupted training left in `folder`, None where there is none.
 
     Raises
@@ -89,8 +94,9 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | Non
         for name, value in _under(tensors, "adam").items():
             number, _, label = name.partition("/")
             moments.setdefault(int(number), {})[label] = value
+        history = [Epoch(**row) for row in said["history"]]
         weights, kept = _under(tensors, "weights"), _under(tensors, "kept")
-        return Checkpoint(weights, kept, moments, tensors["draw"], said["history"], said["seconds"], said["recipe"])
+        return Checkpoint(weights, kept, moments, tensors["draw"], history, said["seconds"], said["recipe"])
     except RequestError:
         raise
     except (OSError, SafetensorError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -99,11 +105,12 @@ def read_checkpoint(folder: Path, recipe: Mapping[str, Any]) -> Checkpoint | Non
         ) from error
 
 
-def _check_recipe(path: Path, written: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+def _check_recipe(path: Path, written: Mapping[str, object], wanted: Mapping[str, object]) -> None:
     plain = parse_json(json.dumps(dict(wanted)))
     written = dict(written)
     for recipe in (plain, written):
-        recipe["settings"] = {k: v for k, v in recipe.get("settings", {}).items() if k not in FREE}
+        settings = recipe.get("settings")
+        recipe["settings"] = {k: v for k, v in settings.items() if k not in FREE} if isinstance(settings, dict) else {}
     told = []
     for key in sorted({**written, **plain}):
         before, now = written.get(key), plain.get(key)

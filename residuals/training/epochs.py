@@ -1,12 +1,11 @@
 """Training a network: windows in, epochs of Adam, and the best weights that keep the laws out."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from math import cos, isfinite, pi
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import torch
 
@@ -18,32 +17,10 @@ from ..models.neural import CHECKPOINT
 from ..models.threads import one_thread
 from ..networks.base import Network
 from .checkpoint import Checkpoint, cloned, read_checkpoint, write_checkpoint
+from .history import Epoch, best_epochs, stale
 from .losses import Objective
 from .preparation import Prepared, prepare_training
-from .training_settings import TrainingSettings
-
-CANDIDATES = 5
-"""Epochs whose weights are kept until the end, when they are put before all laws, the best first."""
-_BETTER = 1e-3
-"""An epoch counts as better when it lowers the best error by more than this share of it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Epoch:
-    """One epoch.
-
-    Attributes
-    ----------
-    number : 0 is a hybrid before the first step, which is the vehicle alone
-    loss : mean over the batches; None for number 0
-    rmse : error of the acceleration on the validation part, each axis in units of its measured acceleration in training
-    violating : share of the states at which the laws are broken, see `validation.Judge`
-    """
-
-    number: int
-    loss: float | None
-    rmse: float
-    violating: float
+from .training_settings import Choice, TrainingSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +46,7 @@ class Trained:
     stopped: str
     settings: TrainingSettings
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """The training log that a model's file keeps."""
         return {
             "settings": self.settings.to_dict(),
@@ -84,11 +61,8 @@ class Trained:
 def train(
     split: Split,
     vehicle: Vehicle,
-    network: str = "lstm",
-    options: Mapping[str, int | float] | None = None,
+    choice: Choice,
     *,
-    pure: bool = False,
-    heading: bool = False,
     settings: TrainingSettings | None = None,
     folder: Path | None = None,
     resume: bool = False,
@@ -103,9 +77,7 @@ def train(
     Parameters
     ----------
     vehicle : the nominal model that is corrected, or whose thrust curves a pure network sees
-    network, options : a name and options of `networks.registry`
-    pure : train in the place of the physics, not beside it
-    heading : let the network see it
+    choice : the network
     folder : where a checkpoint is written after each epoch; the caller removes it when the model is
         saved. None writes nothing
     resume : go on from the checkpoint in `folder`, where there is one
@@ -122,7 +94,7 @@ def train(
     chosen = settings or TrainingSettings()
     begun = perf_counter()
     with _reproducible(chosen.seed):
-        prepared = prepare_training(split, vehicle, network, options, chosen, pure=pure, heading=heading)
+        prepared = prepare_training(split, vehicle, choice, chosen)
         run = _Run(prepared, chosen, None if folder is None else Path(folder), begun)
         run.start(resume)
         while not (why := run.finished()):
@@ -130,32 +102,23 @@ def train(
             if progress is not None:
                 progress(run.history[-1])
         model = NetworkModel(
-            vehicle, prepared.network.cpu(), prepared.time_step, pure=pure, seconds_to_fit=perf_counter() - run.begun
+            vehicle,
+            prepared.network.cpu(),
+            prepared.time_step,
+            pure=choice.pure,
+            seconds_to_fit=perf_counter() - run.begun,
         )
         kept, lawful = run.choose(model, auditor)
     best = next(epoch for epoch in run.history if epoch.number == kept)
     return Trained(model, tuple(run.history), kept, lawful, best.violating, why, chosen)
 
 
-def best_epochs(history: list[Epoch], count: int = CANDIDATES) -> list[int]:
-    """Numbers of the epochs to keep, the best first: by their error, those that break the laws behind all others."""
-    ranked = sorted(history, key=lambda epoch: (epoch.violating > 0.0, epoch.rmse))
-    return [epoch.number for epoch in ranked[:count]]
-
-
-def stale(history: list[Epoch]) -> int:
-    """Epochs since the error, of all epochs or of the lawful ones, last fell by a noticeable share."""
-    last = 0
-    for pool in (history, [epoch for epoch in history if epoch.violating == 0.0]):
-        least = float("inf")
-        for epoch in pool:
-            if epoch.rmse < (1.0 - _BETTER) * least:
-                least, last = epoch.rmse, max(last, epoch.number)
-    return history[-1].number - last if history else 0
-
-
 def one_pass(
-    network: Network, objective: Objective, optimiser: torch.optim.Optimizer, settings: TrainingSettings, draw: Any
+    network: Network,
+    objective: Objective,
+    optimiser: torch.optim.Optimizer,
+    settings: TrainingSettings,
+    draw: torch.Generator,
 ) -> float:
     """One epoch of steps over all windows in random order; the mean loss of its batches."""
     device = objective.inputs.device
@@ -208,7 +171,7 @@ class _Run:
         self.optimiser.load_state_dict({"state": dict(found.moments), "param_groups": groups})
         self.draw.set_state(found.draw)
         self.kept = {name: value.to(device) for name, value in found.kept.items()}
-        self.history = [Epoch(**row) for row in found.history]
+        self.history = list(found.history)
         self.begun -= found.seconds
 
     @property
@@ -237,7 +200,7 @@ class _Run:
                     self.kept,
                     self.optimiser.state_dict()["state"],
                     self.draw.get_state(),
-                    [asdict(epoch) for epoch in self.history],
+                    self.history,
                     perf_counter() - self.begun,
                     self.prepared.recipe,
                 ),

@@ -1,9 +1,7 @@
 """What a training works on: the network, the loss and the judge, made from a split and the settings."""
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -25,7 +23,7 @@ from ..networks.base import Network, Scaling
 from ..networks.registry import build, default_options
 from .augment import Augmenter, seen_noise, sister_targets
 from .losses import Objective
-from .training_settings import TrainingSettings
+from .training_settings import Choice, TrainingSettings
 from .validation import Judge
 from .windows import Windows, filter_taps, windows_of
 
@@ -56,18 +54,14 @@ class Prepared:
     judge: Judge
     pure: bool
     time_step: float
-    recipe: dict[str, Any]
+    recipe: dict[str, object]
 
 
 def prepare_training(
     split: Split,
     vehicle: Vehicle,
-    name: str,
-    options: Mapping[str, int | float] | None,
+    choice: Choice,
     settings: TrainingSettings,
-    *,
-    pure: bool,
-    heading: bool,
 ) -> Prepared:
     """Cut windows, scale, build the network, and work out all that does not depend on its weights.
 
@@ -77,17 +71,19 @@ def prepare_training(
         for an unknown network or option, a device that is not there, or data that are too short.
     """
     device = _device(settings.device)
-    remembers = _remembers(name, options)
+    remembers = _remembers(choice)
     warm_up = WARM_UP if remembers else 0.0
-    chosen = {"pure": pure, "heading": heading}
+    chosen = {"pure": choice.pure, "heading": choice.heading}
     windows = windows_of(split.train, vehicle, **chosen, seconds=settings.window, warm_up=warm_up)
     sisters = sister_targets(split.train, vehicle, settings, windows.target, **chosen, warm_up=warm_up)
     _check_rollouts(settings, windows)
     motions = split.train.motions
     seen = windows.inputs.reshape(-1, windows.inputs.shape[-1])
     unit = _unit(motions)
-    scaling = scaling_of(vehicle, Standardisation.of(input_names(vehicle, heading), seen), _target_scale(windows, unit))
-    network = build(name, scaling, options).to(device)
+    scaling = scaling_of(
+        vehicle, Standardisation.of(input_names(vehicle, choice.heading), seen), _target_scale(windows, unit)
+    )
+    network = build(choice.network, scaling, choice.options).to(device)
     like = next(network.parameters())
 
     def tensor(values: Array) -> torch.Tensor:
@@ -118,28 +114,28 @@ def prepare_training(
         coasting(coasting_states(envelope, POOL, seed=1)),
         vehicle,
         settings,
-        pure=pure,
+        pure=choice.pure,
         augmenter=augmenter,
     )
     recipe = {
-        "network": name,
-        "options": default_options(name) | dict(options or {}),
+        "network": choice.network,
+        "options": default_options(choice.network) | dict(choice.options or {}),
         **chosen,
         "settings": settings.to_dict(),
         "device": device.type,
         "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
         "vehicle": hashlib.sha256(vehicle.model_dump_json().encode()).hexdigest()[:16],
     }
-    return Prepared(network, objective, judge, pure, windows.time_step, recipe)
+    return Prepared(network, objective, judge, choice.pure, windows.time_step, recipe)
 
 
-def _remembers(name: str, options: Mapping[str, int | float] | None) -> bool:
+def _remembers(choice: Choice) -> bool:
     """Whether a network has a memory, found by asking a throw-away one."""
     scaling = Scaling(
         Standardisation(("u", "v", "r", "thrust"), np.zeros(4), np.ones(4)), np.ones(3), np.eye(3), np.ones((3, 1))
     )
     with torch.random.fork_rng(), torch.no_grad():
-        return bool(build(name, scaling, options)(torch.zeros(1, 1, 4))[1])
+        return bool(build(choice.network, scaling, choice.options)(torch.zeros(1, 1, 4))[1])
 
 
 def _unit(motions: tuple[Motion, ...]) -> Array:

@@ -7,13 +7,17 @@ import torch
 from torch import Tensor
 
 from ...physics.forces import ForceEquation, relative_velocity
+from ...physics.simulation import runge_kutta
 from ...physics.vehicle import Vehicle
 from ..networks.base import Memory, Network
 
 _relative: Any = relative_velocity  # annotated for arrays; what acts on them acts on tensors, too
+_runge_kutta: Any = runge_kutta
 
-State = tuple[Tensor, ...]
-"""Heading, u, v, r and the wake memory's sway speed and yaw rate, each (batch,)."""
+Acceleration = tuple[Tensor, ...]
+"""Of u, v, r, each (batch,)."""
+Slopes = tuple[Tensor, ...]
+"""Of heading, u, v, r and the wake memory's sway speed and yaw rate, each (batch,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +56,7 @@ class Shooter:
         memory: Memory | None = None
         if start:
             _, memory = network(inputs[:, :start])
-        state: State = states[:, start].unbind(-1)
+        state = states[:, start].T
         heading = inputs.shape[-1] > 3 + forcing.thrust.shape[-1]
         thrust, load, air = (x.permute(1, 2, 0).unbind(0) for x in (forcing.thrust, forcing.load, forcing.air))
         found: list[Tensor] = []
@@ -66,23 +70,20 @@ class Shooter:
             before = now
             ends = tuple((x[k], x[k + 1]) for x in (thrust, load, air))
             state = self._step(state, held.unbind(-1), *ends)
-            found.append(torch.stack(state[1:4], dim=-1))
+            found.append(state[1:4].T)
         return torch.stack(found, dim=1)
 
-    def _step(self, state: State, said: State, *ends: tuple[Tensor, Tensor]) -> State:
-        h = self.time_step
+    def _step(self, state: Tensor, said: Acceleration, *ends: tuple[Tensor, Tensor]) -> Tensor:
         first, last = tuple(e[0] for e in ends), tuple(e[1] for e in ends)
         middle = tuple(0.5 * (e[0] + e[1]) for e in ends)
-        k1 = self._slope(state, said, *first)
-        k2 = self._slope(_moved(state, k1, 0.5 * h), said, *middle)
-        k3 = self._slope(_moved(state, k2, 0.5 * h), said, *middle)
-        k4 = self._slope(_moved(state, k3, h), said, *last)
-        return tuple(
-            x + (h / 6.0) * (a + 2.0 * b + 2.0 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
-        )
 
-    def _slope(self, state: State, said: State, thrust: Tensor, load: Tensor, air: Tensor) -> State:
-        heading, u, v, r, slow_v, slow_r = state
+        def slope(x: Tensor, outside: tuple[Tensor, Tensor, Tensor]) -> Tensor:
+            return torch.stack(self._slope(x, said, *outside))
+
+        return _runge_kutta(slope, state, (first, middle, last), self.time_step)
+
+    def _slope(self, state: Tensor, said: Acceleration, thrust: Tensor, load: Tensor, air: Tensor) -> Slopes:
+        heading, u, v, r, slow_v, slow_r = state.unbind(0)
         if self.pure:
             return r, *said, torch.zeros_like(u), torch.zeros_like(u)
         velocity = (u, v, r)
@@ -96,7 +97,3 @@ class Shooter:
         else:
             lag = (torch.zeros_like(u), torch.zeros_like(u))
         return r, *(a + b for a, b in zip(slopes, said, strict=True)), *lag
-
-
-def _moved(state: State, slope: State, step: float) -> State:
-    return tuple(x + step * s for x, s in zip(state, slope, strict=True))

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from numbers import Integral
-from typing import Any, Literal
+from typing import Literal
 
 from ...physics.errors import RequestError
 
@@ -123,6 +123,6 @@ class TrainingSettings:
             if getattr(self, name) not in known:
                 raise RequestError(f"training: expected {name} {' or '.join(known)}, got {getattr(self, name)!r}")
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """As plain data."""
         return asdict(self)

@@ -13,7 +13,7 @@ import undertow
 from undertow.physics.errors import RequestError
 from undertow.reports.terminal.training_progress import epoch_words, training_progress
 from undertow.residuals.models.model_files import load_network
-from undertow.residuals.training.epochs import Epoch
+from undertow.residuals.training.history import Epoch
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.train import parsed_options, settings_with, train
 

@@ -231,10 +231,13 @@ def _checkpoint(folder: Path) -> Path:
     import torch
 
     from undertow.residuals.training.checkpoint import Checkpoint, write_checkpoint
+    from undertow.residuals.training.history import Epoch
 
     weights = {"a": torch.zeros(3), "b": torch.ones(2, 2)}
     kept, moments = ({name: value.clone() for name, value in weights.items()} for _ in range(2))
-    state = Checkpoint(weights, kept, {0: moments}, torch.get_rng_state(), [{"loss": 1.0}], 2.0, {"data": "x"})
+    state = Checkpoint(
+        weights, kept, {0: moments}, torch.get_rng_state(), [Epoch(1, 1.0, 0.5, 0.0)], 2.0, {"data": "x"}
+    )
     write_checkpoint(folder, state)
     return folder / "checkpoint.safetensors"
 

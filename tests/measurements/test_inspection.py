@@ -11,7 +11,7 @@ from undertow.measurements.alignment import align
 from undertow.measurements.canonical import Channel
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
-from undertow.measurements.statistics import noise_level
+from undertow.measurements.statistics.white_noise import noise_level
 from undertow.physics.vehicle import load_vehicle
 
 TIME = 0.05 * np.arange(2401, dtype=float)

@@ -140,7 +140,7 @@ def test_true_is_no_number_anywhere_in_a_vehicle(section):
     symbol = {"damping": "X_u", "added_mass": "X_udot", "environment": "current_north"}[section]
     with pytest.raises(VehicleError, match=f"{section}.{symbol}: expected a number, got False"):
         vehicle_from_dict({**SOUND, section: {symbol: False}}, "boat.yaml")
-    thrusters = [{**thruster, "x": True} for thruster in SOUND["thrusters"]]
+    thrusters = [{**thruster.model_dump(), "x": True} for thruster in load_vehicle("blueboat").thrusters]
     with pytest.raises(VehicleError, match=r"thrusters.0.x: expected a number, got True"):
         vehicle_from_dict({**SOUND, "thrusters": thrusters}, "boat.yaml")
 

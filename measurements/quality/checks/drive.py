@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ....physics.forces import modelled_acceleration
 from ....physics.frames import Array
 from ...alignment import band_passed
+from ...statistics.white_noise import noise_level
 from ..finding import Check, Finding, Reach
 from ..record import RATE, Record, Stretch
 from ..resting import centre_of
@@ -141,8 +142,7 @@ def _part(record: Record, stretch: Stretch, names: list[str]) -> _Part | None:
 
 def _white(velocity: Array) -> Array:
     """Root mean square of what white noise on speeds (n, 2) makes of their accelerations in the band."""
-    third = np.diff(velocity, 3, axis=0)
-    noise = 1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)
+    noise = np.array([noise_level(speed) or 0.0 for speed in velocity.T])
     low, high = _QUICK
     # White noise of one sample's variance is spread evenly up to half the rate; a derivative is 2 pi f as large.
     return noise * 2.0 * np.pi * np.sqrt((high**3 - low**3) / 3.0 / (0.5 * RATE))

@@ -10,7 +10,7 @@ from ....physics.frames import Array, body_to_earth
 from ....physics.thrusters import push_and_turn, side_named
 from ...alignment import band_passed
 from ...canonical import Channel, command_kind
-from ...statistics import surely_more
+from ...statistics.paired import surely_more
 from ..finding import Channels, Check, Finding, Fix, Reach
 from ..lags import QUICK
 from ..record import RATE, Record, Stretch

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from ....physics.frames import GRAVITY
-from ...statistics import robust_fit
+from ...statistics.robust import robust_fit
 from ..finding import Check, Finding
 from ..record import RATE, Record
 from .clocks import on_grid

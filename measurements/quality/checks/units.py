@@ -8,7 +8,7 @@ import numpy as np
 
 from ...canonical import Channel
 from ...log import Log
-from ...statistics import Fit
+from ...statistics.robust import Fit
 from ..axes import Mixed, Track, mixed_up, track_of
 from ..finding import Channels, Check, Finding, Fix, Reach, Verdict
 from ..pieces import fit_pieces, turns

@@ -45,53 +45,72 @@ class Proof:
     against: Array | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Answers:
+    """What a model answers to the laws.
+
+    Attributes
+    ----------
+    settled : acceleration over ground in states that have lasted
+    along : acceleration over ground along a motion
+    rollout : open-loop rollouts along a motion, of a model that knows one rate; None where `settled` is integrated
+    exact : whether the model is a formula, judged to rounding
+    own_mass : whether the mass is the model's, or only that of the vehicle by which its power is counted
+    prove : tries to prove that over an envelope no more than a power [W] is gained, and a force (3,) for each speed
+    coriolis : its Coriolis matrix; None where that cannot be told from other forces
+    """
+
+    settled: Settled
+    along: Callable[[Motion], Array]
+    rollout: Callable[[Motion, np.ndarray, int], Rollouts] | None
+    exact: bool
+    own_mass: bool
+    prove: Callable[[Envelope, float, Array], Proof]
+    coriolis: Callable[[Array], Array] | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scope:
+    """Where a model is judged, and how thoroughly.
+
+    Attributes
+    ----------
+    envelope : velocities relative to the water
+    commands : (m, thrusters) commands that it may meet
+    time_step : of rollouts [s]
+    motions : measured
+    dense : states more that are asked, for a model that answers fast
+    seed : of the search
+    samples : states of the search
+    """
+
+    envelope: Envelope
+    commands: Array
+    time_step: float
+    motions: tuple[Motion, ...]
+    dense: int
+    seed: int
+    samples: int = 8192
+
+
 class Witness:
     """A model as the laws see it.
 
     Parameters
     ----------
     vehicle : whose mass, thrusters, water, wind and trim are taken as stated
-    settled : acceleration over ground in states that have lasted
-    along : acceleration over ground along a motion
-    rollout : open-loop rollouts along a motion, of a model that knows one rate; None where `settled` is integrated
-    envelope : velocities relative to the water in which the model is judged
-    commands : (m, thrusters) commands that it may meet
-    time_step : of rollouts [s]
-    exact : whether the model is a formula, judged to rounding
-    own_mass : whether the mass is the model's, or only that of the vehicle by which its power is counted
-    prove : tries to prove that over an envelope no more than a power [W] is gained, and a force (3,) for each speed
-    coriolis : its Coriolis matrix; None where that cannot be told from other forces
-    motions : measured
-    samples, seed : of the search
-    dense : states more that are asked, for a model that answers fast
+    answers : what the model says, which stand here under their own names
+    scope : where it is judged, as well
     """
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        settled: Settled,
-        *,
-        along: Callable[[Motion], Array],
-        rollout: Callable[[Motion, np.ndarray, int], Rollouts] | None,
-        envelope: Envelope,
-        commands: Array,
-        time_step: float = 0.1,
-        exact: bool = False,
-        own_mass: bool = True,
-        prove: Callable[[Envelope, float, Array], Proof] | None = None,
-        coriolis: Callable[[Array], Array] | None = None,
-        motions: tuple[Motion, ...] = (),
-        samples: int = 8192,
-        dense: int = 0,
-        seed: int = 0,
-    ) -> None:
+    def __init__(self, vehicle: Vehicle, answers: Answers, scope: Scope) -> None:
         self.vehicle = vehicle
-        self.along, self.rollout = along, rollout
-        self.envelope, self.commands, self.time_step = envelope, commands, time_step
-        self.exact, self.own_mass, self.coriolis, self.motions = exact, own_mass, coriolis, motions
-        self.samples, self.dense, self.seed = samples, dense, seed
+        self.along, self.rollout, self.coriolis = answers.along, answers.rollout, answers.coriolis
+        self.exact, self.own_mass = answers.exact, answers.own_mass
+        self.envelope, self.commands, self.time_step = scope.envelope, scope.commands, scope.time_step
+        self.motions, self.samples, self.dense, self.seed = scope.motions, scope.samples, scope.dense, scope.seed
         self.mass = mass_matrix(vehicle)
-        self._settled, self._prove = settled, prove
+        self._settled, self._prove = answers.settled, answers.prove
 
     @property
     def tolerance(self) -> float:
@@ -176,8 +195,6 @@ class Witness:
 
     def prove(self, stretch: float = 1.0) -> Proof:
         """Try to prove that over the stretched envelope at most what is `allowed` is gained without thrust."""
-        if self._prove is None:
-            return Proof()
         low, high = (tuple(stretch * x for x in ends) for ends in (self.envelope.lower, self.envelope.upper))
         force = self.tolerance * self.full_force
         return self._prove(Envelope(low, high), CRAWL * float(force[0]), force)  # type: ignore[arg-type]

@@ -183,14 +183,22 @@ def test_the_function_on_a_log_its_file_and_its_table(tmp_path, capsys: pytest.C
 
 
 def test_a_share_that_an_effect_gives_away_for_another_axis_is_explained():
-    traded = AxisShare("sway", "N", 2.0, 10.0, named=-0.09, possible=0.88, explained=0.79, remainder=0.9)
+    traded = AxisShare(
+        axis="sway", unit="N", correction=2.0, at_work=10.0, named=-0.09, possible=0.88, explained=0.79, remainder=0.9
+    )
     assert "named effects explain nothing, with effects that are not sure 88 %" in traded.sentence
     assert "79 % (all axes are fitted at once, and some effects explain less here for more" in traded.sentence
-    plain = AxisShare("yaw", "N m", 2.0, 10.0, named=0.5, possible=0.8, explained=0.9, remainder=0.6)
+    plain = AxisShare(
+        axis="yaw", unit="N m", correction=2.0, at_work=10.0, named=0.5, possible=0.8, explained=0.9, remainder=0.6
+    )
     assert "fitted at once" not in plain.sentence
     paper = io.StringIO()
     console = Console(file=paper, width=100)
-    console.print(distilled_table(Distilled("net", "hull", (traded, plain), (), (), 60.0)))
+    console.print(
+        distilled_table(
+            Distilled(model="net", nominal="hull", axes=(traded, plain), effects=(), unnamed=(), seconds=60.0)
+        )
+    )
     shown = " ".join(paper.getvalue().split())
     assert "none 88" in shown
     assert "-9" not in shown

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from envelopes import encloses
 
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates
@@ -100,7 +101,7 @@ def test_the_price_is_reported_with_its_corner_and_in_words():
     assert worst_dissipation(nominal.with_values(found.free), box).power > 0.0
     assert found.values["Y_r"] + found.values["N_v"] <= 2.0 * np.sqrt(12.0 * 6.0)
     assert found.binding is not None
-    assert box.contains(np.array(found.binding.state))
+    assert encloses(box, np.array(found.binding.state))
     assert found.binding.symbol in ("Y_r", "N_v")
     assert found.binding.multiplier > 0.0
     assert "Passivity costs" in found.sentence

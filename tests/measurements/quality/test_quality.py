@@ -24,7 +24,7 @@ from undertow.measurements.quality.lags import Response, lag_of
 from undertow.measurements.quality.record import Record
 from undertow.measurements.quality.registry import CHECKS
 from undertow.measurements.quality.response import answers
-from undertow.measurements.statistics import robust_fit
+from undertow.measurements.statistics.robust import robust_fit
 from undertow.physics.frames import body_to_earth
 from undertow.workflows.inputs import _alignment_notes
 

@@ -18,7 +18,7 @@ from undertow.measurements.quality.checks.neutral import Neutral
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding
 from undertow.measurements.quality.record import Record
-from undertow.measurements.statistics import surely_more
+from undertow.measurements.statistics.paired import surely_more
 from undertow.physics.errors import LogError, VehicleError
 from undertow.physics.thrusters import resting_commands
 from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from scipy.stats import t as student
 
-from ..physics.frames import Array
+from ...physics.frames import Array
 
 Verdict = Literal["better", "worse", "no difference", "too short to tell"]
 
@@ -27,14 +27,22 @@ _SHORTEST = 3.0
 """Blocks that autocorrelation alone leaves at least."""
 MATERIAL = 0.01
 """Share of the error below which a difference, however sure, is none."""
-_ROWS = 30
+ROWS = 30
 """Rows below which nothing is said: fewer do not show how alike neighbours are."""
 _MOST = 6
 """Blocks at most: longer blocks cost a little width, and keep an interval honest where the error goes slowly."""
 _LONGER = 5.0
+"""Length of a block, in times of what the rule for autocorrelation asks for: a judgement. Longer blocks cost width, and
+shorter ones are not yet independent."""
 _LEVEL = 0.975
+"""Quantile of the upper end of a 95 % interval."""
 _LEAST = 1e-24
 """Mean square that stands for none, so that there is a logarithm."""
+_BY_CHANCE, _ODDS = 0.01, 1000.0
+"""Chance, and odds against it, from which an explanation is ruled out: few stretches may give great odds by chance, and
+many may agree on little."""
+_FLOOR = 1e-3
+"""Share of what a usual stretch leaves that is nothing: a stretch without noise weighs no more than its signal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +54,14 @@ class Difference:
     difference : model minus reference
     relative : the same over the reference's error
     ci95 : 95 % interval of `difference`, the reference's error taken as measured; None where the rows are too few
+    error : standard error of `difference`; None where the rows are too few
     blocks : how many blocks long the rows are
     """
 
     difference: float
     relative: float
     ci95: tuple[float, float] | None
+    error: float | None
     blocks: int
 
     @property
@@ -81,18 +91,19 @@ def paired_difference(model: Array, reference: Array, shortest: int = 1) -> Diff
     found = paired_ratio(model[:, None], reference[:, None], shortest)
     error = float(np.sqrt(reference.mean()))
     gap = error * found.relative
-    ends = (
-        None if found.ci95 is None else (error * float(np.expm1(found.ci95[0])), error * float(np.expm1(found.ci95[1])))
-    )
-    return Difference(gap, found.relative, ends, found.blocks)
+    if found.ci95 is None or found.error is None:
+        return Difference(gap, found.relative, None, None, found.blocks)
+    ends = error * float(np.expm1(found.ci95[0])), error * float(np.expm1(found.ci95[1]))
+    return Difference(gap, found.relative, ends, error * found.error, found.blocks)
 
 
-def paired_ratio(model: Array, reference: Array, shortest: int = 1) -> Difference:
+def paired_ratio(model: Array, reference: Array, shortest: int = 1, fewest: int = ROWS) -> Difference:
     """The same over several quantities at once: the mean of the logarithms of the ratios of their errors.
 
     Parameters
     ----------
     model, reference : squared errors (n, k), see `paired_difference`
+    fewest : rows below which nothing is said
 
     Returns
     -------
@@ -101,25 +112,27 @@ def paired_ratio(model: Array, reference: Array, shortest: int = 1) -> Differenc
     """
     ours, theirs = (np.maximum(x.mean(axis=0), _LEAST) for x in (model, reference))
     gap = 0.5 * float(np.log(ours / theirs).mean())
-    half, blocks = _half_width(0.5 * (model / ours - reference / theirs).mean(axis=1), shortest)
-    return Difference(gap, float(np.expm1(gap)), None if half is None else (gap - half, gap + half), blocks)
+    error, blocks = _error(0.5 * (model / ours - reference / theirs).mean(axis=1), shortest, fewest)
+    if error is None:
+        return Difference(gap, float(np.expm1(gap)), None, None, int(blocks))
+    half = float(student.ppf(_LEVEL, blocks - 1.0) * error)
+    return Difference(gap, float(np.expm1(gap)), (gap - half, gap + half), error, int(blocks))
 
 
-def _half_width(series: Array, shortest: int) -> tuple[float | None, int]:
-    """Half of the 95 % interval of a mean, None where the rows are too few; and how many blocks long they are."""
+def _error(series: Array, shortest: int, fewest: int) -> tuple[float | None, float]:
+    """Standard error of a mean, None where the rows are too few; and how many blocks long they are."""
     rows = series.size
     wanted = min(_LONGER * block_length(series), rows / _SHORTEST)
     length = max(int(wanted), int(np.ceil(rows / _MOST)), shortest)
     blocks = rows / length
-    if rows < _ROWS or blocks < FEWEST or not np.isfinite(series).all():
-        return None, int(blocks)
+    if rows < fewest or blocks < FEWEST or not np.isfinite(series).all():
+        return None, blocks
     total = np.concatenate([[0.0], np.cumsum(series - series.mean())])
     means = (total[length:] - total[:-length]) / length
     covered = np.convolve(np.ones(means.size), np.ones(length)) / (length * means.size)
     unbiased = 1.0 - length * float(covered @ covered)  # of rows that err alone
     unbiased *= 1.0 - (shortest - 1.0) / (3.0 * length)  # of neighbours that share rows: a triangle of correlation
-    error = np.sqrt(float(means.var()) / (blocks * unbiased))
-    return float(student.ppf(_LEVEL, blocks - 1.0) * error), int(blocks)
+    return float(np.sqrt(float(means.var()) / (blocks * unbiased))), blocks
 
 
 def block_length(series: Array) -> int:
@@ -144,3 +157,23 @@ def block_length(series: Array) -> int:
     if level <= 0.0:
         return 1  # neighbours err against each other: single rows are blocks enough
     return int(np.clip(np.ceil((1.5 * (bend / level) ** 2 * n) ** (1.0 / 3.0)), 1, most))
+
+
+def surely_more(left: Array, other: Array) -> bool:
+    """Whether one explanation of a record leaves more than another, by great odds and not by chance.
+
+    The difference in log likelihood, each stretch with its own variance and no more than two independent values, gives
+    the odds. Its mean over stretches by its standard error is the statistic of Vuong (1989) for two models of which
+    neither need be true.
+
+    Parameters
+    ----------
+    left, other : (stretches,) power that the two leave, in the same stretches
+    """
+    if left.size < 2:
+        return False
+    floor = max(_FLOOR * float(other.mean()), 1e-300)
+    more = np.log((left + floor) / (other + floor))
+    error = float(more.std(ddof=1)) / np.sqrt(more.size)
+    sure = float(student.ppf(1.0 - _BY_CHANCE, more.size - 1))
+    return bool(more.sum() > np.log(_ODDS) and more.mean() > sure * error)

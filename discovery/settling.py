@@ -1,0 +1,62 @@
+"""What is made of a selection: the kept effects alone, polished where rollouts judge, and the steps to them."""
+
+from collections.abc import Sequence
+
+from ..physics.vehicle import Vehicle
+from .balance.rollout_test import rollouts_object
+from .balance.shooting import ShootingSettings
+from .search.floating import Search, State
+from .search.output_error import polish
+from .selection import base
+
+ENOUGH_BLOCKS = 5
+"""Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""
+TOO_SHORT = (
+    "Undecided: rollouts with commands fill {blocks} independent blocks of this log, and to be sure of anything takes "
+    "{enough}; give a longer log, or several together."
+)
+
+
+def settle(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+    """The model with the kept effects alone, polished; with none, where rollouts get worse with all of them."""
+    final = on_rollouts(search, search.restrict(state, kept), kept, shooting)
+    form = search.balance
+    if not kept or form.forces:
+        return final
+    nothing = search.restrict(state, ())
+    worse = rollouts_object(form.squares(nothing.vehicle), form.squares(final.vehicle), form.overlap)
+    return nothing if worse else final
+
+
+def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
+    """A model polished on its rollouts, where that betters its score; the same on the force balance."""
+    form = search.balance
+    symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
+    if not symbols or form.forces:
+        return state
+    limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
+    polished = polish(form.motions, state.vehicle, symbols, shooting, blind=form.blind, limits=limits).vehicle
+    return min((state, search.evaluate(polished, kept)), key=lambda s: s.score)
+
+
+def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> tuple[tuple[str | None, Vehicle], ...]:
+    """Calibrate, where that is wanted, and add the kept effects one by one, the most valuable first, refitted.
+
+    Parameters
+    ----------
+    final : the model with the kept effects
+    corrected : the vehicle that is written, for the last step
+    calibrated : name of the step that only calibrates
+    """
+    found: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
+    effects: Sequence[str] = search.named(final.active)
+    if search.nuisances:
+        found.append((calibrated, base(search, final) if effects else corrected))
+    chosen: list[str] = []
+    while len(chosen) < len(effects):
+        rest = [key for key in effects if key not in chosen]
+        trials = [(search.restrict(final, [*chosen, key]), key) for key in rest]
+        best, key = min(trials, key=lambda pair: pair[0].score)
+        chosen.append(key)
+        found.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
+    return tuple(found)

@@ -1,0 +1,34 @@
+"""White noise on a record, told from differences in which smooth motion cancels."""
+
+from collections.abc import Sequence
+from math import comb
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from .robust import spread
+
+
+def noise_of_differences(differences: Array, order: int) -> float:
+    """Standard deviation of the white noise that makes differences of some order, in the record's unit.
+
+    Differences of order k of white noise of variance 1 have the variance (2 k over k): 6 for second ones, 20 for third.
+    """
+    return float(spread(differences) / np.sqrt(comb(2 * order, order)))
+
+
+def noise_level(values: Array) -> float | None:
+    """Estimate the white noise on an evenly sampled record (n,), in its unit; None for fewer than ten values.
+
+    From third differences; the median makes single jumps harmless. Motion faster than a few samples counts as noise, so
+    this is an upper limit.
+    """
+    return noise_of_differences(np.diff(values, 3), 3) if values.size >= 10 else None
+
+
+def sensor_noise(motions: Sequence[Motion]) -> Array:
+    """White noise on u, v [m/s] and r [rad/s], (3,): root mean square over the motions, weighted by their rows."""
+    levels = np.array([[noise_level(m.velocity[:, axis]) or 0.0 for axis in range(3)] for m in motions])
+    rows = np.array([m.time.size for m in motions], dtype=float)
+    return np.sqrt((levels**2 * rows[:, None]).sum(axis=0) / rows.sum())

@@ -1,0 +1,43 @@
+"""The epochs of a training: how each was judged, which weights are worth keeping, and when no better ones come."""
+
+from dataclasses import dataclass
+
+CANDIDATES = 5
+"""Epochs whose weights are kept until the end, when they are put before all laws, the best first."""
+_BETTER = 1e-3
+"""An epoch counts as better when it lowers the best error by more than this share of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """One epoch.
+
+    Attributes
+    ----------
+    number : 0 is a hybrid before the first step, which is the vehicle alone
+    loss : mean over the batches; None for number 0
+    rmse : error of the acceleration on the validation part, each axis in units of its measured acceleration in training
+    violating : share of the states at which the laws are broken, see `validation.Judge`
+    """
+
+    number: int
+    loss: float | None
+    rmse: float
+    violating: float
+
+
+def best_epochs(history: list[Epoch], count: int = CANDIDATES) -> list[int]:
+    """Numbers of the epochs to keep, the best first: by their error, those that break the laws behind all others."""
+    ranked = sorted(history, key=lambda epoch: (epoch.violating > 0.0, epoch.rmse))
+    return [epoch.number for epoch in ranked[:count]]
+
+
+def stale(history: list[Epoch]) -> int:
+    """Epochs since the error, of all epochs or of the lawful ones, last fell by a noticeable share."""
+    last = 0
+    for pool in (history, [epoch for epoch in history if epoch.violating == 0.0]):
+        least = float("inf")
+        for epoch in pool:
+            if epoch.rmse < (1.0 - _BETTER) * least:
+                least, last = epoch.rmse, max(last, epoch.number)
+    return history[-1].number - last if history else 0
