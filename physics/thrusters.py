@@ -28,8 +28,8 @@ GAINS = (
     "gain_ahead_100",
 )
 """Gains of the command-to-force curve, from full astern to full ahead; the number is where in percent a third ends."""
-_SHAPE = ("reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", *GAINS)
-"""What bends the response of a thruster, beside gain and advance loss."""
+_SHAPE = ("command", "curve", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", *GAINS)
+"""What decides the response of a thruster, beside gain and advance loss."""
 
 
 class TableCurve(BaseModel):
@@ -169,8 +169,8 @@ class Thruster(BaseModel):
         return self.model_copy(update={"scale": 1.0, "thrust_scale": 1.0, "advance_loss": 1.0})
 
     @property
-    def shape(self) -> tuple[float, ...]:
-        """The numbers beside its curve that decide the response of its `unit`."""
+    def shape(self) -> tuple[object, ...]:
+        """What decides the response of its `unit`."""
         return tuple(getattr(self, key) for key in _SHAPE)
 
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:

@@ -142,12 +142,12 @@ class WeakForm(Balance):
 
         The difference between a copy and the log shows what noise does to a column, and so to a model's score.
         """
-        return self._terms.balances(vehicle)
+        return np.ascontiguousarray(self._terms.balances(vehicle).transpose(1, 2, 0))
 
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""
         rates = self.derivative([motion.velocity for motion in self.motions]) @ mass_matrix(vehicle)
-        modelled = self._terms.forces(vehicle)
+        modelled = self._terms.forces(vehicle)[:, 0].T
         still = [replace(motion, velocity=np.zeros_like(motion.velocity)) for motion in self.motions]
         thrust = self.average([modelled_force(vehicle, motion) for motion in still])
         parts = np.stack([rates, modelled, thrust, modelled - thrust])
