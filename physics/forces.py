@@ -82,7 +82,7 @@ class ForceEquation:
     have act on them.
     """
 
-    __slots__ = ("_constant", "_inverse", "_products", "_weights", "has_memory", "inverse_mass", "memory", "vehicle")
+    __slots__ = ("_constant", "_inverse", "_lines", "_products", "has_memory", "inverse_mass", "memory", "vehicle")
 
     def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
@@ -96,7 +96,9 @@ class ForceEquation:
                 columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
         self._constant = columns.pop((), [0.0, 0.0, 0.0])
         self._products = tuple(columns)
-        self._weights = np.array(list(columns.values())).reshape(-1, 3).T
+        self._lines = [
+            [(k, weights[axis]) for k, weights in enumerate(columns.values()) if weights[axis]] for axis in range(3)
+        ]
 
     def force(
         self,
@@ -151,17 +153,14 @@ class ForceEquation:
         return {factor: abs(relative["uvr".index(factor[1])])}
 
     def _summed(self, rows: Sequence[Any], like: Array) -> Triple:
-        """Coefficients times products, by axis."""
-        if isinstance(like, np.ndarray) and rows:
-            x = np.empty((len(rows), *like.shape))
-            for k, row in enumerate(rows):
-                x[k] = row
-            total = (self._weights @ x.reshape(len(rows), -1)).reshape(3, *like.shape)
-            return tuple(part + c if c else part for part, c in zip(total, self._constant, strict=True))
-        return tuple(
-            sum((w * row for w, row in zip(weights, rows, strict=True) if w), 0.0 * like + c)
-            for weights, c in zip(self._weights.tolist(), self._constant, strict=True)
-        )
+        """Coefficients times products, by axis, in the order of the terms: what cancels on paper cancels to the bit."""
+        total: list[Any] = []
+        for constant, line in zip(self._constant, self._lines, strict=True):
+            sums = constant + 0.0 * like
+            for index, weight in line:
+                sums = sums + weight * rows[index]
+            total.append(sums)
+        return total[0], total[1], total[2]
 
     def acceleration(self, force: Triple, relative: Triple, velocity: Triple) -> Triple:
         """nu_dot over ground from a force: M^-1 force plus the turning of the current, d/dt (R^T current)."""
