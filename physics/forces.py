@@ -1,10 +1,11 @@
-"""The force equation, written once: discovery, simulation, reports and exports all call this.
+"""The force equation along states, evaluated from its one list of terms (`momentum_balance`) for all who ask.
 
 M nu_r_dot = B T + other - C(nu_r) nu_r - D(nu_r) nu_r, with nu_r = nu - R(psi)^T current for a steady irrotational
 current (Fossen 2021, section 10.3), wind as a mean earth-fixed force, the force of the apparent wind (section 10.1), a
 first-order wake memory and a constant trim.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +13,10 @@ import numpy as np
 
 from .effects import PARAMETERS
 from .frames import Array, earth_to_body
-from .matrices import active_terms, mass_matrix, thruster_matrix
+from .matrices import mass_matrix
+from .momentum_balance import balances
 from .motion import Motion
-from .thrusters import first_order_lag
+from .thrusters import Thruster, first_order_lag
 from .vehicle import Vehicle
 
 Triple = tuple[Array, Array, Array]
@@ -30,11 +32,17 @@ class Actuation:
 
 def actuation(vehicle: Vehicle, motion: Motion) -> Actuation:
     """Thruster forces [N] and advance losses [N s/m] along a motion, with lag, delay, dead zone and scales applied."""
-    commands, past = motion.commands, 0
+    pairs = [thruster_response(motion, k, thruster) for k, thruster in enumerate(vehicle.thrusters)]
+    return Actuation(np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]))
+
+
+def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[Array, Array]:
+    """Force [N] and advance loss [N s/m] (n,) of a thruster under one command column of a motion and its history."""
+    commands, past = motion.commands[:, index], 0
     if motion.run_up is not None:
-        commands, past = np.concatenate([motion.run_up, commands]), motion.run_up.shape[0]
-    pairs = [thruster.response(commands[:, k], motion.time_step) for k, thruster in enumerate(vehicle.thrusters)]
-    return Actuation(np.array([p[0][past:] for p in pairs]), np.array([p[1][past:] for p in pairs]))
+        commands, past = np.concatenate([motion.run_up[:, index], commands]), motion.run_up.shape[0]
+    force, load = thruster.response(commands, motion.time_step)
+    return force[past:], load[past:]
 
 
 def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple) -> Triple:
@@ -69,36 +77,28 @@ def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
 class ForceEquation:
     """The force equation of one vehicle, ready to be evaluated many times.
 
-    Everything that does not change from call to call (matrices, active terms) is worked out once. Arrays may be torch
-    tensors: only operators and methods that both have act on them.
+    The summands of `momentum_balance` are brought into one matrix of coefficients and a list of products of signals, so
+    that each product is worked out once for all axes. Arrays may be torch tensors: only operators and methods that both
+    have act on them.
     """
 
-    __slots__ = (
-        "_effective",
-        "_inverse",
-        "_mass",
-        "_terms",
-        "_trim",
-        "_windage",
-        "has_memory",
-        "inverse_mass",
-        "memory",
-        "vehicle",
-    )
+    __slots__ = ("_constant", "_inverse", "_lines", "_products", "has_memory", "inverse_mass", "memory", "vehicle")
 
     def __init__(self, vehicle: Vehicle) -> None:
-        p = vehicle.values
         self.vehicle = vehicle
-        mass = mass_matrix(vehicle)
-        self._mass: list[list[float]] = mass.tolist()
-        self.inverse_mass = np.linalg.inv(mass)
+        self.inverse_mass = np.linalg.inv(mass_matrix(vehicle))
         self._inverse: list[list[float]] = self.inverse_mass.tolist()
-        self._terms = active_terms(vehicle)
-        self._effective: list[list[float]] = thruster_matrix(vehicle).tolist()
-        self._trim = p["yaw_trim"]
-        self._windage = (p["wind_x"], p["wind_y"], p["wind_n"])
-        self.memory = (p["memory_sway"], p["memory_yaw"])
+        self.memory = (vehicle.values["memory_sway"], vehicle.values["memory_yaw"])
         self.has_memory = any(self.memory)
+        columns: dict[tuple[str, ...], list[float]] = {}
+        for axis, line in enumerate(balances(vehicle)):
+            for term in line.force:
+                columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
+        self._constant = columns.pop((), [0.0, 0.0, 0.0])
+        self._products = tuple(columns)
+        self._lines = [
+            [(k, weights[axis]) for k, weights in enumerate(columns.values()) if weights[axis]] for axis in range(3)
+        ]
 
     def force(
         self,
@@ -117,47 +117,60 @@ class ForceEquation:
         heading : psi, the same shape [rad]
         thrust : (thrusters, *shape) forces at zero advance [N]
         load : (thrusters, *shape) loss of thrust per advance speed [N s/m]
-        memory : filtered sway speed and yaw rate of the wake memory
+        memory : filtered sway speed and yaw rate of the wake memory; none when None
         air : velocity of the air over ground, towards north and east [m/s]; still when None
         """
-        u, v, r = relative
-        if load is not None:
-            thrust = thrust - load * u
-        m = self._mass
-        total: list[Any] = [
-            sum(share * push for share, push in zip(row, thrust, strict=True)) for row in self._effective
-        ]
-        c13, c23 = -(m[1][1] * v + m[1][2] * r), m[0][0] * u
-        total[0] = total[0] - c13 * r
-        total[1] = total[1] - c23 * r
-        total[2] = total[2] + c13 * u + c23 * v + self._trim
-        for value, axis, form in self._terms:
-            total[axis] = total[axis] + value * form(u, v, r)
-        p = self.vehicle.values
-        if p["wind_force_north"] or p["wind_force_east"]:
-            ahead, starboard = earth_to_body(heading, p["wind_force_north"], p["wind_force_east"])
-            total[0], total[1] = total[0] + ahead, total[1] + starboard
-        if any(self._windage):
-            still = 0.0 * u
+        signals: dict[str, Any] = dict(zip("uvr", relative, strict=True))
+        thrust = thrust if load is None else thrust - load * relative[0]
+        signals |= {f"T:{t.name}": push for t, push in zip(self.vehicle.thrusters, thrust, strict=True)}
+        if memory is not None:
+            signals |= {"q_v": memory[0], "q_r": memory[1]}
+        rows: list[Any] = []
+        for factors in self._products:
+            product = None
+            for factor in factors:
+                if factor not in signals:
+                    signals |= self._signals(factor, relative, heading, air)
+                product = signals[factor] if product is None else product * signals[factor]
+            rows.append(product)
+        return self._summed(rows, relative[0])
+
+    def _signals(
+        self, factor: str, relative: Triple, heading: Array, air: tuple[Array, Array] | None
+    ) -> dict[str, Any]:
+        """A signal that not every vehicle needs, and those that come with it; a wake that nobody tells is none."""
+        if factor.startswith("q_"):
+            return {"q_v": 0.0 * relative[1], "q_r": 0.0 * relative[2]}
+        if factor in ("cos psi", "sin psi"):
+            ahead, starboard = earth_to_body(heading, 1.0, 0.0)
+            return {"cos psi": ahead, "sin psi": -starboard}
+        if factor in ("u_a", "v_a", "|V_a|"):
+            p, still = self.vehicle.values, 0.0 * relative[0]
             moving, drifting = earth_to_body(heading, p["current_north"], p["current_east"])
-            over_ground = (u + moving, v + drifting)
+            over_ground = (relative[0] + moving, relative[1] + drifting)
             ahead, starboard = apparent_wind(heading, over_ground, (still, still) if air is None else air)
-            speed = (ahead * ahead + starboard * starboard) ** 0.5
-            total[0] = total[0] + self._windage[0] * ahead * speed
-            total[1] = total[1] + self._windage[1] * starboard * speed
-            total[2] = total[2] + self._windage[2] * ahead * starboard
-        if self.has_memory and memory is not None:
-            total[1] = total[1] - self.memory[0] * memory[0]
-            total[2] = total[2] - self.memory[1] * memory[1]
+            return {"u_a": ahead, "v_a": starboard, "|V_a|": (ahead * ahead + starboard * starboard) ** 0.5}
+        return {factor: abs(relative["uvr".index(factor[1])])}
+
+    def _summed(self, rows: Sequence[Any], like: Array) -> Triple:
+        """Coefficients times products, by axis, in the order of the terms: what cancels on paper cancels to the bit."""
+        total: list[Any] = []
+        for constant, line in zip(self._constant, self._lines, strict=True):
+            sums = constant + 0.0 * like
+            for index, weight in line:
+                sums = sums + weight * rows[index]
+            total.append(sums)
         return total[0], total[1], total[2]
 
     def acceleration(self, force: Triple, relative: Triple, velocity: Triple) -> Triple:
         """nu_dot over ground from a force: M^-1 force plus the turning of the current, d/dt (R^T current)."""
         i = self._inverse
-        turn_u, turn_v = velocity[1] - relative[1], -(velocity[0] - relative[0])
-        du = i[0][0] * force[0] + turn_u * velocity[2]
-        dv = i[1][1] * force[1] + i[1][2] * force[2] + turn_v * velocity[2]
+        du = i[0][0] * force[0]
+        dv = i[1][1] * force[1] + i[1][2] * force[2]
         dr = i[2][1] * force[1] + i[2][2] * force[2]
+        if relative[0] is not velocity[0]:  # the water moves
+            du = du + (velocity[1] - relative[1]) * velocity[2]
+            dv = dv - (velocity[0] - relative[0]) * velocity[2]
         return du, dv, dr
 
 

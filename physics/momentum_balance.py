@@ -1,7 +1,4 @@
-"""The momentum balance of a vehicle term by term, for those who want to read it.
-
-The force equation itself is `forces.py`; what stands here is checked against it in the tests, number by number.
-"""
+"""The momentum balance of a vehicle term by term: what `forces.py` evaluates, and what a reader is shown."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -29,6 +29,8 @@ GAINS = (
     "gain_ahead_100",
 )
 """Gains of the command-to-force curve, from full astern to full ahead; the number is where in percent a third ends."""
+_SHAPE = ("command", "curve", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", *GAINS)
+"""What decides the response of a thruster, beside gain and advance loss."""
 
 
 class TableCurve(BaseModel):
@@ -157,6 +159,21 @@ class Thruster(BaseModel):
         """Name of the log channel that carries this thruster's command, for example `pwm_port`."""
         return f"{self.command}_{self.name}"
 
+    @property
+    def gain(self) -> float:
+        """What the force of its shape is multiplied by."""
+        return self.scale * self.thrust_scale
+
+    @property
+    def unit(self) -> "Thruster":
+        """The same shape with a gain and an advance loss of one: `response` is in proportion to each of the two."""
+        return self.model_copy(update={"scale": 1.0, "thrust_scale": 1.0, "advance_loss": 1.0})
+
+    @property
+    def shape(self) -> tuple[object, ...]:
+        """What decides the response of its `unit`."""
+        return tuple(getattr(self, key) for key in _SHAPE)
+
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
 
@@ -171,7 +188,7 @@ class Thruster(BaseModel):
         delayed = shift(command, self.delay, time_step)
         lagged = first_order_lag(delayed, self.lag, time_step)
         fraction = self.curve.normalised(lagged, self.command)
-        force = self.bent(self.powered(lagged)) * (self.scale * self.thrust_scale)
+        force = self.bent(self.powered(lagged)) * self.gain
         if self.reverse_scale != 1.0:
             force = np.where(fraction < 0, force * self.reverse_scale, force)
         load = self.advance_loss * np.abs(fraction)

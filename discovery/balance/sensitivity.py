@@ -7,13 +7,15 @@ columns cost a matrix product each.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, final
 
 import numpy as np
 
 from ...physics.forces import ForceEquation, Triple, relative_velocity
 from ...physics.frames import Array
+from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
+from .products import Products
 from .starts import Rollings
 
 _STEP = 1e-4
@@ -47,7 +49,8 @@ class Tangent:
         predicted = data.binned(self._states[:, :, 3:].transpose(1, 2, 0))
         self._errors = data.measured - predicted
         self._balances = form.with_noise(form.finished(self._errors))
-        self._acceleration = self._accelerations(base)
+        self._products = _RolloutTerms(data, self._states)
+        self._acceleration = self._products.accelerations(base)
         self._operator: Array | None = None
 
     def balances(self, vehicle: Vehicle) -> Array:
@@ -57,27 +60,18 @@ class Tangent:
         """
         if vehicle is self.base:
             return self._balances
-        added = self._accelerations(vehicle) - self._acceleration
+        added = self._products.accelerations(vehicle) - self._acceleration
         steps, _, starts = added.shape
         flat = np.ascontiguousarray(added.transpose(2, 0, 1)).reshape(starts, steps * 3, 1)
         bins = self._errors.shape[0]
         change = (self._spread() @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
         return self.form.with_noise(self.form.finished(self._errors - change))
 
-    def _accelerations(self, vehicle: Vehicle) -> Array:
-        return accelerations(self.form.data, vehicle, self._states)
-
     def _spread(self) -> Array:
         """(starts, 3 bins, 3 (steps + 1)): the binned velocities that an added acceleration makes."""
         if self._operator is None:
             self._operator = _operator(self.form.data, *_propagators(self.form.data, self.base, self._states))
         return self._operator
-
-
-def accelerations(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
-    """Acceleration over ground that a model gives along rollouts (starts, steps + 1, 6), as (steps + 1, 3, starts)."""
-    along = _along(data, vehicle, states)
-    return along.acceleration(along.heading, along.velocity)
 
 
 def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
@@ -88,6 +82,41 @@ def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
     for k in range(data.steps):
         spread[k + 1] = forward[k] @ spread[k]
     return spread[:, :, :3].transpose(0, 2, 3, 1)
+
+
+@final
+class _RolloutTerms(Products):
+    """The summands of the balance along the states of rollouts, (steps + 1, starts) each."""
+
+    def __init__(self, data: Rollings, states: Array) -> None:
+        self._data = data
+        _, _, heading, u, v, r = states.transpose(2, 1, 0)
+        super().__init__(heading, (u, v, r), None if data.air is None else (data.air[0], data.air[1]))
+
+    def accelerations(self, vehicle: Vehicle) -> Array:
+        """Acceleration over ground that a model gives along the rollouts, (steps + 1, 3, starts)."""
+        force = self.forces(vehicle)
+        relative = self.relative(vehicle)
+        found = ForceEquation(vehicle).acceleration((force[0], force[1], force[2]), relative, self.velocity)
+        return np.stack(found, axis=1)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(steps + 1, starts)."""
+        return self.heading.shape
+
+    def passed(self, rows: Array) -> Array:
+        """The rows themselves."""
+        return rows
+
+    def wake(self, axis: int, vehicle: Vehicle) -> Array:
+        """The wake memory from what it holds at the starts."""
+        begin, constant = self._data.memory(vehicle), vehicle.values["memory_time"]
+        return _remembered(self.relative(vehicle)[axis], begin[:, axis - 1], constant, self._data.step)
+
+    def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
+        """Force [N] and load [N s/m] of a thruster."""
+        return self._data.response(index, unit)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from scipy.ndimage import median_filter
 from ...measurements.statistics.robust import spread
 from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
-from ...physics.forces import actuation, memory_states
+from ...physics.forces import memory_states, thruster_response
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.simulation import integrate
@@ -25,8 +25,8 @@ _SPIKE = 4.0
 """Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
 _ROUNDING = 1e-4
 """Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
-_KEPT = 16
-"""Thruster settings whose inputs are kept; each holds as much as the log, and a search moves a few at a time."""
+_KEPT = 128
+"""Responses that are kept: those of every starting shape of lag, delay and dead zone, for two thrusters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class Rollings:
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
     air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
-    kept : thrust and loss by thrusters, which many models share
+    kept : responses of thrusters of a gain and a loss of one, which many models share
     """
 
     motions: tuple[Motion, ...]
@@ -85,22 +85,27 @@ class Rollings:
     weight: Array
     noise: Array
     air: Array | None = None
-    kept: dict[tuple[Thruster, ...], tuple[Array, Array]] = field(default_factory=dict)
+    kept: dict[tuple[object, ...], tuple[Array, Array]] = field(default_factory=dict)
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
-        """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each; the latest are kept."""
-        if vehicle.thrusters in self.kept:
-            return self.kept[vehicle.thrusters]
-        thrust, load = [], []
-        for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
-            act = actuation(vehicle, motion)
-            window = _window(starts, stride, self.steps)
-            thrust.append(_thinned(act.thrust, stride)[:, window])
-            load.append(_thinned(act.load, stride)[:, window])
-        if len(self.kept) >= _KEPT:
-            self.kept.pop(next(iter(self.kept)))
-        self.kept[vehicle.thrusters] = np.concatenate(thrust, axis=2), np.concatenate(load, axis=2)
-        return self.kept[vehicle.thrusters]
+        """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each."""
+        units = [self.response(k, thruster.unit) for k, thruster in enumerate(vehicle.thrusters)]
+        pairs = list(zip(vehicle.thrusters, units, strict=True))
+        return np.stack([t.gain * u[0] for t, u in pairs]), np.stack([t.advance_loss * u[1] for t, u in pairs])
+
+    def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
+        """Force [N] and load [N s/m] of a thruster along all rollouts, (steps + 1, starts) each."""
+        key = (index, *unit.shape)
+        if key not in self.kept:
+            parts = []
+            for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
+                both = np.stack(thruster_response(motion, index, unit))
+                parts.append(_thinned(both, stride)[:, _window(starts, stride, self.steps)])
+            if len(self.kept) >= _KEPT:
+                self.kept.pop(next(iter(self.kept)))
+            force, load = np.concatenate(parts, axis=2)
+            self.kept[key] = force, load
+        return self.kept[key]
 
     def states(self, vehicle: Vehicle) -> Array:
         """Open-loop states along all rollouts, (starts, steps + 1, 6)."""

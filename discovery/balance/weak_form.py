@@ -14,21 +14,20 @@ import numpy as np
 
 from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
-from ...physics.forces import modelled_acceleration, modelled_force, relative_velocity
+from ...physics.forces import modelled_force
 from ...physics.frames import FORCE_UNITS, Array
 from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
 from .rollout_test import HORIZON, overlap_of, rollout_squares
+from .tested_terms import Kernel, TestedTerms
 
 __all__ = ["WeakForm", "WeakSettings"]
 
 _LEAST_TESTS, _LEAST_BLOCKS = 8, 4
 """Test functions in a block, which at the usual stride is then as long as one of them; and blocks, of which one that is
 held out is a quarter of the log."""
-_AT_ONCE = 1024
-"""Test functions that are applied in one go."""
 _NOISE_SEED = 20040
 """Any number: the same noise is drawn for every model, so that two of them can be compared."""
 
@@ -63,18 +62,17 @@ class WeakForm(Balance):
     ) -> None:
         self.settings = settings
         self.motions = tuple(motions)
-        self._claims = None if claims is None else tuple(claims)
         self.claimed = claims is not None
         self.noise = np.zeros(3) if self.claimed else sensor_noise(self.motions)
         rng = np.random.default_rng(_NOISE_SEED)
         copies = settings.copies if (self.noise > LEAST_NOISE).any() else 0
-        self._noisier = [
-            [replace(m, velocity=m.velocity + self.noise * rng.standard_normal(m.velocity.shape)) for m in self.motions]
-            for _ in range(copies)
+        drawn = [[self.noise * rng.standard_normal(m.velocity.shape) for m in self.motions] for _ in range(copies)]
+        velocities = [
+            np.stack([m.velocity, *(m.velocity + noise[k] for noise in drawn)]) for k, m in enumerate(self.motions)
         ]
         self.blind = SEEING
         self._near = Neighbourhood(self.balances)
-        self._kernels: list[tuple[Array, Array, np.ndarray]] = []
+        self._kernels: list[Kernel] = []
         times = []
         for motion in self.motions:
             half = max(2, round(settings.half_width / motion.time_step))
@@ -85,8 +83,10 @@ class WeakForm(Balance):
             slope = slope / (half * motion.time_step)
             stride = max(1, round(settings.stride / motion.time_step))
             centres = np.arange(half, motion.time.size - half, stride)
-            self._kernels.append((phi * motion.time_step / area, slope * motion.time_step / area, centres - half))
+            scale = motion.time_step / area
+            self._kernels.append(Kernel(phi * scale, slope * scale, stride, centres.size))
             times.append(motion.time[centres])
+        self._terms = TestedTerms(self.motions, velocities, self._kernels, claims)
         self.time = np.concatenate(times) if times else np.zeros(0)
         blocks = min(settings.blocks, self.time.size // _LEAST_TESTS)
         if blocks < _LEAST_BLOCKS:
@@ -131,53 +131,30 @@ class WeakForm(Balance):
 
     def average(self, series: Sequence[Array]) -> Array:
         """int phi f dt for (n, c) series, one for each motion: (tests, c)."""
-        return self._apply(series, 0)
+        pairs = zip(self._kernels, series, strict=True)
+        return np.concatenate([kernel.apply(values.T, kernel.value).T for kernel, values in pairs])
 
     def derivative(self, series: Sequence[Array]) -> Array:
         """int phi f' dt = -int phi' f dt for (n, c) series, one for each motion: (tests, c), per second."""
-        return -self._apply(series, 1)
-
-    def _apply(self, series: Sequence[Array], which: int) -> Array:
-        parts = []
-        for values, kernels in zip(series, self._kernels, strict=True):
-            kernel, first = kernels[which], kernels[2]
-            windows = np.lib.stride_tricks.sliding_window_view(values, kernel.size, axis=0) if first.size else values
-            for k in range(0, first.size, _AT_ONCE):  # picking windows copies them: a long log would need a gigabyte
-                parts.append(windows[first[k : k + _AT_ONCE]] @ kernel)
-        return np.concatenate(parts)
+        pairs = zip(self._kernels, series, strict=True)
+        return np.concatenate([-kernel.apply(values.T, kernel.rate).T for kernel, values in pairs])
 
     def balance(self, vehicle: Vehicle) -> Array:
         """Measured minus modelled force, (tests, 3) [N, N, N m]; zero everywhere for a perfect model and log."""
-        return self._balance(vehicle, self.motions)
+        return self.balances(vehicle)[0]
 
     def balances(self, vehicle: Vehicle) -> Array:
         """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3).
 
         The difference between a copy and the log shows what noise does to a column, and so to a model's score.
         """
-        return np.stack([self._balance(vehicle, motions) for motions in (self.motions, *self._noisier)])
-
-    def _balance(self, vehicle: Vehicle, motions: Sequence[Motion]) -> Array:
-        mass = mass_matrix(vehicle)
-        if self._claims is not None:
-            pairs = zip(motions, self._claims, strict=True)
-            return self.average([(claim - modelled_acceleration(vehicle, m)) @ mass for m, claim in pairs])
-        momentum, force = [], []
-        for motion in motions:
-            relative = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
-            momentum.append(np.stack(relative, axis=-1) @ mass)
-            force.append(modelled_force(vehicle, motion))
-        return self.derivative(momentum) - self.average(force)
+        return np.ascontiguousarray(self._terms.balances(vehicle).transpose(1, 2, 0))
 
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""
-        mass = mass_matrix(vehicle)
-        rates = self.derivative([motion.velocity for motion in self.motions]) @ mass
-        modelled = self.average([modelled_force(vehicle, motion) for motion in self.motions])
-        passive = []
-        for motion in self.motions:
-            still = replace(motion, velocity=np.zeros_like(motion.velocity))
-            passive.append(modelled_force(vehicle, still))
-        thrust = self.average(passive)
+        rates = self.derivative([motion.velocity for motion in self.motions]) @ mass_matrix(vehicle)
+        modelled = self._terms.forces(vehicle)[:, 0].T
+        still = [replace(motion, velocity=np.zeros_like(motion.velocity)) for motion in self.motions]
+        thrust = self.average([modelled_force(vehicle, motion) for motion in still])
         parts = np.stack([rates, modelled, thrust, modelled - thrust])
         return np.abs(parts).max(axis=0)

@@ -88,6 +88,9 @@ class GramScores:
         self._weighted = np.tensordot(self.gram, self.weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
         self._blur = None if self.noise is None else np.tensordot(self.noise, self.weight, axes=(1, 0))
+        self._blurred = np.zeros(()) if self._blur is None else self._blur.sum(axis=0)
+        self._clear = self.gram if self.noise is None else self.gram - self.noise
+        self._sum = self.gram.sum(axis=0, keepdims=True)
 
     def fit(self, chosen: Sequence[Option]) -> Fit:
         """Bounded least squares on all blocks and, with the held parameters kept, on all blocks but one."""
@@ -102,17 +105,15 @@ class GramScores:
             left = h[np.ix_(free, free)] - per_block[:, free][:, :, free]
             pull = right.sum(axis=0)[free] - right[:, free]
             solutions[:, free] = np.linalg.solve(left, pull[..., None])[..., 0]
-        held_out = self._error(self.gram, columns, target, solutions)
-        if self.noise is not None:
-            held_out = held_out - self._error(self.noise, columns, target, solutions)
-        in_sample = self._error(self.gram, columns, target, np.tile(change, (self.blocks, 1)))
+        held_out = self._error(self._clear, columns, target, solutions)
+        in_sample = self._error(self._sum, columns, target, change[None])
         return Fit(
             columns,
             change / self.scale[columns],
             held,
             held_out,
             held_out.sum(axis=0) / self.tests,
-            in_sample.sum(axis=0) / self.tests,
+            in_sample[0] / self.tests,
         )
 
     def _cleared(self, columns: np.ndarray, target: Array) -> tuple[Array, Array]:
@@ -123,7 +124,7 @@ class GramScores:
         """
         rows = self._weighted[:, columns]
         if self._blur is not None and columns.size:
-            total, blur = (g[np.ix_(columns, columns)] for g in (self._total, self._blur.sum(axis=0)))
+            total, blur = (g[np.ix_(columns, columns)] for g in (self._total, self._blurred))
             size = 1.0 / np.sqrt(np.where(np.diag(total) > 0.0, np.diag(total), np.inf))
             level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
             root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
@@ -177,12 +178,12 @@ class GramScores:
 
     def _error(self, gram: Array, columns: np.ndarray, target: Array, solutions: Array) -> Array:
         """Squared error (blocks, 3) of each block under its own solution (blocks, p)."""
-        combination = np.tile(target, (self.blocks, 1))
+        used = np.union1d(columns, np.flatnonzero(target))
+        combination = np.tile(target, (solutions.shape[0], 1))
         combination[:, columns] -= solutions
-        used = np.flatnonzero(np.any(combination != 0.0, axis=0))
         part = combination[:, used]
-        inner = gram[:, :, used[:, None], used[None, :]]
-        return np.einsum("ki,kaij,kj->ka", part, inner, part)
+        inner = gram[:, :, used[:, None], used]
+        return ((part[:, None, None, :] @ inner)[:, :, 0] * part[:, None, :]).sum(axis=-1)
 
     def loss(self, chosen: Sequence[Option], values: Mapping[str, float]) -> float:
         """Weighted mean square force error of total values by symbol; the mean over axes is about 1 at the fit.
