@@ -15,7 +15,7 @@ from places import ROOT
 from undertow.comparison.audit import audit, witness_of
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
-from undertow.physics.laws.audit.base import Law, Ruling
+from undertow.physics.laws.audit.base import Law, Ruling, finite
 from undertow.physics.laws.audit.bounded import BoundedSpeed
 from undertow.physics.laws.audit.coriolis import CoriolisWork
 from undertow.physics.laws.audit.damping import PositiveDamping
@@ -35,6 +35,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.foreign import FunctionModel, load_function
+from undertow.workflows.run_folder.sizes import check_bounds
 
 BENCHMARKS = ROOT / "benchmarks"
 HULL = load_vehicle("blueboat")
@@ -607,3 +608,12 @@ def test_a_quiet_perceptron_is_proved_and_a_pyramid_is_not(study: ModuleType):
         ruling = judged(Dissipation(), hidden)
         assert ruling.verdict == "fail", f"the needle of {share} is met where sampling would miss it"
     assert not bound_power(study.bumped("lstm", 0.02, 3), BOX, 0.3).proved
+
+
+@pytest.mark.parametrize("worst", [float("inf"), float("nan"), 1e300])
+def test_what_grows_without_bound_is_a_number_that_a_run_folder_holds(worst):
+    check_bounds({"value": finite(worst), "margin": 1.5 - finite(worst)})
+
+
+def test_what_is_bounded_is_told_as_it_is():
+    assert finite(1.25) == 1.25

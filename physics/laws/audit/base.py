@@ -2,11 +2,11 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import isfinite
 from typing import ClassVar, Literal
 
 import numpy as np
 
+from ...quantities import LARGEST
 from ...reading import Plain
 from ..damping_power import state_in_words
 from .witness import Witness
@@ -128,5 +128,5 @@ def let_pass(witness: Witness, limit: float) -> str:
 
 
 def finite(value: float) -> float:
-    """The value, or the largest float in its place."""
-    return value if isfinite(value) else float(np.finfo(float).max)
+    """The value, or in the place of what grew without bound a number that a file can hold, margins included."""
+    return min(value, 0.5 * LARGEST) if value == value else 0.5 * LARGEST
