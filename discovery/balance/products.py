@@ -8,7 +8,7 @@ those few numbers moves.
 
 from abc import ABC, abstractmethod
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ...physics.frames import Array
 from ...physics.momentum_balance import balances
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
+from .remembered import Remembered
 
 _REMEMBERED = 100_000_000
 """Bytes of products that are kept: a search over an hour of log goes round in about so many."""
@@ -42,9 +43,8 @@ class Products(ABC):
 
     def __init__(self, heading: Array, velocity: tuple[Array, Array, Array], air: tuple[Array, Array] | None) -> None:
         self.heading, self.velocity, self._air = heading, velocity, air
+        self.known: Remembered[Array] = Remembered(_REMEMBERED)
         self._waters: OrderedDict[Water, tuple[Array, Array, Array]] = OrderedDict()
-        self._known: OrderedDict[tuple[object, ...], Array] = OrderedDict()
-        self._bytes = 0
 
     @property
     @abstractmethod
@@ -81,22 +81,12 @@ class Products(ABC):
         self._waters.move_to_end(key)
         return self._waters[key]
 
-    def remember(self, key: tuple[object, ...], compute: Callable[[], Array]) -> Array:
-        """An array by what it depends on; the latest are kept."""
-        if key not in self._known:
-            value = self._known[key] = compute()
-            self._bytes += value.nbytes
-            while self._bytes > _REMEMBERED and len(self._known) > 1:
-                self._bytes -= self._known.popitem(last=False)[1].nbytes
-        self._known.move_to_end(key)
-        return self._known[key]
-
     def _product(self, factors: Sequence[str], vehicle: Vehicle) -> Array:
         if factors and factors[0].startswith("T:"):
             names = [thruster.name for thruster in vehicle.thrusters]
             return self._thrust(names.index(factors[0][2:]), vehicle)
         factors = tuple(sorted(factors))
-        return self.remember(
+        return self.known.of(
             (factors, *_depends(factors, vehicle)), lambda: self.passed(self._multiplied(factors, vehicle))
         )
 
@@ -104,10 +94,10 @@ class Products(ABC):
         """The force of a thruster: a gain times that of its shape, less its loss per advance speed."""
         thruster = vehicle.thrusters[index]
         key = (index, *thruster.shape)
-        push = self.remember(("push", *key), lambda: self.passed(self.response(index, thruster.unit)[0]))
+        push = self.known.of(("push", *key), lambda: self.passed(self.response(index, thruster.unit)[0]))
         if thruster.advance_loss == 0.0:
             return thruster.gain * push
-        lost = self.remember(
+        lost = self.known.of(
             ("load", *key, water(vehicle)),
             lambda: self.passed(self.response(index, thruster.unit)[1] * self.relative(vehicle)[0]),
         )

@@ -16,6 +16,7 @@ from ...physics.simulation import integrate
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
+from .remembered import Remembered
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
@@ -25,8 +26,8 @@ _SPIKE = 4.0
 """Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
 _ROUNDING = 1e-4
 """Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
-_KEPT = 128
-"""Responses that are kept: those of every starting shape of lag, delay and dead zone, for two thrusters."""
+_KEPT = 64_000_000
+"""Bytes of responses that are kept: on five minutes of log, those of every starting shape of two thrusters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,7 @@ class Rollings:
     weight: Array
     noise: Array
     air: Array | None = None
-    kept: dict[tuple[object, ...], tuple[Array, Array]] = field(default_factory=dict)
+    kept: Remembered[tuple[Array, ...]] = field(default_factory=lambda: Remembered(_KEPT))
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
         """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each."""
@@ -95,17 +96,17 @@ class Rollings:
 
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
         """Force [N] and load [N s/m] of a thruster along all rollouts, (steps + 1, starts) each."""
-        key = (index, *unit.shape)
-        if key not in self.kept:
+
+        def along() -> tuple[Array, ...]:
             parts = []
             for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
                 both = np.stack(thruster_response(motion, index, unit))
                 parts.append(_thinned(both, stride)[:, _window(starts, stride, self.steps)])
-            if len(self.kept) >= _KEPT:
-                self.kept.pop(next(iter(self.kept)))
             force, load = np.concatenate(parts, axis=2)
-            self.kept[key] = force, load
-        return self.kept[key]
+            return force, load
+
+        force, load = self.kept.of((index, *unit.shape), along)
+        return force, load
 
     def states(self, vehicle: Vehicle) -> Array:
         """Open-loop states along all rollouts, (starts, steps + 1, 6)."""

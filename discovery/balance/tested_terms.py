@@ -74,7 +74,7 @@ class TestedTerms(Products):
             for term in line.inertia:
                 axis = _RATES.index(term.factors[0])
                 moves = water(vehicle) if axis < 2 else ()
-                sums += term.coefficient * self.remember((axis, *moves), lambda a=axis: self._rate(a, vehicle))
+                sums += term.coefficient * self.known.of((axis, *moves), lambda a=axis: self._rate(a, vehicle))
         return total
 
     def passed(self, rows: Array) -> Array:
