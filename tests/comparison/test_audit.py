@@ -467,7 +467,8 @@ def test_the_counterexample_breaks_the_law(study: ModuleType):
 
 
 def test_honest_models_are_not_accused(study: ModuleType, tmp_path: Path):
-    for make, log in study.honest(tmp_path, 7):
+    shorter = study.honest(tmp_path, 7, epochs=5)[:-1]  # the benchmark trains to the end, and a TCN, the longest
+    for make, log in shorter:
         model = make()
         found, _ = study.judged(model, 0, log)
         assert found.verdict == "pass", (model.name, [r.sentence for r in found.violations])
