@@ -12,8 +12,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
+from places import ROOT
+from sources import absolute_imports, parsed, source_files
 
-ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 FLOORS = (
@@ -28,7 +29,6 @@ DISCOVERY = (
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
 """Names that every room may use; any other tells one file of the whole house."""
-NOT_PACKAGES = {"tests", "examples", "benchmarks", "docs", "build", "dist", "runs"}
 
 ROOMS = {
     "cvxpy": ("discovery/lawful/",),
@@ -55,28 +55,9 @@ MOST_UNTYPED = 10
 MOST_PARAMETERS = 8
 
 
-def source_files() -> list[Path]:
-    """Every source file of the package, relative to the root."""
-    inside = (path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
-    return sorted(p for p in inside if not p.parts[0].startswith(".") and p.parts[0] not in NOT_PACKAGES)
-
-
 def module_name(path: Path) -> str:
     parts = [part for part in path.with_suffix("").parts if part != "__init__"]
     return ".".join(["undertow", *parts])
-
-
-def parsed(path: Path) -> ast.Module:
-    return ast.parse((ROOT / path).read_text(encoding="utf-8"), filename=str(path))
-
-
-def absolute_imports(path: Path) -> Iterator[str]:
-    """Dotted names that a file imports absolutely, at any depth."""
-    for node in ast.walk(parsed(path)):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            yield node.module or ""
 
 
 def relative_imports(path: Path) -> Iterator[tuple[str, ...]]:

@@ -15,11 +15,17 @@ DARK = """
 HEAT_KEY = "\n".join(
     f".key .heat{step} i {{ background: var(--heat{step}); height: {2 + step}px; }}" for step in range(1, 7)
 )
+MATH = '"Latin Modern Math", "STIX Two Math", "Cambria Math", "Libertinus Math", "DejaVu Math TeX Gyre", math'
+"""Fonts with a table of mathematical measures, which tells a browser how far down an index goes.
+
+Without one a browser leaves it on the base line: for that case the style gives the base of an index some depth,
+below which MathML puts the index."""
 CSS = f"""
 :root {{
   color-scheme: light dark;
   --font: system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif;
   --mono: ui-monospace, SFMono-Regular, Menlo, Consolas, "DejaVu Sans Mono", monospace;
+  --math: {MATH};
   {LIGHT.strip()}
 }}
 @media (prefers-color-scheme: dark) {{ :root {{ {DARK.strip()} }} }}
@@ -93,6 +99,8 @@ figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(
 }}
 .balance {{ display: flex; flex-wrap: wrap; align-items: first baseline; gap: 8px 6px; margin: 4px 0 20px; }}
 .term {{ display: inline-flex; flex-direction: column; align-items: center; padding: 3px 2px; border-radius: 7px; }}
+math {{ font-family: var(--math); }}
+msub > :first-child {{ padding-bottom: .16em; }}
 .term > math {{ font-size: 1.28rem; line-height: 1.5; white-space: nowrap; }}
 .term small {{ font-size: .74rem; color: var(--muted); white-space: nowrap; }}
 .term.new {{ background: var(--tint); padding: 3px 8px; box-shadow: inset 0 -2.5px var(--after); }}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from places import ROOT
+from places import shared
 
 from undertow.measurements.alignment import align
 from undertow.measurements.canonical import Channel
@@ -15,7 +15,6 @@ from undertow.measurements.statistics.white_noise import noise_level
 from undertow.physics.vehicle import load_vehicle
 
 TIME = 0.05 * np.arange(2401, dtype=float)
-SHARED = ROOT.parent / "shared" / "data"
 TWIN = load_vehicle("blueboat")
 
 
@@ -124,9 +123,6 @@ def test_gaps_are_counted():
 
 
 def test_the_field_logs_are_out_of_step_as_their_notes_say():
-    path = SHARED / "blueboat" / "log_231.csv"
-    if not path.exists():
-        pytest.skip("the field logs are not beside the repository (../shared/data/blueboat)")
-    turning = inspect_log(read_log(path)).alignment[0]
+    turning = inspect_log(read_log(shared("blueboat") / "log_231.csv")).alignment[0]
     assert turning.offset is not None
     assert 0.04 < turning.offset < 0.15

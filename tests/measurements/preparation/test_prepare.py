@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from places import ROOT
+from places import ROOT, shared
 
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import Log, read_log
@@ -13,9 +13,6 @@ from undertow.measurements.preparation.dataset import PAPER, WEAK, Recipe
 from undertow.measurements.preparation.prepare import prepare
 from undertow.measurements.preparation.resampling import even_grid, is_logged_on_change, segments
 from undertow.physics.vehicle import load_vehicle
-
-SHARED = ROOT.parent / "shared" / "data"
-
 
 TWIN = load_vehicle("blueboat")
 
@@ -218,16 +215,8 @@ def test_recipes_are_checked(wrong, message):
         Recipe(**wrong)
 
 
-def gazebo():
-    for folder in (ROOT / "data", SHARED / "gazebo"):
-        logs = sorted(folder.glob("*.csv.gz"))
-        if logs:
-            return logs[0]
-    pytest.skip("no Gazebo log beside the repository or in data/")
-
-
 def test_a_real_gazebo_log():
-    data = prepare(read_log(gazebo()), TWIN, WEAK)
+    data = prepare(read_log(ROOT / "data" / "gazebo_blueboat.csv.gz"), TWIN, WEAK)
     (motion,) = data.motions
     assert motion.time_step == pytest.approx(0.05)
     assert 230.0 < data.seconds < 250.0
@@ -243,9 +232,7 @@ def test_a_real_gazebo_log():
 
 
 def test_real_field_logs_of_a_blueboat():
-    logs = sorted((SHARED / "blueboat").glob("log_2*.csv"))
-    if not logs:
-        pytest.skip("the field logs are not beside the repository (../shared/data/blueboat)")
+    logs = sorted(shared("blueboat").glob("log_2*.csv"))
     data = prepare([read_log(path) for path in logs], load_vehicle("blueboat_paper"))
     assert len(data.motions) == len(logs)
     assert data.motions[0].time_step == pytest.approx(0.1)

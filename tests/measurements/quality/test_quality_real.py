@@ -4,24 +4,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from places import ROOT
+from places import ROOT, shared
 from verbs import inspected, refused, strict
 
-SHARED = ROOT.parent / "shared" / "data"
 MAPS = ROOT / "examples" / "maps"
-RAW = SHARED / "blueboat" / "raw"
-
-
-def folder(name: str) -> Path:
-    if not (SHARED / name).is_dir():
-        pytest.skip(f"other people's logs are not beside the repository (../shared/data/{name})")
-    return SHARED / name
 
 
 @pytest.fixture(scope="module")
 def pooled() -> dict[str, Any]:
-    folder("blueboat")
-    return strict(inspected("inspect", RAW, "--json"))
+    raw = shared("blueboat") / "raw"
+    return strict(inspected("inspect", raw, "--json"))
 
 
 def found(content: dict[str, Any], check: str, channel: str = "") -> dict[str, Any]:
@@ -91,24 +83,24 @@ def test_gravity_in_the_accelerometer_of_the_field_logs(pooled: dict[str, Any]):
 
 
 def test_the_screen_of_the_field_logs_begins_with_the_worst():
-    folder("blueboat")
-    screen = " ".join(inspected("inspect", RAW).split())
+    raw = shared("blueboat") / "raw"
+    screen = " ".join(inspected("inspect", raw).split())
     assert "14 logs together" in screen
     assert "port and starboard look swapped" in screen.split("Quality")[0]
 
 
 def test_the_shipped_map_puts_the_sides_right():
-    folder("blueboat")
-    content = strict(inspected("inspect", RAW, "--map", MAPS / "blueboat_raw.yaml", "--json"))
+    raw = shared("blueboat") / "raw"
+    content = strict(inspected("inspect", raw, "--map", MAPS / "blueboat_raw.yaml", "--json"))
     assert found(content, "sides")["verdict"] == "ok"
     assert found(content, "direction")["verdict"] == "ok"
     assert found(content, "neutral")["value"] == 1510.0
 
 
 def test_a_repaired_field_log_has_none_of_its_safe_defects(tmp_path: Path):
-    folder("blueboat")
+    raw = shared("blueboat") / "raw"
     out = tmp_path / "235.csv"
-    inspected("inspect", RAW / "rcou_235.csv", "--map", MAPS / "blueboat_raw.yaml", "--fix", out)
+    inspected("inspect", raw / "rcou_235.csv", "--map", MAPS / "blueboat_raw.yaml", "--fix", out)
     content = strict(inspected("inspect", out, "--json"))
     left = {f["check"] for f in content["quality"] if f["verdict"] in ("warning", "defect")}
     assert left == {"compass", "tilt"}
@@ -118,18 +110,18 @@ def test_a_repaired_field_log_has_none_of_its_safe_defects(tmp_path: Path):
 
 @pytest.mark.parametrize(("name", "seconds"), [("esso", 5000.0), ("kvlcc2", 1400.0)])
 def test_tankers_are_read_and_told_to_be_out_of_reach(name: str, seconds: float):
-    content = strict(inspected("inspect", folder(name), "--map", MAPS / f"{name}.yaml", "--json"))
+    content = strict(inspected("inspect", shared(name), "--map", MAPS / f"{name}.yaml", "--json"))
     assert sum(log["excitation"]["seconds"] for log in content["logs"]) > seconds
     assert found(content, "commands")["sentence"].startswith("the log has a rudder (rudder_angle)")
     assert all(f["verdict"] != "defect" for f in content["quality"])
 
 
 def test_a_basin_file_with_title_lines_is_refused_in_words():
-    path = folder("odd_formats") / "rounded_timestamps.dat.gz"
+    path = shared("odd_formats") / "rounded_timestamps.dat.gz"
     refused("inspect", path, match=r"rounded_timestamps\.dat\.gz: got the header 'MARIN.*; expected")
 
 
 def test_no_gazebo_log_is_accused():
-    content = strict(inspected("inspect", folder("gazebo"), "--json"))
+    content = strict(inspected("inspect", shared("gazebo"), "--json"))
     for log in content["logs"]:
         assert [f["sentence"] for f in log["quality"] if f["verdict"] in ("warning", "defect")] == []

@@ -1,7 +1,6 @@
 """The report page in a real browser: light and dark, wide and narrow: no overflow, no missing glyph, no network."""
 
 import re
-import time
 from pathlib import Path
 
 import pytest
@@ -81,14 +80,11 @@ def browser(executable):
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
-    """The page of seven models on a log of ten minutes, the page of two runs, and the seconds that the first took."""
+    """The page of seven models on a log of ten minutes, and the page of two runs."""
     folder = tmp_path_factory.mktemp("browser")
     runs = [write_sample(folder / "long", seconds=600.0), write_sample(folder / "short", seconds=60.0)]
     compare_many(runs[0])
-    begun = time.perf_counter()
-    one = write_page(runs[0])
-    seconds = time.perf_counter() - begun
-    return {"one": one, "fleet": report(runs, out=folder / "fleet.html")[-1], "seconds": seconds}
+    return {"one": write_page(runs[0]), "fleet": report(runs, out=folder / "fleet.html")[-1]}
 
 
 @pytest.fixture
@@ -110,8 +106,7 @@ def looked(browser, request):
         tab.close()
 
 
-def test_a_page_of_many_models_is_small_and_soon_there(pages):
-    assert pages["seconds"] < 15.0
+def test_a_page_of_many_models_is_small(pages):
     assert pages["one"].stat().st_size < 3_000_000
 
 
@@ -150,8 +145,10 @@ def test_a_letter_without_a_glyph_would_be_seen(pages, looked, letter):
     assert tab.evaluate(MISSING_GLYPHS)[1] == [letter]
 
 
-def test_formulas_are_typeset(pages, looked):
+@pytest.mark.parametrize("font", ["var(--math)", "monospace"])  # the page's own, and one without mathematical measures
+def test_formulas_are_typeset(pages, looked, font):
     tab = looked(pages["one"], "light", 1280)
+    tab.add_style_tag(content=f"math {{ font-family: {font} !important; }}")
     drag = tab.locator(".term.new > math", has_text="7.8").first
     assert drag.evaluate("one => getComputedStyle(one).display").endswith("math")
     base, index = tab.locator(".term small msub").first.evaluate(
