@@ -1,6 +1,11 @@
-"""The long modules: they start first, so that no processor waits at the end, and are left out of the coverage."""
+"""The long modules start first, so that no processor waits at the end; and Ctrl-C is heard wherever the tests run."""
+
+import signal
 
 import pytest
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background of a shell: programs would inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LONG = (
     "tests/discovery/test_catalogue.py",
