@@ -14,7 +14,7 @@ import numpy as np
 
 from ...physics.forces import apparent_wind, relative_velocity
 from ...physics.frames import Array
-from ...physics.momentum_balance import balances
+from ...physics.momentum_balance import BalanceTerm, balances
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .remembered import Remembered
@@ -65,9 +65,13 @@ class Products(ABC):
 
     def forces(self, vehicle: Vehicle) -> Array:
         """The whole force of a vehicle, its three axes first [N, N, N m]."""
+        return self.summed([line.force for line in balances(vehicle)], vehicle)
+
+    def summed(self, lines: Sequence[Sequence[BalanceTerm]], vehicle: Vehicle) -> Array:
+        """Coefficients times products, for each of three axes."""
         total = np.zeros((3, *self.shape))
-        for line, sums in zip(balances(vehicle), total, strict=True):
-            for term in line.force:
+        for line, sums in zip(lines, total, strict=True):
+            for term in line:
                 sums += term.coefficient * self._product(term.factors, vehicle)
         return total
 

@@ -69,8 +69,9 @@ class TestedTerms(Products):
 
     def balances(self, vehicle: Vehicle) -> Array:
         """Inertia less force of a vehicle, (3, copies, tests) [N, N, N m]."""
-        total = -self.forces(vehicle)
-        for line, sums in zip(balances(vehicle), total, strict=True):
+        lines = balances(vehicle)
+        total = -self.summed([line.force for line in lines], vehicle)
+        for line, sums in zip(lines, total, strict=True):
             for term in line.inertia:
                 axis = _RATES.index(term.factors[0])
                 moves = water(vehicle) if axis < 2 else ()

@@ -1,9 +1,10 @@
-"""The momentum balance that the page typesets is the force equation, term by term."""
+"""The momentum balance that the page typesets is the force equation, term by term, and that of the matrices."""
 
 import numpy as np
 import pytest
 
 from undertow.physics.forces import ForceEquation, apparent_wind, relative_velocity
+from undertow.physics.matrices import coriolis_matrix, damping_matrix, mass_matrix, thruster_matrix
 from undertow.physics.momentum_balance import balances, beside_the_balance
 from undertow.physics.vehicle import load_vehicle
 
@@ -37,6 +38,22 @@ FULL = {
 }
 
 
+def by_matrices(vehicle, relative, heading, thrust, memory, air) -> np.ndarray:
+    """B T - C nu_r - D nu_r + wind + memory + trim, from the matrices; `air` is relative to the water."""
+    nu = np.stack(relative, axis=-1)
+    works = coriolis_matrix(vehicle, nu) + damping_matrix(vehicle, nu)
+    force = thruster_matrix(vehicle) @ thrust - (works @ nu[..., None])[..., 0].T
+    turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
+    p = vehicle.values
+    force[:2] += np.einsum("ijn,j->in", turn, [p["wind_force_north"], p["wind_force_east"]])
+    blows = np.einsum("ijn,jn->in", turn, air) - nu.T[:2]
+    speed = np.linalg.norm(blows, axis=0)
+    force += [p["wind_x"] * blows[0] * speed, p["wind_y"] * blows[1] * speed, p["wind_n"] * blows[0] * blows[1]]
+    force[1:] -= [p["memory_sway"] * memory[0], p["memory_yaw"] * memory[1]]
+    force[2] += p["yaw_trim"]
+    return force
+
+
 @pytest.mark.parametrize("changes", [{}, FULL], ids=["as shipped", "every term"])
 @pytest.mark.parametrize("name", ["blueboat", "cybership2", "otter"])
 def test_both_sides_are_those_of_the_force_equation(name, changes):
@@ -46,9 +63,11 @@ def test_both_sides_are_those_of_the_force_equation(name, changes):
     heading, velocity, thrust = rng.uniform(-3, 3, n), rng.normal(size=(3, n)), rng.normal(0.0, 20.0, (count, n))
     memory, air = rng.normal(size=(2, n)), rng.normal(0.0, 5.0, (2, n))
     u, v, r = relative_velocity(vehicle, heading, tuple(velocity))
+    moving = np.array([[vehicle.value("current_north")], [vehicle.value("current_east")]])
     equation = ForceEquation(vehicle)
     force = equation.force((u, v, r), heading, thrust, None, tuple(memory), tuple(air))
-    rate = equation.inverse_mass @ np.array(force)
+    rate = np.linalg.solve(mass_matrix(vehicle), np.array(force))
+    np.testing.assert_allclose(force, by_matrices(vehicle, (u, v, r), heading, thrust, memory, air - moving), rtol=1e-9)
     blown = apparent_wind(heading, (velocity[0], velocity[1]), tuple(air))
     state = {"u": u, "v": v, "r": r, "|u|": abs(u), "|v|": abs(v), "|r|": abs(r)}
     state |= dict(zip(("u_dot", "v_dot", "r_dot"), rate, strict=True))
