@@ -21,6 +21,10 @@ _AGAIN = 0.05
 """Seconds after which an interruption that a library passed over is raised again."""
 
 
+_heard: list[int] = []
+"""The signals that were raised as KeyboardInterrupt."""
+
+
 def listen() -> None:
     """From now on a signal ends this process at once; `nohup` and whoever handles signals already are respected."""
     for number in _signals():
@@ -40,9 +44,22 @@ def interruptible() -> Iterator[None]:
         signal.signal(number, _interrupt)
     try:
         yield
+    except KeyboardInterrupt:
+        raise
+    except BaseException:
+        _passed_over()
+        raise
+    else:
+        _passed_over()
     finally:
         for number in ours:
             signal.signal(number, _leave)
+
+
+def _passed_over() -> None:
+    """Raise an interruption that the work went on after: a library caught it, or made another error of it."""
+    if _heard:
+        raise KeyboardInterrupt(_heard[0]) from None
 
 
 def told(error: KeyboardInterrupt) -> tuple[str, int]:
@@ -89,6 +106,7 @@ def _interrupt(number: int, _: FrameType | None = None) -> None:
         if signal.getsignal(each) is _interrupt:
             signal.signal(each, _leave)
     _ask_again(number, _PATIENCE, _leave)
+    _heard.append(number)
     raise KeyboardInterrupt(number)
 
 
