@@ -289,6 +289,6 @@ SPOILS = (
     Spoil("rows out of order", _disordered, (("stamps", "backwards"),)),
     Spoil("half the log missing", _hole, (("gaps", "gap"),)),
     Spoil("two logs in one", _concatenated, (("stamps", "set back"),)),
-    Spoil("commands clipped", _with(_clipped), (("drive", "largest"),)),
+    Spoil("commands clipped", _with(_clipped), (("limited", "cut at a limit"),)),
 )
 """Ways of making it wrong."""

@@ -8,6 +8,7 @@ from .checks.exchanged import Exchanged
 from .checks.excitation import Excitation
 from .checks.held import HeldFixes
 from .checks.late import LateFixes
+from .checks.limited import Limited
 from .checks.neutral import Neutral
 from .checks.rates import Gaps, Rates
 from .checks.resampled import Resampled
@@ -35,6 +36,7 @@ CHECKS: tuple[Check, ...] = (
     Clocks(),
     Neutral(),
     Drive(),
+    Limited(),
     Deviation(),
     Tilt(),
     Excitation(),

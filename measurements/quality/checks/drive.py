@@ -5,29 +5,18 @@ not explain of surge and yaw still goes up and down together in just that propor
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....physics.forces import modelled_acceleration
-from ....physics.frames import Array
 from ...alignment import band_passed
-from ...statistics.white_noise import noise_level
 from ..finding import Check, Finding, Reach
-from ..record import RATE, Record, Stretch
-from ..resting import centre_of
+from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of, unexplained
+from ..record import RATE, Record
 from .sides import side_of
 
-_STEP = 1.0 / RATE
-_QUICK = (0.15, 2.0)
-"""The band in which a boat answers its thrusters and hull forces change little [Hz]."""
-_EDGE = 1.0
-"""Time around each change of a command that is left out [s]: thrusters answer late."""
-_LEAST = 15.0
-"""Time that a command must stand still for its record to be judged [s]."""
 _TOGETHER = 0.4
 """Correlation of surge and yaw from which one thruster drives both: with a frozen record 0.45 to 0.8, in honest logs
 and in those that lack an effect up to 0.2, at a tenth of the size."""
@@ -46,38 +35,11 @@ _NOISE = 3.0
 """Times their noise that accelerations must have for anything to be said of them."""
 _LAGS = 3.0
 """Delays that are tried, both ways [s]: beyond the 2 s that a thruster may have at most."""
-_LONG = 10.0
-"""Time from which a command stands still for longer than a manoeuvre's step takes [s]."""
 _ANSWERS = 0.12
 """Share of quick accelerations that commands must explain at some delay within 3 s; those of another run explain up to
 0.09 by chance, the right ones 0.3 or more."""
 _LEAST_ANSWERED = 60.0
 """Motion that is needed [s]: over less, commands of another run explain more by chance."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """One stretch, band-passed.
-
-    Attributes
-    ----------
-    speeds : (n, 2) of surge [m/s] and yaw [rad/s], not band-passed
-    rates : (n, 2) accelerations of surge [m/s^2] and yaw [rad/s^2]
-    left : (n, 2) the same less what the vehicle, or in its absence nothing, says
-    states : (n, 5) what hull forces are made of, for each axis
-    commands : (n, c) deviations from neutral, as shares of the largest
-    noise : (2,) what the sensors' noise makes of the accelerations
-    stands, long : (n, c) whether each command stands still, away from its changes, at all and for 10 s or more
-    """
-
-    speeds: Array
-    rates: Array
-    left: Array
-    states: tuple[Array, Array]
-    commands: Array
-    noise: Array
-    stands: NDArray[np.bool_]
-    long: NDArray[np.bool_]
 
 
 @final
@@ -88,13 +50,7 @@ class Drive(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: one finding for each command that is at fault, or one for all."""
-        names = sorted({name for record in records for name in record.commands})
-        # What a rudder does, thrusters that stand still do not explain.
-        having = [record for record in records if set(names) <= set(record.commands) and not record.steered]
-        names = _judged(having, names)
-        if not names:
-            return []
-        parts = [part for record in having for s in record.stretches if (part := _part(record, s, names)) is not None]
+        having, names, parts = parts_of(records)
         if not parts:
             return []
         modelled = all(record.vehicle is not None for record in having)
@@ -103,107 +59,18 @@ class Drive(Check):
         return found or [_sound(parts, names)]
 
 
-def _judged(records: Sequence[Record], names: list[str]) -> list[str]:
-    """Commands of the vehicle's own thrusters, or all where there is none."""
-    wanted = {t.channel for record in records if record.vehicle for t in record.vehicle.thrusters}
-    return [name for name in names if name in wanted] if wanted & set(names) else names
-
-
-def _part(record: Record, stretch: Stretch, names: list[str]) -> _Part | None:
-    motion = stretch.motion
-    columns = stretch.commands[:, [record.commands.index(name) for name in names]]
-    if motion.time.size < round(_LEAST * RATE) or not np.isfinite(columns).all():
-        return None
-    commands = columns - np.array([centre_of([record], name) for name in names])
-    size = np.abs(commands).max(axis=0)
-    commands = commands / np.where(size > 0.0, size, 1.0)
-    surge, sway, rate = motion.velocity.T
-    rates = np.gradient(motion.velocity[:, [0, 2]], _STEP, axis=0)
-    driven = record.driven(stretch)
-    modelled = np.zeros_like(rates)
-    if driven is not None and record.vehicle is not None:
-        modelled = modelled_acceleration(record.vehicle, driven)[:, [0, 2]]
-    hull = (
-        np.column_stack([surge, surge * np.abs(surge), sway * rate, rate * rate]),
-        np.column_stack([rate, rate * np.abs(rate), np.abs(surge) * rate, surge * sway, surge * rate]),
-    )
-    passed = band_passed(np.column_stack([rates, rates - modelled, *hull]), _STEP, _QUICK)
-    white = _white(motion.velocity[:, [0, 2]])
-    return _Part(
-        motion.velocity[:, [0, 2]],
-        passed[:, :2],
-        passed[:, 2:4],
-        (passed[:, 4:8], passed[:, 8:]),
-        commands,
-        white,
-        *_stands(columns),
-    )
-
-
-def _white(velocity: Array) -> Array:
-    """Root mean square of what white noise on speeds (n, 2) makes of their accelerations in the band."""
-    noise = np.array([noise_level(speed) or 0.0 for speed in velocity.T])
-    low, high = _QUICK
-    # White noise of one sample's variance is spread evenly up to half the rate; a derivative is 2 pi f as large.
-    return noise * 2.0 * np.pi * np.sqrt((high**3 - low**3) / 3.0 / (0.5 * RATE))
-
-
-def _stands(commands: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether each command is the same for a second before and after each row, and for 10 s around it, (n, c) each."""
-    size = np.abs(commands).max(axis=0)
-    moves = np.abs(np.diff(commands, axis=0, prepend=commands[:1])) > 1e-6 * np.where(size > 0.0, size, 1.0)
-    reach, rows = round(_EDGE * RATE), commands.shape[0]
-    stands, long = np.zeros(commands.shape, dtype=bool), np.zeros(commands.shape, dtype=bool)
-    for k in range(commands.shape[1]):
-        ends = np.concatenate(([0], np.flatnonzero(moves[:, k]), [rows]))
-        for first, last in pairwise(ends.tolist()):
-            # At the ends of the log no change is known, and none is left out.
-            inner = slice(first + reach if first else 0, max(last - reach if last < rows else rows, 0))
-            stands[inner, k] = True
-            long[inner, k] = last - first >= _LONG * RATE
-    return stands, long
-
-
-def _unexplained(
-    parts: Sequence[_Part], rows: Sequence[NDArray[np.bool_]], learnt: Sequence[NDArray[np.bool_]], driven: bool
-) -> Array:
-    """What hull forces, and commands if they are `driven`, do not explain of `left` in some rows, (m, 2).
-
-    Their coefficients are learnt in other rows, or in the same.
-    """
-    found = []
-    for axis in range(2):
-        tables = [_columns(part, axis, driven) for part in parts]
-        table, again = (
-            np.concatenate([one[use] for one, use in zip(tables, which, strict=True)]) for which in (learnt, rows)
-        )
-        known, target = (
-            np.concatenate([part.left[use, axis] for part, use in zip(parts, which, strict=True)])
-            for which in (learnt, rows)
-        )
-        found.append(target - again @ np.linalg.lstsq(table, known, rcond=1e-6)[0])
-    return np.column_stack(found)
-
-
-def _columns(part: _Part, axis: int, driven: bool) -> Array:
-    if not driven:
-        return part.states[axis]
-    both = np.column_stack([part.commands, part.commands * np.abs(part.commands)])
-    return np.column_stack([part.states[axis], band_passed(both, _STEP, _QUICK)])
-
-
 def _stood_still(
-    records: Sequence[Record], parts: Sequence[_Part], names: list[str], place: int, modelled: bool
+    records: Sequence[Record], parts: Sequence[Part], names: list[str], place: int, modelled: bool
 ) -> Finding | None:
     """The finding that a command stood still while its thruster moved; None where that is not so."""
     name = names[place]
     turn = _turn(records, name)
     rows = [(part.stands if modelled else part.long)[:, place] for part in parts]
     learnt = rows if modelled else [~use for use in rows]
-    seconds, known = (sum(int(np.count_nonzero(use)) for use in which) * _STEP for which in (rows, learnt))
-    if not turn or min(seconds, known) < _LEAST:
+    seconds, known = (sum(int(np.count_nonzero(use)) for use in which) * STEP for which in (rows, learnt))
+    if not turn or min(seconds, known) < LEAST:
         return None
-    left = _unexplained(parts, rows, learnt, driven=not modelled)
+    left = unexplained(parts, rows, learnt, driven=not modelled)
     size = np.sqrt((left**2).mean(axis=0))
     usual = np.sqrt((np.concatenate([part.rates for part in parts]) ** 2).mean(axis=0))
     noise = np.max([part.noise for part in parts], axis=0)
@@ -221,17 +88,17 @@ def _stood_still(
     return _broken(text, together, (name,), f"the record of {name} stands still while its thruster works")
 
 
-def _all_stood_still(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
+def _all_stood_still(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     """The finding that no command moves while the boat does."""
     rows = [_to_the_end(np.asarray(part.long.all(axis=1))) for part in parts]
-    seconds = sum(int(np.count_nonzero(use)) for use in rows) * _STEP
-    whole = sum(part.rates.shape[0] for part in parts) * _STEP
-    if seconds < max(_LEAST, _TAIL * whole):
+    seconds = sum(int(np.count_nonzero(use)) for use in rows) * STEP
+    whole = sum(part.rates.shape[0] for part in parts) * STEP
+    if seconds < max(LEAST, _TAIL * whole):
         return []
     rates = np.concatenate([part.rates[use] for part, use in zip(parts, rows, strict=True)])
     others = [part.rates[~use] for part, use in zip(parts, rows, strict=True)]
     usual = np.sqrt((np.concatenate(others) ** 2).mean(axis=0)) if seconds < 0.8 * whole else np.zeros(2)
-    left = _unexplained([replace(part, left=part.rates) for part in parts], rows, rows, driven=False)
+    left = unexplained([replace(part, left=part.rates) for part in parts], rows, rows, driven=False)
     size = np.sqrt((left**2).mean(axis=0))
     noise = np.max([part.noise for part in parts], axis=0)
     moved = np.sqrt((rates**2).mean(axis=0))
@@ -245,7 +112,7 @@ def _all_stood_still(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
     ]
 
 
-def _gains(parts: Sequence[_Part], rows: Sequence[NDArray[np.bool_]]) -> bool:
+def _gains(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> bool:
     """Whether the boat gains speed, ahead or in turning, again and again; one that coasts only loses it."""
     second = round(RATE)
     fast = np.quantile(np.concatenate([part.speeds for part in parts]) ** 2, 0.95, axis=0)
@@ -265,9 +132,9 @@ def _to_the_end(still: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return found
 
 
-def _of_another_run(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
+def _of_another_run(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     """The finding that the boat answers no command at any delay."""
-    whole = sum(part.rates.shape[0] for part in parts) * _STEP
+    whole = sum(part.rates.shape[0] for part in parts) * STEP
     rates = np.concatenate([part.rates for part in parts])
     noise = np.max([part.noise for part in parts], axis=0)
     if whole < _LEAST_ANSWERED or np.any(np.sqrt((rates**2).mean(axis=0)) <= _NOISE * noise):
@@ -282,13 +149,13 @@ def _of_another_run(parts: Sequence[_Part], names: list[str]) -> list[Finding]:
     return [_broken(text, explained, tuple(names), "the boat does not answer its commands")]
 
 
-def _answered(parts: Sequence[_Part], lag: int) -> float:
+def _answered(parts: Sequence[Part], lag: int) -> float:
     """Share of the quick accelerations, of the axis that answers more, that commands explain at a delay in rows."""
     found = []
     for axis in range(2):
         columns, target = [], []
         for part in parts:
-            driven = band_passed(np.column_stack([part.commands, part.commands * np.abs(part.commands)]), _STEP, _QUICK)
+            driven = band_passed(np.column_stack([part.commands, part.commands * np.abs(part.commands)]), STEP, QUICK)
             n = driven.shape[0] - abs(lag)
             columns.append(driven[max(0, -lag) : max(0, -lag) + n])
             target.append(part.rates[max(0, lag) : max(0, lag) + n, axis])
@@ -322,7 +189,7 @@ def _broken(text: str, value: float, names: tuple[str, ...], short: str, unit: s
     )
 
 
-def _sound(parts: Sequence[_Part], names: list[str]) -> Finding:
+def _sound(parts: Sequence[Part], names: list[str]) -> Finding:
     still = [name for k, name in enumerate(names) if all(part.stands[:, k].all() for part in parts)]
     if still:
         text = f"{' and '.join(still)} never changes; whether the thruster worked, the log cannot tell"

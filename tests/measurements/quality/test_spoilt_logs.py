@@ -42,6 +42,7 @@ NAMED = (
     "heading off by 90 degrees",
     "gyro 0.8",
     "two logs in one",
+    "commands clipped",
 )
 
 
@@ -65,7 +66,6 @@ def spoilt(study: ModuleType, case, name: str, folder: Path) -> tuple[Path, obje
     return path, spoil
 
 
-# `response` divides by the size of a speed that is zero all along.
 @pytest.mark.parametrize("name", NAMED)
 def test_what_spoilt_a_log_is_named(study: ModuleType, case, name: str, tmp_path: Path):
     path, spoil = spoilt(study, case, name, tmp_path)
@@ -78,6 +78,15 @@ def test_what_is_sound_is_not_accused(study: ModuleType, case, name: str, tmp_pa
     path, spoil = spoilt(study, case, name, tmp_path)
     _, sound, said = study.looked_over(path, case, spoil)
     assert sound, said
+
+
+def test_commands_that_know_only_their_extremes_may_be_cut_or_not(study: ModuleType, tmp_path: Path):
+    zigzag = study.simulated(1, 120.0)[0]  # its commands have ten values, and three where they are cut
+    path, _ = spoilt(study, zigzag, "commands clipped", tmp_path)
+    (found,) = [f for f in inspect_log(read_log(path), zigzag.vehicle).quality if f.check == "limited"]
+    assert found.verdict == "cannot tell"
+    path, _ = spoilt(study, zigzag, "untouched", tmp_path)
+    assert not [f for f in inspect_log(read_log(path), zigzag.vehicle).quality if f.check == "limited"]
 
 
 def test_a_resampled_log_is_told_of(study: ModuleType, case, tmp_path: Path):

@@ -1,0 +1,150 @@
+"""Quick motion, in which a boat answers its thrusters, and what neither its model nor hull forces explain of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.forces import modelled_acceleration
+from ...physics.frames import Array
+from ..alignment import band_passed
+from ..statistics.white_noise import noise_level
+from .record import RATE, Record, Stretch
+from .resting import centre_of
+
+STEP = 1.0 / RATE
+"""Of the even time base [s]."""
+QUICK = (0.15, 2.0)
+"""The band in which a boat answers its thrusters and hull forces change little [Hz]."""
+_EDGE = 1.0
+"""Time around each change of a command that is left out [s]: thrusters answer late."""
+LEAST = 15.0
+"""Time that a command must stand still for its record to be judged [s]."""
+_LONG = 10.0
+"""Time from which a command stands still for longer than a manoeuvre's step takes [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One stretch, band-passed.
+
+    Attributes
+    ----------
+    speeds : (n, 2) of surge [m/s] and yaw [rad/s], not band-passed
+    rates : (n, 2) accelerations of surge [m/s^2] and yaw [rad/s^2]
+    left : (n, 2) the same less what the vehicle, or in its absence nothing, says
+    states : (n, 5) what hull forces are made of, for each axis
+    commands : (n, c) deviations from neutral, as shares of the largest
+    noise : (2,) what the sensors' noise makes of the accelerations
+    stands, long : (n, c) whether each command stands still, away from its changes, at all and for 10 s or more
+    """
+
+    speeds: Array
+    rates: Array
+    left: Array
+    states: tuple[Array, Array]
+    commands: Array
+    noise: Array
+    stands: NDArray[np.bool_]
+    long: NDArray[np.bool_]
+
+
+def parts_of(records: Sequence[Record]) -> tuple[list[Record], list[str], list[Part]]:
+    """The records that have all commands and no rudder, those commands, and the stretches that are long enough."""
+    names = sorted({name for record in records for name in record.commands})
+    # What a rudder does, thrusters that stand still do not explain.
+    having = [record for record in records if set(names) <= set(record.commands) and not record.steered]
+    names = _judged(having, names)
+    pairs = [(record, stretch) for record in having for stretch in record.stretches] if names else []
+    return having, names, [part for pair in pairs if (part := _part(*pair, names)) is not None]
+
+
+def _judged(records: Sequence[Record], names: list[str]) -> list[str]:
+    """Commands of the vehicle's own thrusters, or all where there is none."""
+    wanted = {t.channel for record in records if record.vehicle for t in record.vehicle.thrusters}
+    return [name for name in names if name in wanted] if wanted & set(names) else names
+
+
+def _part(record: Record, stretch: Stretch, names: list[str]) -> Part | None:
+    motion = stretch.motion
+    columns = stretch.commands[:, [record.commands.index(name) for name in names]]
+    if motion.time.size < round(LEAST * RATE) or not np.isfinite(columns).all():
+        return None
+    commands = columns - np.array([centre_of([record], name) for name in names])
+    size = np.abs(commands).max(axis=0)
+    commands = commands / np.where(size > 0.0, size, 1.0)
+    surge, sway, rate = motion.velocity.T
+    rates = np.gradient(motion.velocity[:, [0, 2]], STEP, axis=0)
+    driven = record.driven(stretch)
+    modelled = np.zeros_like(rates)
+    if driven is not None and record.vehicle is not None:
+        modelled = modelled_acceleration(record.vehicle, driven)[:, [0, 2]]
+    hull = (
+        np.column_stack([surge, surge * np.abs(surge), sway * rate, rate * rate]),
+        np.column_stack([rate, rate * np.abs(rate), np.abs(surge) * rate, surge * sway, surge * rate]),
+    )
+    passed = band_passed(np.column_stack([rates, rates - modelled, *hull]), STEP, QUICK)
+    white = _white(motion.velocity[:, [0, 2]])
+    return Part(
+        motion.velocity[:, [0, 2]],
+        passed[:, :2],
+        passed[:, 2:4],
+        (passed[:, 4:8], passed[:, 8:]),
+        commands,
+        white,
+        *_stands(columns),
+    )
+
+
+def _white(velocity: Array) -> Array:
+    """Root mean square of what white noise on speeds (n, 2) makes of their accelerations in the band."""
+    noise = np.array([noise_level(speed) or 0.0 for speed in velocity.T])
+    low, high = QUICK
+    # White noise of one sample's variance is spread evenly up to half the rate; a derivative is 2 pi f as large.
+    return noise * 2.0 * np.pi * np.sqrt((high**3 - low**3) / 3.0 / (0.5 * RATE))
+
+
+def _stands(commands: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether each command is the same for a second before and after each row, and for 10 s around it, (n, c) each."""
+    size = np.abs(commands).max(axis=0)
+    moves = np.abs(np.diff(commands, axis=0, prepend=commands[:1])) > 1e-6 * np.where(size > 0.0, size, 1.0)
+    reach, rows = round(_EDGE * RATE), commands.shape[0]
+    stands, long = np.zeros(commands.shape, dtype=bool), np.zeros(commands.shape, dtype=bool)
+    for k in range(commands.shape[1]):
+        ends = np.concatenate(([0], np.flatnonzero(moves[:, k]), [rows]))
+        for first, last in pairwise(ends.tolist()):
+            # At the ends of the log no change is known, and none is left out.
+            inner = slice(first + reach if first else 0, max(last - reach if last < rows else rows, 0))
+            stands[inner, k] = True
+            long[inner, k] = last - first >= _LONG * RATE
+    return stands, long
+
+
+def unexplained(
+    parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]], learnt: Sequence[NDArray[np.bool_]], driven: bool
+) -> Array:
+    """What hull forces, and commands if they are `driven`, do not explain of `left` in some rows, (m, 2).
+
+    Their coefficients are learnt in other rows, or in the same.
+    """
+    found = []
+    for axis in range(2):
+        tables = [_columns(part, axis, driven) for part in parts]
+        table, again = (
+            np.concatenate([one[use] for one, use in zip(tables, which, strict=True)]) for which in (learnt, rows)
+        )
+        known, target = (
+            np.concatenate([part.left[use, axis] for part, use in zip(parts, which, strict=True)])
+            for which in (learnt, rows)
+        )
+        found.append(target - again @ np.linalg.lstsq(table, known, rcond=1e-6)[0])
+    return np.column_stack(found)
+
+
+def _columns(part: Part, axis: int, driven: bool) -> Array:
+    if not driven:
+        return part.states[axis]
+    both = np.column_stack([part.commands, part.commands * np.abs(part.commands)])
+    return np.column_stack([part.states[axis], band_passed(both, STEP, QUICK)])
