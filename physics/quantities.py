@@ -9,9 +9,8 @@ from pydantic import AfterValidator, BeforeValidator
 
 from .printable import shortened, shown
 
-LARGEST = 1e15
-"""Largest amount of a number that is read or written, in SI units: the largest ship has a moment of inertia of 1e13
-kg m^2, and drawings end in overflow far above."""
+LARGEST = 1e18
+"""Largest amount of a number, in SI units: the largest ship has a moment of inertia of 1e13 kg m^2."""
 _LEAST = 1e-12
 """Least amount of what must be positive: a propeller of 1 cm, counted in revolutions a minute, has some 1e-9."""
 _MOST_TOLD = 8

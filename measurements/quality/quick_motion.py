@@ -38,6 +38,7 @@ class Part:
     states : (n, 5) what hull forces are made of, for each axis
     commands : (n, c) deviations from neutral, as shares of the largest
     noise : (2,) what the sensors' noise makes of the accelerations
+    modelled : the vehicle says what its thrusters make of these commands
     stands, long : (n, c) whether each command stands still, away from its changes, at all and for 10 s or more
     """
 
@@ -47,6 +48,7 @@ class Part:
     states: tuple[Array, Array]
     commands: Array
     noise: Array
+    modelled: bool
     stands: NDArray[np.bool_]
     long: NDArray[np.bool_]
 
@@ -94,6 +96,7 @@ def _part(record: Record, stretch: Stretch, names: list[str]) -> Part | None:
         (passed[:, 4:8], passed[:, 8:]),
         commands,
         white,
+        driven is not None,
         *_stands(columns),
     )
 

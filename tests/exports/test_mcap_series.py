@@ -262,17 +262,19 @@ def test_compare_writes_every_model_under_its_name(
     place: Path, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "boats.py").write_text("def still(velocity, heading, commands):\n    return 0.0 * velocity\n", "utf-8")
-    models = ["--model", written, "--model", "boats:still"]
+    (tmp_path / "lent_boats.py").write_text(
+        "def still(velocity, heading, commands):\n    return 0.0 * velocity\n", "utf-8"
+    )
+    models = ["--model", written, "--model", "lent_boats:still"]
     words = ["compare", place / "log.csv", "-v", "blueboat", *models, "--series", "a.mcap"]
     assert "Series for Foxglove and PlotJuggler: a.mcap" in done(*words)
     assert strict(done(*words[:-1], "b.mcap", "--json"))["schema"] == "undertow.comparison/1"
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
     found = Recording(tmp_path / "a.mcap")
-    assert {"/residual/nominal", "/residual/run", "/residual/boats_still"} <= set(found.messages)
+    assert {"/residual/nominal", "/residual/run", "/residual/lent_boats_still"} <= set(found.messages)
     effects = [found.forces(f"/effects/run/{name}") for name in TOPICS]
     assert sum(effects) == pytest.approx(found.forces("/residual/nominal") - found.forces("/residual/run"), abs=1e-5)
-    assert not found.column("/predicted/boats_still", "u_dot").any()
+    assert not found.column("/predicted/lent_boats_still", "u_dot").any()
     assert not [topic for topic in found.messages if topic.startswith("/effects/boats")]
 
 

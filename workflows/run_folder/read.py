@@ -19,12 +19,11 @@ from ...physics.errors import RequestError, VehicleError
 from ...physics.file_records import Record
 from ...physics.folders import finish
 from ...physics.printable import listed, shortened, shown
-from ...physics.quantities import LARGEST
 from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from ...reports.run_contents import RunFolder
 from ...residuals.models.neural import is_network_folder
-from .sizes import check_bounds
+from .sizes import LARGEST, check_bounds
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
 SERIES_COLUMNS = (

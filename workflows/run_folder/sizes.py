@@ -4,8 +4,9 @@ import math
 from typing import Any
 
 from ...physics.printable import shown
-from ...physics.quantities import LARGEST
 
+LARGEST = 1e15
+"""No quantity of a boat or its log is larger, in SI units; drawings end in overflow far above."""
 _LONGEST = 20_000
 """Letters of one text: a page has 3,000 a screen."""
 _MOST = 20_000

@@ -34,8 +34,8 @@ class Limited(Check):
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: one finding for all commands, or none where they hardly stand at an extreme."""
         _, names, parts = parts_of(records)
-        if not parts:
-            return []
+        if not parts or not all(part.modelled for part in parts):
+            return []  # without a model, what follows a change of the commands late would be taken for their doing
         rows = [np.asarray(part.stands.all(axis=1)) for part in parts]
         commands = np.concatenate([part.commands[use] for part, use in zip(parts, rows, strict=True)])
         largest, least = _ends(parts)
@@ -49,8 +49,8 @@ class Limited(Check):
         usual = np.sqrt((np.concatenate([part.rates for part in parts]) ** 2).mean(axis=0))
         noise = np.max([part.noise for part in parts], axis=0)
         size = np.sqrt((left[there] ** 2).mean(axis=0))
-        beyond = (size >= _PART * usual) & (size >= _NOISE * noise)
-        share = float((size / usual)[beyond].max()) if beyond.any() else 0.0
+        beyond = (size > _PART * usual) & (size > _NOISE * noise)
+        share = float(np.max(size[beyond] / usual[beyond], initial=0.0))
         if not beyond.any():
             text = "while the commands stand at their largest, the boat moves as elsewhere"
             return [Finding(check=self.name, verdict="ok", sentence=text, channels=tuple(names))]

@@ -6,7 +6,6 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from ...quantities import LARGEST
 from ...reading import Plain
 from ..damping_power import state_in_words
 from .witness import Witness
@@ -112,6 +111,10 @@ class Law(ABC):
         return Ruling(law=self.name, counts=self.counts, verdict="not applicable", proof="none", sentence=why)
 
 
+_UNBOUNDED = 1e12
+"""What stands for a ratio without bound: far above any that is bounded, and within what a run folder may hold."""
+
+
 def in_words(at: dict[str, float]) -> str:
     """A state in words.
 
@@ -129,4 +132,4 @@ def let_pass(witness: Witness, limit: float) -> str:
 
 def finite(value: float) -> float:
     """The value, or in the place of what grew without bound a number that a file can hold, margins included."""
-    return min(value, 0.5 * LARGEST) if value == value else 0.5 * LARGEST
+    return min(value, _UNBOUNDED) if value == value else _UNBOUNDED
