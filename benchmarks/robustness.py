@@ -6,6 +6,8 @@ characters in one message, or ends otherwise than it should: then the exit code 
 
     python benchmarks/robustness.py [--part NAME]... [--kills 200] [--seed 0] [--table docs/robustness.md]
 
+With --part, the rows of these parts take the place of those in an earlier table, and the others stay.
+
 Kills need strace (without it Python's own audit hooks take its place, which do not see calls through ctypes); small and
 read-only disks need root. Whole, it takes some 20 minutes on two cores.
 """
@@ -13,6 +15,7 @@ read-only disks need root. Whole, it takes some 20 minutes on two cores.
 import argparse
 import os
 import platform
+import re
 import shutil
 import signal
 import sys
@@ -71,27 +74,54 @@ def tried(job: Job, place: Path) -> Trial:
         shutil.rmtree(os.fsencode(place), ignore_errors=True)
 
 
-def page(rows: Sequence[Row], seconds: float, seed: int) -> str:
+def lines_of(table: Path) -> list[str]:
+    """The rows of a table that an earlier run wrote."""
+    text = table.read_text("utf-8") if table.exists() else ""
+    return [line for line in text.splitlines() if line.startswith("| ") and not line.startswith(("| ---", Row.HEAD))]
+
+
+def cells_of(line: str) -> list[str]:
+    """The cells of a row, its name first."""
+    return [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+
+
+def with_earlier(rows: Sequence[Row], earlier: Sequence[str]) -> list[str]:
+    """All rows of the table: each new one in the place of the earlier one of its name, or at the end."""
+    lines = list(earlier)
+    places = list(range(len(lines)))
+    for row in map(str, rows):
+        same = [k for k in places if cells_of(lines[k])[0] == cells_of(row)[0]]
+        if same:
+            places.remove(same[0])
+            lines[same[0]] = row
+        else:
+            lines.append(row)
+    return lines
+
+
+def page(rows: Sequence[Row], earlier: Sequence[str], seconds: float, seed: int) -> str:
     """The text of docs/robustness.md."""
-    trials = [trial for row in rows for trial in row.trials]
-    bad = sum(len(row.bad) for row in rows)
+    lines = with_earlier(rows, earlier)
+    counts = [[int(cell) for cell in cells_of(line)[1:7]] for line in lines if "not tried" not in line]
+    tries, bad = sum(c[0] for c in counts), sum(max(c[1:]) for c in counts)
     knife = "strace" if STRACE else "Python's audit hooks, for want of strace"
+    part = f"; {len(rows)} of its {len(lines)} rows were tried again in" if earlier else ","
     told = [
         "# What becomes of your files when things go wrong",
         "Written by `python benchmarks/robustness.py --table docs/robustness.md`; do not edit. Each row is an attack "
         "on the command line, and each try a process of its own on files that it must not lose: "
-        f"{len(trials)} tries with seed {seed}, {seconds / 60:.0f} minutes on {os.cpu_count()} cores "
+        f"{tries} tries with seed {seed}{part} {seconds / 60:.0f} minutes on {os.cpu_count()} cores "
         f"(Python {platform.python_version()}, {platform.system()}; killed by {knife}).",
         "A try fails when a file of the user's is lost or half-written, when a traceback is seen, when a process hangs "
         "(60 s), holds more than 1.5 GB, says more than 4,000 characters in one message, or ends with another exit "
         "code or other files than it should (other faults).",
-        f"**{bad} of {len(trials)} tries failed.**",
-        "\n".join([Row.HEAD, "| --- |" + " --- |" * 8, *map(str, rows)]),
+        f"**{bad} of {tries} tries failed.**",
+        "\n".join([Row.HEAD, "| --- |" + " --- |" * 8, *lines]),
     ]
     for row in rows:
         if row.bad:
-            lines = [f"- `{trial.what[:160]!a}`: {'; '.join(trial.faults)[:300]!a}" for trial in row.bad[:SHOWN]]
-            told.append(f"## Failed: {row.attack.name}\n" + "\n".join(lines))
+            failed = [f"- `{trial.what[:160]!a}`: {'; '.join(trial.faults)[:300]!a}" for trial in row.bad[:SHOWN]]
+            told.append(f"## Failed: {row.attack.name}\n" + "\n".join(failed))
     return "\n\n".join(told) + "\n"
 
 
@@ -126,7 +156,8 @@ def main() -> int:
     bad, seconds = sum(len(row.bad) for row in rows), time.perf_counter() - begun
     print(f"\n{bad} of {sum(len(row.trials) for row in rows)} tries failed; {seconds:.0f} s")
     if chosen.table is not None:
-        chosen.table.write_text(page(rows, seconds, chosen.seed), "utf-8")
+        earlier = [] if tuple(chosen.part) == PARTS else lines_of(chosen.table)
+        chosen.table.write_text(page(rows, earlier, seconds, chosen.seed), "utf-8")
     return 1 if bad else 0
 
 

@@ -71,7 +71,7 @@ class Row:
             return f"| {self.attack.name} | not tried: {self.attack.skipped} | | | | | | | |"
         ended = [end for trial in self.trials for end in trial.ended]
         cells = (
-            self.attack.name,
+            self.attack.name.replace("|", "\\|"),
             len(self.trials),
             sum(bool(trial.lost) for trial in self.trials),
             sum(bool(trial.torn) for trial in self.trials),
