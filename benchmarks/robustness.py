@@ -85,8 +85,11 @@ def cells_of(line: str) -> list[str]:
     return [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
 
 
-def with_earlier(rows: Sequence[Row], earlier: Sequence[str]) -> list[str]:
-    """All rows of the table: each new one in the place of the earlier one of its name, or at the end."""
+def with_earlier(rows: Sequence[Row], earlier: Sequence[str]) -> tuple[list[str], int]:
+    """All rows of the table, each new one in the place of the earlier one of its name or at the end; tries that failed.
+
+    Of an earlier row only its faults are known, and the most frequent kind of them counts.
+    """
     lines = list(earlier)
     places = list(range(len(lines)))
     for row in map(str, rows):
@@ -96,14 +99,14 @@ def with_earlier(rows: Sequence[Row], earlier: Sequence[str]) -> list[str]:
             lines[same[0]] = row
         else:
             lines.append(row)
-    return lines
+    kept = sum(max(int(cell) for cell in cells_of(lines[k])[2:7]) for k in places if "not tried" not in lines[k])
+    return lines, kept + sum(len(row.bad) for row in rows)
 
 
 def page(rows: Sequence[Row], earlier: Sequence[str], seconds: float, seed: int) -> str:
     """The text of docs/robustness.md."""
-    lines = with_earlier(rows, earlier)
-    counts = [[int(cell) for cell in cells_of(line)[1:7]] for line in lines if "not tried" not in line]
-    tries, bad = sum(c[0] for c in counts), sum(max(c[1:]) for c in counts)
+    lines, bad = with_earlier(rows, earlier)
+    tries = sum(int(cells_of(line)[1]) for line in lines if "not tried" not in line)
     knife = "strace" if STRACE else "Python's audit hooks, for want of strace"
     part = f"; {len(rows)} of its {len(lines)} rows were tried again in" if earlier else ","
     told = [

@@ -8,22 +8,35 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 LONG = (
-    "tests/discovery/test_catalogue.py",
     "tests/comparison/test_audit.py",
-    "tests/discovery/test_gazebo.py",
     "tests/discovery/test_field_logs.py",
-    "tests/discovery/test_parts.py",
-    "tests/discovery/calibration/test_calibrate.py",
-    "tests/residuals/training/test_training.py",
+    "tests/discovery/test_gazebo.py",
+    "tests/cli/test_command_line.py",
+    "tests/discovery/test_catalogue.py",
     "tests/comparison/failing/test_failures.py",
+    "tests/cli/test_check_verb.py",
+    "tests/discovery/calibration/test_calibrate.py",
+    "tests/cli/test_robustness.py",
+    "tests/comparison/test_comparison.py",
+    "tests/measurements/quality/test_quality_real.py",
+    "tests/cli/test_train_verb.py",
+    "tests/test_examples.py",
+    "tests/cli/test_report_verb.py",
+    "tests/discovery/identifiability/test_identifiable_effects.py",
+    "tests/cli/test_fit_verb.py",
+    "tests/benchmarks/test_hidden_effects_study.py",
+    "tests/exports/test_mcap_series.py",
+    "tests/residuals/training/test_training.py",
+    "tests/cli/test_bag_verbs.py",
+    "tests/discovery/test_parts.py",
 )
-"""Modules that compute for long, each in one process. Tracing their lines would take half as long again, and the demo
-and the shorter tests run nearly all of the same lines."""
+"""Modules that compute for half a minute and more, the longest first. Tracing their lines would take half as long
+again, and the demo and the shorter tests run nearly all of the same lines."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the long modules first; among equals the order stays."""
-    places = {name: place for place, name in enumerate(("tests/cli/test_command_line.py", *LONG))}
+    places = {name: place for place, name in enumerate(LONG)}
     for item in items:
         if item.nodeid.partition("::")[0] in LONG:
             item.add_marker("no_cover")

@@ -79,7 +79,7 @@ def check(
         motions = inputs.parts.judged.motions
         envelope, source = envelope_of(motions, found.vehicle), "the speeds of the log"
     else:
-        envelope, source, commands = _without_log(found, path, seed)
+        envelope, source, commands = _without_log(found, path)
     done = audit(found, envelope, motions=motions, commands=commands, envelope_from=source, seed=seed)
     return replace(done, notes=(*done.notes, note)) if note else done
 
@@ -94,15 +94,15 @@ def _own_logs(folder: Path) -> tuple[RunRecord | None, str]:
         return None, f"Judged without the logs of the run: {error}."
 
 
-def _without_log(model: Model, path: str | None, seed: int) -> tuple[Envelope, str, Array | None]:
+def _without_log(model: Model, path: str | None) -> tuple[Envelope, str, Array | None]:
     """Envelope, where it came from, and commands, of a model that is judged without a log."""
     stored = None if path is None else _stored_envelope(Path(path))
     if stored is not None:
         return stored, "the run folder: the speeds of its log", None
-    commands = possible_commands(model.vehicle, seed)
+    commands = possible_commands(model.vehicle)
     if model.seen is not None:
         return _trained_on(model.vehicle, *model.seen, commands)
-    return *reachable(model.vehicle, commands, seed), commands
+    return *reachable(model.vehicle, commands), commands  # the same, whatever the seed of the search
 
 
 def _trained_on(vehicle: Vehicle, low: Array, high: Array, commands: Array) -> tuple[Envelope, str, Array]:

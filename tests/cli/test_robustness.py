@@ -235,9 +235,28 @@ def test_the_table_tells_of_every_fault(attacks: Any, script: ModuleType) -> Non
     row.trials += [trial.Trial("1", (good,)), trial.Trial("2", (loud,), "notes.txt"), trial.Trial("3", (hung,))]
     assert str(row) == "| a bomb | 3 | 1 | 0 | 1 | 1 | 0 | 2000 | 5000 |"
     assert row.trials[1].faults == ["lost: notes.txt", "traceback", "2000 MB", "5000 characters"]
-    page = script.page([row], 60.0, 0)
+    page = script.page([row], [], 60.0, 0)
     assert "**2 of 3 tries failed.**" in page
     assert str(row) in page
+
+
+def test_a_part_that_is_tried_again_takes_its_rows_in_the_table(
+    attacks: Any, script: ModuleType, tmp_path: Path
+) -> None:
+    running, trial = attacks.running, attacks.trial
+    ends = [running.Ended(("x",), code, b"", b"", 0, 1.0, 1_000_000) for code in (0, 1)]
+    first, second, other = (trial.Row(trial.Attack("names", name)) for name in ("a | pipe", "a | pipe", "a bomb"))
+    first.trials += [trial.Trial("1", (ends[0],), "lost.txt"), trial.Trial("2", (ends[0],))]
+    other.trials += [trial.Trial("1", (ends[0],), "lost.txt")]
+    table = tmp_path / "table.md"
+    table.write_text(script.page([first, other], [], 60.0, 0), "utf-8")
+    assert len(script.lines_of(table)) == 2
+    second.trials += [trial.Trial("1", (ends[1],))]
+    page = script.page([second], script.lines_of(table), 60.0, 0)
+    assert str(second) in page
+    assert str(first) not in page
+    assert "**1 of 2 tries failed.**" in page
+    assert "1 of its 2 rows were tried again" in page
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.foreign import FunctionModel, load_function
+from undertow.workflows.check import check
 from undertow.workflows.run_folder.sizes import check_bounds
 
 BENCHMARKS = ROOT / "benchmarks"
@@ -609,3 +610,8 @@ def test_what_grows_without_bound_is_a_number_that_a_run_folder_holds(worst):
 
 def test_what_is_bounded_is_told_as_it_is():
     assert finite(1.25) == 1.25
+
+
+def test_what_is_looked_through_does_not_hang_on_the_seed_of_the_search():
+    first, second = (check("otter", seed=seed) for seed in (0, 3))
+    assert first.envelope == second.envelope
