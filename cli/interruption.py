@@ -54,6 +54,8 @@ def interruptible() -> Iterator[None]:
     finally:
         for number in ours:
             signal.signal(number, _leave)
+        if _heard and hasattr(signal, "setitimer"):  # what was asked for again is about to be told
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def _passed_over() -> None:

@@ -48,7 +48,7 @@ class Inputs:
 
     Attributes
     ----------
-    paths : as given
+    paths : the files that were read
     logs : as read
     vehicle : the nominal model
     weak : unfiltered parts at the logs' own rate, for the weak form

@@ -50,6 +50,7 @@ def read_inputs(
     """
     expect("read_inputs: logs", logs, (str, os.PathLike, Iterable), "give paths of logs")
     expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
+    expect("read_inputs: reading", reading, Reading, "undertow.Reading(frame=..., as_is=...) says how")
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
     for path in paths:
         expect("read_inputs: logs", path, (str, os.PathLike), "give paths of logs")

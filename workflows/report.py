@@ -52,7 +52,8 @@ def report(
     ------
     RequestError, VehicleError, LogError
         when a run cannot be read, a model cannot be compared, a file is there that this verb did not write, or
-        no browser for `pdf` is there; nothing is written then.
+        no browser for `pdf` is there; nothing is written then. When another process replaces a run meanwhile, those
+        before it are written.
     """
     folders = [Path(run) for run in runs]
     twice = sorted({str(folder) for k, folder in enumerate(folders) if any(same_place(folder, o) for o in folders[:k])})

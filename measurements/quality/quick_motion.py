@@ -1,7 +1,7 @@
 """Quick motion, in which a boat answers its thrusters, and what neither its model nor hull forces explain of it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -60,7 +60,11 @@ def parts_of(records: Sequence[Record]) -> tuple[list[Record], list[str], list[P
     having = [record for record in records if set(names) <= set(record.commands) and not record.steered]
     names = _judged(having, names)
     pairs = [(record, stretch) for record in having for stretch in record.stretches] if names else []
-    return having, names, [part for pair in pairs if (part := _part(*pair, names)) is not None]
+    made = [part for pair in pairs if (part := _part(*pair, names)) is not None]
+    # One size for all stretches: a gentle one is no full command.
+    size = np.max([np.abs(part.commands).max(axis=0) for part in made], axis=0) if made else np.ones(len(names))
+    size = np.where(size > 0.0, size, 1.0)
+    return having, names, [replace(part, commands=part.commands / size) for part in made]
 
 
 def _judged(records: Sequence[Record], names: list[str]) -> list[str]:
@@ -75,8 +79,6 @@ def _part(record: Record, stretch: Stretch, names: list[str]) -> Part | None:
     if motion.time.size < round(LEAST * RATE) or not np.isfinite(columns).all():
         return None
     commands = columns - np.array([centre_of([record], name) for name in names])
-    size = np.abs(commands).max(axis=0)
-    commands = commands / np.where(size > 0.0, size, 1.0)
     surge, sway, rate = motion.velocity.T
     rates = np.gradient(motion.velocity[:, [0, 2]], STEP, axis=0)
     driven = record.driven(stretch)

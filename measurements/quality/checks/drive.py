@@ -53,7 +53,7 @@ class Drive(Check):
         having, names, parts = parts_of(records)
         if not parts:
             return []
-        modelled = all(record.vehicle is not None for record in having)
+        modelled = all(part.modelled for part in parts)
         found = [f for k in range(len(names)) if (f := _stood_still(having, parts, names, k, modelled)) is not None]
         found = found or _of_another_run(parts, names) or _all_stood_still(parts, names)
         return found or [_sound(parts, names)]

@@ -132,4 +132,4 @@ def let_pass(witness: Witness, limit: float) -> str:
 
 def finite(value: float) -> float:
     """The value, or in the place of what grew without bound a number that a file can hold, margins included."""
-    return min(value, _UNBOUNDED) if value == value else _UNBOUNDED
+    return max(-_UNBOUNDED, min(value, _UNBOUNDED)) if value == value else _UNBOUNDED
