@@ -53,14 +53,16 @@ class Part:
     long: NDArray[np.bool_]
 
 
-def parts_of(records: Sequence[Record]) -> tuple[list[Record], list[str], list[Part]]:
+def parts_of(
+    records: Sequence[Record], band: tuple[float, float] = QUICK
+) -> tuple[list[Record], list[str], list[Part]]:
     """The records that have all commands and no rudder, those commands, and the stretches that are long enough."""
     names = sorted({name for record in records for name in record.commands})
     # What a rudder does, thrusters that stand still do not explain.
     having = [record for record in records if set(names) <= set(record.commands) and not record.steered]
     names = _judged(having, names)
     pairs = [(record, stretch) for record in having for stretch in record.stretches] if names else []
-    made = [part for pair in pairs if (part := _part(*pair, names)) is not None]
+    made = [part for pair in pairs if (part := _part(*pair, names, band)) is not None]
     # One size for all stretches: a gentle one is no full command.
     size = np.max([np.abs(part.commands).max(axis=0) for part in made], axis=0) if made else np.ones(len(names))
     size = np.where(size > 0.0, size, 1.0)
@@ -73,7 +75,7 @@ def _judged(records: Sequence[Record], names: list[str]) -> list[str]:
     return [name for name in names if name in wanted] if wanted & set(names) else names
 
 
-def _part(record: Record, stretch: Stretch, names: list[str]) -> Part | None:
+def _part(record: Record, stretch: Stretch, names: list[str], band: tuple[float, float]) -> Part | None:
     motion = stretch.motion
     columns = stretch.commands[:, [record.commands.index(name) for name in names]]
     if motion.time.size < round(LEAST * RATE) or not np.isfinite(columns).all():
@@ -89,8 +91,8 @@ def _part(record: Record, stretch: Stretch, names: list[str]) -> Part | None:
         np.column_stack([surge, surge * np.abs(surge), sway * rate, rate * rate]),
         np.column_stack([rate, rate * np.abs(rate), np.abs(surge) * rate, surge * sway, surge * rate]),
     )
-    passed = band_passed(np.column_stack([rates, rates - modelled, *hull]), STEP, QUICK)
-    white = _white(motion.velocity[:, [0, 2]])
+    passed = band_passed(np.column_stack([rates, rates - modelled, *hull]), STEP, band)
+    white = _white(motion.velocity[:, [0, 2]], band)
     return Part(
         motion.velocity[:, [0, 2]],
         passed[:, :2],
@@ -103,10 +105,10 @@ def _part(record: Record, stretch: Stretch, names: list[str]) -> Part | None:
     )
 
 
-def _white(velocity: Array) -> Array:
+def _white(velocity: Array, band: tuple[float, float]) -> Array:
     """Root mean square of what white noise on speeds (n, 2) makes of their accelerations in the band."""
     noise = np.array([noise_level(speed) or 0.0 for speed in velocity.T])
-    low, high = QUICK
+    low, high = band
     # White noise of one sample's variance is spread evenly up to half the rate; a derivative is 2 pi f as large.
     return noise * 2.0 * np.pi * np.sqrt((high**3 - low**3) / 3.0 / (0.5 * RATE))
 

@@ -1,14 +1,18 @@
 """Whether the record of the commands is cut at a limit: at its largest, the boat is driven as if they went on.
 
-While no command moves, quick motion is waves and noise, wherever the commands stand. Where it is large while they stand
-at their extremes and small while they stand elsewhere, thrusters worked beyond their record.
+While no command moves, the thrusters' force is constant, whatever it is, and the rest of the motion is hull, waves and
+noise, wherever the commands stand. Where accelerations change much while they stand at their extremes and little while
+they stand elsewhere, thrusters worked beyond their record.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import detrend
+from scipy.stats import f as f_distribution
 
 from ....physics.frames import Array
 from ..finding import Check, Finding, Reach
@@ -20,13 +24,20 @@ _NEAR = 0.02
 """Share of its range within which a command is at an end of it: what rounding takes from a limit."""
 _PUSH = 0.2
 """Share of the largest command from which an end of its range is a push."""
-_ELSEWHERE = 5.0
-"""Time that commands must stand elsewhere to be compared with [s]: a third of what the extremes need, for only the size
-of what waves and noise do is asked of it."""
-_PART, _TIMES, _NOISE = 0.3, 2.0, 3.0
+_BAND = (0.01, 2.0)
+"""What is kept of the motion [Hz]: nothing slower, so that what rings on in a filter after a command changed is a
+straight line while it stands; nothing quicker than a boat answers."""
+_ROWS = round(2.0 / STEP)
+"""Of one straight line: short, for commands seldom stand for long, and of one length everywhere, for the shorter it is,
+the more of waves it takes with it."""
+_FREE = 4
+"""Degrees of freedom of a piece of motion: it holds eight at 2 Hz in 2 s, and swell gives half of them."""
+_CHANCE = 1e-3
+"""Of calling waves a limit, which are as high by chance where commands stand at their extremes and low elsewhere."""
+_PART, _TIMES, _NOISE = 0.15, 2.0, 3.0
 """Share of the boat's accelerations, times what is left elsewhere, and times the sensors' noise, from which it is sure:
-records cut at a third of full thrust leave 0.45 to 0.65, and 2.5 to 4 times as much as elsewhere; sound ones, of
-simulated boats that lack effects too, up to 0.23 in noise and 0.05 without, the same everywhere."""
+records cut at a third of full thrust leave 0.2 to 0.35 in yaw, and 2.5 to 5 times as much as elsewhere; sound ones,
+that lack effects too, up to 0.02 in calm water, and in waves the same everywhere."""
 
 
 @final
@@ -37,14 +48,14 @@ class Limited(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: one finding for all commands, or none where they hardly stand at an extreme."""
-        having, names, parts = parts_of(records)
+        having, names, parts = parts_of(records, _BAND)
         if not parts or not all(part.modelled for part in parts):
             return []  # without a model, what follows a change of the commands late would be taken for their doing
-        rows = [np.asarray(part.stands.all(axis=1)) for part in parts]
+        parts, rows = zip(*(_stand_by_stand(part) for part in parts), strict=True)
         commands = np.concatenate([part.commands[use] for part, use in zip(parts, rows, strict=True)])
         rests = np.array([neutral_of(having, name) is not None for name in names])
         extreme = _extreme(commands, parts, rests)
-        elsewhere = ~extreme.any(axis=1)
+        elsewhere = ~extreme.any(axis=1) & (np.abs(commands) >= _PUSH).any(axis=1)  # at rest, waves show less
         at = [k for k in range(len(names)) if extreme[:, k].sum() * STEP >= LEAST]
         if not at:
             return []
@@ -62,40 +73,54 @@ class Limited(Check):
             f"while the commands stand at their largest, for {seconds:.0f} s, {100.0 * share:.0f} % of the quick "
             "motion has no cause in the log"
         )
-        if elsewhere.sum() * STEP < _ELSEWHERE:
-            return [
-                Finding(
-                    check=self.name,
-                    verdict="cannot tell",
-                    sentence=f"{told}, and they hardly stand elsewhere: it may be waves, or commands cut at a limit",
-                    value=share,
-                    unit="1",
-                    channels=tuple(names),
-                    short="whether the commands are cut at a limit",
-                )
-            ]
-        calm = np.sqrt((left[elsewhere] ** 2).mean(axis=0))
-        surely = beyond & (size >= _TIMES * calm)
+        pieces = int(elsewhere.sum()) // _ROWS
+        calm = np.sqrt((left[elsewhere] ** 2).mean(axis=0)) if pieces else np.zeros(2)
+        many = extreme[:, at].sum(axis=0)[:, None] // _ROWS
+        ratio = np.sqrt(f_distribution.isf(_CHANCE, _FREE * many, _FREE * max(pieces, 1)))
+        surely = beyond & (size >= np.maximum(_TIMES, ratio) * calm)
         if not surely.any():
             text = f"{told}, and no less while they stand elsewhere: waves, or a model that lacks much"
             return [
                 Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=tuple(names))
             ]
+        cause = (
+            "much less while they stand elsewhere: their record is cut at a limit, and the thrusters worked beyond it"
+            if pieces
+            else "they push nowhere else: their record is cut at a limit, or waves throw the boat about as much"
+        )
         return [
             Finding(
                 check=self.name,
                 verdict="defect",
-                sentence=f"{told}, and much less while they stand elsewhere: their record is cut at a limit, and the "
-                "thrusters worked beyond it",
+                sentence=f"{told}, and {cause}",
                 value=share,
                 unit="1",
                 channels=tuple(names[k] for k, sure in zip(at, surely.any(axis=1), strict=True) if sure),
                 consequence="what the thrusters do beyond their record would be laid at the door of thrust and hull",
-                remedy="log the commands as they reach the motor controllers, and in their full range",
+                remedy="log the commands as they reach the motor controllers, in their full range, and drive with "
+                "middling ones too",
                 short="the record of the commands is cut at a limit",
                 reach=Reach.LOG,
             )
         ]
+
+
+def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:
+    """The part less a straight line for each time that no command moves, and which rows these are.
+
+    A constant is the thrusters' force, known or not; a slope is what a wake, a current or a filter makes of them.
+    """
+    left, states = part.left.copy(), tuple(table.copy() for table in part.states)
+    stands = np.asarray(part.stands.all(axis=1))
+    for first, last in np.flatnonzero(np.diff(stands, prepend=False, append=False)).reshape(-1, 2).tolist():
+        whole = first + (last - first) // _ROWS * _ROWS
+        stands[whole:last] = False
+        if whole == first:
+            continue
+        for table in (left, *states):
+            pieces = table[first:whole].reshape(-1, _ROWS, table.shape[1])
+            table[first:whole] = detrend(pieces, axis=1).reshape(whole - first, -1)
+    return replace(part, left=left, states=states), stands
 
 
 def _extreme(commands: Array, parts: Sequence[Part], rests: NDArray[np.bool_]) -> NDArray[np.bool_]:
