@@ -2,7 +2,7 @@
 
 `planted.py` has forty violations, twenty of them in under 1 % of the states or commands, and `honest.py` forty models
 with unusual but lawful parameters; both are drawn by seed, and every model is judged with five seeds of the search.
-Seeds from 100 on are for reporting: nothing was tuned on them.
+Seeds below 100 are for tuning, and 100 was looked at; from 101 on they are for reporting.
 
 Then networks. Every planted one is a BlueBoat with one violation of dissipation in a small region of the envelope:
 formulas whose coefficient is grown until a chosen share of the envelope creates energy, and networks with a bump, a
@@ -47,7 +47,7 @@ from undertow.workflows.check import check
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.train import Choice, settings_with, train
 
-_REPORTED = 100
+_REPORTED = 101
 """First seed of models whose figures are reported; those below were used while the search was made."""
 _LONGEST = 30.0
 """Processor time [s] within which a verdict must be there."""
