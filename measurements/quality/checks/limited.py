@@ -34,7 +34,7 @@ _FREE = 4
 """Degrees of freedom of a piece of motion: it holds eight at 2 Hz in 2 s, and swell gives half of them."""
 _CHANCE = 1e-3
 """Of calling waves a limit, which are as high by chance where commands stand at their extremes and low elsewhere."""
-_PART, _TIMES, _NOISE = 0.15, 2.0, 3.0
+_PART, _TIMES, _NOISE = 0.15, 2.0, 2.0
 """Share of the boat's accelerations, times what is left elsewhere, and times the sensors' noise, from which it is sure:
 records cut at a third of full thrust leave 0.2 to 0.35 in yaw, and 2.5 to 5 times as much as elsewhere; sound ones,
 that lack effects too, up to 0.02 in calm water, and in waves the same everywhere."""
