@@ -31,6 +31,8 @@ idle is pushed about by waves and wind, and logs of field boats end with that.""
 _SETTLED, _GAINS = 5, 2.0
 """Seconds after which a boat gains no more speed by a command that stands, and times its fast speed squared, summed
 over all gains, from which it was driven: a boat that lies idle gains next to nothing."""
+_WAVE = 4.0
+"""Time over which speeds are averaged before they are asked for gains [s]: waves that turn a boat hardly last longer."""
 _NOISE = 3.0
 """Times their noise that accelerations must have for anything to be said of them."""
 _LAGS = 3.0
@@ -102,9 +104,8 @@ def _all_stood_still(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     size = np.sqrt((left**2).mean(axis=0))
     noise = np.max([part.noise for part in parts], axis=0)
     moved = np.sqrt((rates**2).mean(axis=0))
-    if np.any(size < np.maximum(_NOISE * noise, _DRIVEN * np.maximum(usual, moved))):
-        return []
-    if not _gains(parts, rows):
+    driven = size >= np.maximum(_NOISE * noise, _DRIVEN * np.maximum(usual, moved))
+    if not np.any(driven & _gains(parts, rows)):
         return []
     text = f"all commands stand still for {seconds:.0f} s, but the boat is driven and turned all the while"
     return [
@@ -112,16 +113,17 @@ def _all_stood_still(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     ]
 
 
-def _gains(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> bool:
-    """Whether the boat gains speed, ahead or in turning, again and again; one that coasts only loses it."""
-    second = round(RATE)
+def _gains(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    """Whether the boat gains speed, ahead and in turning, again and again, (2,); one that coasts only loses it."""
+    wave = round(_WAVE * RATE)
     fast = np.quantile(np.concatenate([part.speeds for part in parts]) ** 2, 0.95, axis=0)
     gained = np.zeros(2)
     for part, use in zip(parts, rows, strict=True):
         # What is under way when the commands come to a stand may still be gaining.
-        energy = part.speeds[use][_SETTLED * second :: second] ** 2
-        gained += np.diff(energy, axis=0).clip(min=0.0).sum(axis=0)
-    return bool(np.any(gained > _GAINS * fast))
+        speeds = part.speeds[use][round(_SETTLED * RATE) :]
+        calm = speeds[: speeds.shape[0] // wave * wave].reshape(-1, wave, 2).mean(axis=1)
+        gained += np.diff(calm**2, axis=0).clip(min=0.0).sum(axis=0)
+    return np.asarray(gained > _GAINS * fast)
 
 
 def _to_the_end(still: NDArray[np.bool_]) -> NDArray[np.bool_]:
