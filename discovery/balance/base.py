@@ -10,11 +10,15 @@ import numpy as np
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
+from .remembered import Remembered
 
 SEEING = (False, False, False)
 """No axis is blind."""
 LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
+
+_REMEMBERED = 100_000_000
+"""Bytes of columns that are kept: those of a few models, between which a search goes to and fro."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,13 +28,15 @@ class Neighbourhood:
     Attributes
     ----------
     balances : the balance of a model and of noisier copies of the log, (1 + copies, tests, 3)
+    difference : the balances of one model less those of another
     memo : columns that callers keep with the data they belong to
     linear : columns of damping, mass and thrust do not depend on the model
     step_share : share of a parameter's step by which its column is taken
     """
 
     balances: Callable[[Vehicle], Array]
-    memo: dict[tuple[object, ...], Array] = field(default_factory=dict)
+    difference: Callable[[Vehicle, Vehicle], Array]
+    memo: Remembered[Array] = field(default_factory=lambda: Remembered(_REMEMBERED))
     linear: bool = True
     step_share: float = 1.0
 

@@ -9,12 +9,15 @@ those few numbers moves.
 from abc import ABC, abstractmethod
 from collections import OrderedDict
 from collections.abc import Sequence
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
 from ...physics.forces import apparent_wind, relative_velocity
 from ...physics.frames import Array
-from ...physics.momentum_balance import BalanceTerm, balances
+from ...physics.momentum_balance import Balance as AxisBalance
+from ...physics.momentum_balance import balances
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .remembered import Remembered
@@ -29,6 +32,12 @@ _WIND = ("u_a", "v_a", "|V_a|")
 
 Water = tuple[float, float]
 """Velocity of the water towards north and east [m/s]."""
+Key = tuple[Any, ...]
+"""What a product depends on, beside the rows."""
+Part = tuple[Key, float, Vehicle]
+"""A product, its coefficient, and a vehicle that it is worked out for."""
+Parts = tuple[dict[Key, tuple[float, Vehicle]], dict[Key, tuple[float, Vehicle]], dict[Key, tuple[float, Vehicle]]]
+"""A sum of products on each axis."""
 
 
 class Products(ABC):
@@ -65,15 +74,45 @@ class Products(ABC):
 
     def forces(self, vehicle: Vehicle) -> Array:
         """The whole force of a vehicle, its three axes first [N, N, N m]."""
-        return self.summed([line.force for line in balances(vehicle)], vehicle)
+        return self.summed(gathered(self.force_parts(balances(vehicle), vehicle)))
 
-    def summed(self, lines: Sequence[Sequence[BalanceTerm]], vehicle: Vehicle) -> Array:
+    def summed(self, parts: Parts) -> Array:
         """Coefficients times products, for each of three axes."""
         total = np.zeros((3, *self.shape))
-        for line, sums in zip(lines, total, strict=True):
-            for term in line:
-                sums += term.coefficient * self._product(term.factors, vehicle)
+        for line, sums in zip(parts, total, strict=True):
+            for key, (coefficient, vehicle) in line.items():
+                sums += coefficient * self.known.of(key, partial(self.worked_out, key, vehicle))
         return total
+
+    def force_parts(self, lines: Sequence[AxisBalance], vehicle: Vehicle) -> list[list[Part]]:
+        """The summands of the force, by axis; what a thruster loses by its advance stands apart."""
+        flow, memory_time = water(vehicle), vehicle.values["memory_time"]
+        thrusters = {f"T:{thruster.name}": n for n, thruster in enumerate(vehicle.thrusters)}
+        found: list[list[Part]] = []
+        for line in lines:
+            row: list[Part] = []
+            for term in line.force:
+                if term.factors and term.factors[0] in thrusters:
+                    index = thrusters[term.factors[0]]
+                    thruster = vehicle.thrusters[index]
+                    row.append((("push", index, thruster.shape), term.coefficient * thruster.gain, vehicle))
+                    if thruster.advance_loss:
+                        loss = -term.coefficient * thruster.advance_loss
+                        row.append((("load", index, thruster.shape, flow), loss, vehicle))
+                else:
+                    factors, flows, remembers = _moves_with(term.factors)
+                    key = (factors, flow if flows else None, memory_time if remembers else None)
+                    row.append((key, term.coefficient, vehicle))
+            found.append(row)
+        return found
+
+    def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
+        """The product that a key stands for."""
+        if key[0] == "push":
+            return self.passed(self.response(key[1], vehicle.thrusters[key[1]].unit)[0])
+        if key[0] == "load":
+            return self.passed(self.response(key[1], vehicle.thrusters[key[1]].unit)[1] * self.relative(vehicle)[0])
+        return self.passed(self._multiplied(key[0], vehicle))
 
     def relative(self, vehicle: Vehicle) -> tuple[Array, Array, Array]:
         """Velocities relative to the water [m/s, m/s, rad/s]."""
@@ -84,28 +123,6 @@ class Products(ABC):
                 self._waters.popitem(last=False)
         self._waters.move_to_end(key)
         return self._waters[key]
-
-    def _product(self, factors: Sequence[str], vehicle: Vehicle) -> Array:
-        if factors and factors[0].startswith("T:"):
-            names = [thruster.name for thruster in vehicle.thrusters]
-            return self._thrust(names.index(factors[0][2:]), vehicle)
-        factors = tuple(sorted(factors))
-        return self.known.of(
-            (factors, *_depends(factors, vehicle)), lambda: self.passed(self._multiplied(factors, vehicle))
-        )
-
-    def _thrust(self, index: int, vehicle: Vehicle) -> Array:
-        """The force of a thruster: a gain times that of its shape, less its loss per advance speed."""
-        thruster = vehicle.thrusters[index]
-        key = (index, *thruster.shape)
-        push = self.known.of(("push", *key), lambda: self.passed(self.response(index, thruster.unit)[0]))
-        if thruster.advance_loss == 0.0:
-            return thruster.gain * push
-        lost = self.known.of(
-            ("load", *key, water(vehicle)),
-            lambda: self.passed(self.response(index, thruster.unit)[1] * self.relative(vehicle)[0]),
-        )
-        return thruster.gain * push - thruster.advance_loss * lost
 
     def _multiplied(self, factors: Sequence[str], vehicle: Vehicle) -> Array:
         signals = [self._signal(factor, vehicle) for factor in factors]
@@ -129,14 +146,32 @@ class Products(ABC):
         return np.abs(value) if factor.startswith("|") else value
 
 
-def _depends(factors: Sequence[str], vehicle: Vehicle) -> tuple[object, ...]:
-    """The numbers of a vehicle that a product of signals moves with."""
-    found: list[object] = []
-    if any(factor.strip("|")[:1] in ("u", "v") or factor == "q_v" for factor in factors if factor not in _WIND):
-        found.append(water(vehicle))
-    if any(factor in _WAKE for factor in factors):
-        found.append(vehicle.values["memory_time"])
-    return tuple(found)
+def gathered(rows: Sequence[Sequence[Part]]) -> Parts:
+    """Summands of one product, on one axis, as one."""
+    found: list[dict[Key, tuple[float, Vehicle]]] = []
+    for row in rows:
+        line: dict[Key, tuple[float, Vehicle]] = {}
+        for key, coefficient, vehicle in row:
+            line[key] = (coefficient + line[key][0] if key in line else coefficient, vehicle)
+        found.append(line)
+    return found[0], found[1], found[2]
+
+
+def less(one: Parts, other: Parts) -> Parts:
+    """What one sum of products has more than another: what stands in both alike is in neither."""
+    found: list[dict[Key, tuple[float, Vehicle]]] = []
+    for left, right in zip(one, other, strict=True):
+        rest = {key: (part[0] - right[key][0] if key in right else part[0], part[1]) for key, part in left.items()}
+        rest |= {key: (-part[0], part[1]) for key, part in right.items() if key not in left}
+        found.append({key: part for key, part in rest.items() if part[0] != 0.0})
+    return found[0], found[1], found[2]
+
+
+@cache
+def _moves_with(factors: tuple[str, ...]) -> tuple[tuple[str, ...], bool, bool]:
+    """Factors in one order, and whether their product moves with the water and with the wake's memory time."""
+    flows = any(f.strip("|")[:1] in ("u", "v") or f == "q_v" for f in factors if f not in _WIND)
+    return tuple(sorted(factors)), flows, any(f in _WAKE for f in factors)
 
 
 def water(vehicle: Vehicle) -> Water:

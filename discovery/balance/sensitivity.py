@@ -13,9 +13,11 @@ import numpy as np
 
 from ...physics.forces import ForceEquation, Triple, relative_velocity
 from ...physics.frames import Array
+from ...physics.matrices import mass_matrix
+from ...physics.momentum_balance import balances
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .products import Products
+from .products import Products, gathered, less, water
 from .starts import Rollings
 
 _STEP = 1e-4
@@ -50,7 +52,6 @@ class Tangent:
         self._errors = data.measured - predicted
         self._balances = form.with_noise(form.finished(self._errors))
         self._products = _RolloutTerms(data, self._states)
-        self._acceleration = self._products.accelerations(base)
         self._operator: Array | None = None
 
     def balances(self, vehicle: Vehicle) -> Array:
@@ -60,12 +61,19 @@ class Tangent:
         """
         if vehicle is self.base:
             return self._balances
-        added = self._products.accelerations(vehicle) - self._acceleration
+        return self.form.with_noise(self.form.finished(self._errors - self._change(vehicle, self.base)))
+
+    def difference(self, one: Vehicle, other: Vehicle) -> Array:
+        """The balances of one model less those of another, (2, tests, 3)."""
+        rows = self.form.finished(self._change(other, one))
+        return np.stack([rows] * self._balances.shape[0])
+
+    def _change(self, one: Vehicle, other: Vehicle) -> Array:
+        """What one model's rollouts add to another's, (bins, 3, starts)."""
+        added = self._products.added(one, other)
         steps, _, starts = added.shape
         flat = np.ascontiguousarray(added.transpose(2, 0, 1)).reshape(starts, steps * 3, 1)
-        bins = self._errors.shape[0]
-        change = (self._spread() @ flat)[..., 0].reshape(starts, bins, 3).transpose(1, 2, 0)
-        return self.form.with_noise(self.form.finished(self._errors - change))
+        return (self._spread() @ flat)[..., 0].reshape(starts, self._errors.shape[0], 3).transpose(1, 2, 0)
 
     def _spread(self) -> Array:
         """(starts, 3 bins, 3 (steps + 1)): the binned velocities that an added acceleration makes."""
@@ -93,8 +101,16 @@ class _RolloutTerms(Products):
         _, _, heading, u, v, r = states.transpose(2, 1, 0)
         super().__init__(heading, (u, v, r), None if data.air is None else (data.air[0], data.air[1]))
 
-    def accelerations(self, vehicle: Vehicle) -> Array:
-        """Acceleration over ground that a model gives along the rollouts, (steps + 1, 3, starts)."""
+    def added(self, one: Vehicle, other: Vehicle) -> Array:
+        """Acceleration over ground that one model gives along the rollouts beyond another, (steps + 1, 3, starts)."""
+        inertia = mass_matrix(one)
+        if water(one) == water(other) and np.array_equal(inertia, mass_matrix(other)):
+            parts = [gathered(self.force_parts(balances(vehicle), vehicle)) for vehicle in (one, other)]
+            inverse = ForceEquation(one).inverse_mass
+            return np.asarray(np.einsum("ij,jks->kis", inverse, self.summed(less(*parts))), dtype=float)
+        return self._accelerations(one) - self._accelerations(other)
+
+    def _accelerations(self, vehicle: Vehicle) -> Array:
         force = self.forces(vehicle)
         relative = self.relative(vehicle)
         found = ForceEquation(vehicle).acceleration((force[0], force[1], force[2]), relative, self.velocity)

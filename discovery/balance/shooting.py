@@ -94,7 +94,8 @@ class Shooting(Balance):
 
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
-        return Neighbourhood(Tangent(self, vehicle).balances, linear=False, step_share=_STEP_SHARE)
+        tangent = Tangent(self, vehicle)
+        return Neighbourhood(tangent.balances, tangent.difference, linear=False, step_share=_STEP_SHARE)
 
     @property
     def tests(self) -> WeakSettings:

@@ -1,5 +1,6 @@
 """The summands of the momentum balance along a log and its noisier copies, passed through the test functions."""
 
+from collections import deque
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple, final
@@ -12,9 +13,11 @@ from ...physics.momentum_balance import balances
 from ...physics.motion import Motion
 from ...physics.thrusters import Thruster, first_order_lag
 from ...physics.vehicle import Vehicle
-from .products import Products, water
+from .products import Key, Parts, Products, gathered, less, water
 
 _RATES = ("u_dot", "v_dot", "r_dot")
+_KNOWN = 4
+"""Vehicles whose parts are kept: a model's own, to which others beside it are compared."""
 
 
 class Kernel(NamedTuple):
@@ -28,10 +31,19 @@ class Kernel(NamedTuple):
     def apply(self, rows: Array, weights: Array) -> Array:
         """Weighted sums of rows (..., n) about each centre, (..., count)."""
         total = np.zeros((*rows.shape[:-1], self.count))
-        reach = self.stride * (self.count - 1) + 1
-        for offset, weight in enumerate(weights):
-            if weight != 0.0 and self.count:
-                total += weight * rows[..., offset : offset + reach : self.stride]
+        if not self.count:
+            return total
+        # A window is some strides long: each stride of rows meets each stride of weights once, in one product.
+        pieces = -(-weights.size // self.stride)
+        padded = np.zeros((pieces, self.stride))
+        padded.flat[: weights.size] = weights
+        whole = np.zeros((self.count + pieces - 1, self.stride))
+        known = min(rows.shape[-1], whole.size)
+        for place in np.ndindex(rows.shape[:-1]):
+            whole.flat[:known] = rows[place][:known]
+            met, sums = padded @ whole.T, total[place]
+            for piece in range(pieces):
+                sums += met[piece, piece : piece + self.count]
         return total
 
 
@@ -60,6 +72,7 @@ class TestedTerms(Products):
         u, v, r = np.concatenate([np.moveaxis(v, -1, 0) for v in velocities], axis=-1)
         air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
         north, east = np.concatenate(air).T
+        self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN)
         super().__init__(np.concatenate([m.heading for m in motions]), (u, v, r), (north, east))
 
     @property
@@ -69,14 +82,28 @@ class TestedTerms(Products):
 
     def balances(self, vehicle: Vehicle) -> Array:
         """Inertia less force of a vehicle, (3, copies, tests) [N, N, N m]."""
+        return self.summed(self._balance(vehicle))
+
+    def difference(self, one: Vehicle, other: Vehicle) -> Array:
+        """The balance of one vehicle less that of another, (3, copies, tests): only what differs is read."""
+        return self.summed(less(self._balance(one), self._balance(other)))
+
+    def _balance(self, vehicle: Vehicle) -> Parts:
+        for known, parts in self._known:
+            if known is vehicle:
+                return parts
         lines = balances(vehicle)
-        total = -self.summed([line.force for line in lines], vehicle)
-        for line, sums in zip(lines, total, strict=True):
+        rows = [[(key, -coefficient, v) for key, coefficient, v in row] for row in self.force_parts(lines, vehicle)]
+        for row, line in zip(rows, lines, strict=True):
             for term in line.inertia:
                 axis = _RATES.index(term.factors[0])
-                moves = water(vehicle) if axis < 2 else ()
-                sums += term.coefficient * self.known.of((axis, *moves), lambda a=axis: self._rate(a, vehicle))
-        return total
+                row.append((("rate", axis, water(vehicle) if axis < 2 else None), term.coefficient, vehicle))
+        self._known.append((vehicle, gathered(rows)))
+        return self._known[-1][1]
+
+    def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
+        """The product that a key stands for, the tested derivatives among them."""
+        return self._rate(key[1], vehicle) if key[0] == "rate" else super().worked_out(key, vehicle)
 
     def passed(self, rows: Array) -> Array:
         """Rows (copies, n) through the test functions, (copies, tests)."""

@@ -71,7 +71,7 @@ class WeakForm(Balance):
             np.stack([m.velocity, *(m.velocity + noise[k] for noise in drawn)]) for k, m in enumerate(self.motions)
         ]
         self.blind = SEEING
-        self._near = Neighbourhood(self.balances)
+        self._near = Neighbourhood(self.balances, self._difference)
         self._kernels: list[Kernel] = []
         times = []
         for motion in self.motions:
@@ -148,7 +148,10 @@ class WeakForm(Balance):
 
         The difference between a copy and the log shows what noise does to a column, and so to a model's score.
         """
-        return np.ascontiguousarray(self._terms.balances(vehicle).transpose(1, 2, 0))
+        return self._terms.balances(vehicle).transpose(1, 2, 0)
+
+    def _difference(self, one: Vehicle, other: Vehicle) -> Array:
+        return self._terms.difference(one, other).transpose(1, 2, 0)
 
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""

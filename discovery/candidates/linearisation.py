@@ -5,7 +5,7 @@ force is linear have one present option; those with a shape (lag, delay, dead zo
 each starting value, as a fixed offset of the force plus the derivative about it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,9 +92,14 @@ class Linearisation:
                 else:
                     present = (self._present(candidate, vehicle, tuple(absent.values()), -1),)
                 self.options[candidate.key] = (nothing, *present)
-        every = np.stack([*self._columns, self._base], axis=-1)
+        # Laid out with the tests last, for whoever sums over them; each column is one stride of memory.
+        copies, tests, axes = self._base.shape
+        every = np.empty((copies, axes, len(self._columns) + 1, tests))
+        for k, column in enumerate((*self._columns, self._base)):
+            every[:, :, k] = column.transpose(0, 2, 1)
         every[1:] -= every[0]  # in place: on a log of an hour the copies are most of the memory
-        self.columns, self.noise = every[0], every[1:]
+        laid = every.transpose(0, 3, 1, 2)
+        self.columns, self.noise = laid[0], laid[1:]
 
     def _add(self, column: Array) -> int:
         self._columns.append(column)
@@ -107,7 +112,7 @@ class Linearisation:
                 (index, absent[s] - now) for s, now, index in zip(here.symbols, here.start, here.free, strict=True)
             ]
             return np.asarray(sum(self._columns[index] * step for index, step in steps))
-        return self._base - self._near.balances(self.vehicle.with_values(absent))
+        return self._near.difference(self.vehicle, self.vehicle.with_values(absent))
 
     def _shapes(
         self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float], near: tuple[float, ...] = ()
@@ -125,7 +130,7 @@ class Linearisation:
             offset = -1
             if candidate.effect.fixed_amplitude:
                 key = ("offset", shape.symbol, value, *self._depends(shape, vehicle))
-                offset = self._add(self._remember(key, lambda m=moved: self._base - self._near.balances(m)))
+                offset = self._add(self._near.memo.of(key, lambda m=moved: self._near.difference(vehicle, m)))
             found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
         return tuple(found)
 
@@ -140,7 +145,7 @@ class Linearisation:
                 low = high = 0.0
             else:
                 key = ("slope", parameter.symbol, *self._depends(parameter, about))
-                slope = self._remember(key, lambda p=parameter, v=value: self._slope(p, about, v))
+                slope = self._near.memo.of(key, lambda p=parameter, v=value: self._slope(p, about, v))
                 free.append(self._add(slope))
                 if parameter.grid:
                     reach = 0.35 * value + 0.02
@@ -167,18 +172,10 @@ class Linearisation:
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
         symbol, step = parameter.symbol, parameter.step * self._near.step_share
-        base = self._base if about is self.vehicle else self._near.balances(about)
-        up = self._near.balances(about.with_values({symbol: value + step}))
+        up = about.with_values({symbol: value + step})
         if not parameter.nonlinear or value - step < parameter.lower:
-            return (base - up) / step
-        down = self._near.balances(about.with_values({symbol: value - step}))
-        return (down - up) / (2.0 * step)
-
-    def _remember(self, key: tuple[object, ...], compute: Callable[[], Array]) -> Array:
-        memo = self._near.memo
-        if key not in memo:
-            memo[key] = compute()
-        return memo[key]
+            return self._near.difference(about, up) / step
+        return self._near.difference(about.with_values({symbol: value - step}), up) / (2.0 * step)
 
     def _depends(self, parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
         """What a parameter's column depends on, beside the data: the parameters that multiply it in the force."""

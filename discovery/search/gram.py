@@ -66,14 +66,16 @@ class GramScores:
         self.tests = columns.shape[0]
         self.blocks = int(block.max()) + 1
         self.weight = weight
-        scale = np.sqrt((columns**2 * weight[:, None]).sum(axis=1).mean(axis=0))
+        edges = np.searchsorted(block, np.arange(self.blocks + 1))
+        gram = _grams(columns, edges)
+        scale = np.sqrt(weight @ np.diagonal(gram.sum(axis=0), axis1=1, axis2=2) / self.tests)
         self.scale = np.where(scale > 0, scale, 1.0)
         self.scale[-1] = 1.0
-        edges = np.searchsorted(block, np.arange(self.blocks + 1))
-        self.gram = _grams(columns / self.scale, edges)
+        unit = 1.0 / (self.scale[:, None] * self.scale)
+        self.gram = gram * unit
         self.noise = None
         if noise.shape[0]:
-            self.noise = sum((_grams(part / self.scale, edges) for part in noise), np.zeros(())) / noise.shape[0]
+            self.noise = sum((_grams(part, edges) for part in noise), np.zeros(())) * (unit / noise.shape[0])
         self._sum_up()
 
     def drawn(self, counts: np.ndarray) -> "GramScores":
@@ -88,8 +90,9 @@ class GramScores:
         self._weighted = np.tensordot(self.gram, self.weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)
         self._blur = None if self.noise is None else np.tensordot(self.noise, self.weight, axes=(1, 0))
-        self._blurred = np.zeros(()) if self._blur is None else self._blur.sum(axis=0)
+        self._blurred = None if self._blur is None else self._blur.sum(axis=0)
         self._clear = self.gram if self.noise is None else self.gram - self.noise
+        self._sharp = self._weighted if self._blur is None else self._weighted - self._blur
         self._sum = self.gram.sum(axis=0, keepdims=True)
 
     def fit(self, chosen: Sequence[Option]) -> Fit:
@@ -122,15 +125,25 @@ class GramScores:
         Where noise is most of some combination of the columns, a smaller share of all of it is taken off, so that no
         combination loses more than half of its square; one hopeless column then leaves some noise in the others.
         """
-        rows = self._weighted[:, columns]
-        if self._blur is not None and columns.size:
-            total, blur = (g[np.ix_(columns, columns)] for g in (self._total, self._blurred))
+        share = self._noise_taken(columns)
+        rows = self._sharp if share == 1.0 or self._blur is None else self._weighted - share * self._blur
+        left, used = columns[:, None], np.flatnonzero(target)
+        return rows[:, left, columns], rows[:, left, used] @ target[used]
+
+    def _noise_taken(self, columns: np.ndarray) -> float:
+        """The share of what noise adds to some columns that is taken off."""
+        if self._blurred is None or not columns.size:
+            return 1.0
+        total, blur = (g[columns[:, None], columns] for g in (self._total, self._blurred))
+        try:  # most often no combination is half noise, which a factor shows at once
+            np.linalg.cholesky(_MOST_NOISE * total - blur)
+        except np.linalg.LinAlgError:
             size = 1.0 / np.sqrt(np.where(np.diag(total) > 0.0, np.diag(total), np.inf))
             level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
             root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
             worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
-            rows = rows - min(1.0, _MOST_NOISE / max(worst, 1e-300)) * self._blur[:, columns]
-        return rows[:, :, columns], rows @ target
+            return min(1.0, _MOST_NOISE / max(worst, 1e-300))
+        return 1.0
 
     def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
         """How much each of several options would lower the weighted in-sample error beside kept ones, (options,).
@@ -178,8 +191,11 @@ class GramScores:
 
     def _error(self, gram: Array, columns: np.ndarray, target: Array, solutions: Array) -> Array:
         """Squared error (blocks, 3) of each block under its own solution (blocks, p)."""
-        used = np.union1d(columns, np.flatnonzero(target))
-        combination = np.tile(target, (solutions.shape[0], 1))
+        used = np.concatenate([columns, np.flatnonzero(target)])
+        if target[columns].any():
+            used = np.unique(used)
+        combination = np.zeros((solutions.shape[0], self.size + 1))
+        combination[:] = target
         combination[:, columns] -= solutions
         part = combination[:, used]
         inner = gram[:, :, used[:, None], used]
@@ -211,12 +227,11 @@ class GramScores:
 
 def _grams(columns: Array, edges: np.ndarray) -> Array:
     """Gram matrix of each block's rows on each axis, (blocks, 3, p, p), from columns (tests, 3, p)."""
-    ordered = np.ascontiguousarray(columns.transpose(1, 0, 2))
+    ordered = np.ascontiguousarray(columns.transpose(1, 2, 0))  # no copy where they were laid out so
     gram = np.zeros((edges.size - 1, 3, columns.shape[2], columns.shape[2]))
     for k, (start, stop) in enumerate(pairwise(edges)):
-        for axis in range(3):
-            rows = ordered[axis, start:stop]
-            np.matmul(rows.T, rows, out=gram[k, axis])
+        rows = ordered[:, :, start:stop]
+        np.matmul(rows, rows.swapaxes(1, 2), out=gram[k])
     return gram
 
 
@@ -226,8 +241,10 @@ def bounded_solve(h: Array, right: Array, lower: Array, upper: Array) -> tuple[A
     Returns the solution and a mask of the held entries. A held entry whose gradient points inwards is released again.
     """
     size = right.size
-    x = np.zeros(size)
+    x = np.asarray(np.linalg.solve(h, right), dtype=float)
     held = np.zeros(size, dtype=bool)
+    if not ((x < lower) | (x > upper)).any():
+        return x, held
     for _ in range(3 * size + 1):
         free = ~held
         if free.any():
