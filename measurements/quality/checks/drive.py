@@ -32,7 +32,7 @@ _SETTLED, _GAINS = 5, 2.0
 """Seconds after which a boat gains no more speed by a command that stands, and times its fast speed squared, summed
 over all gains, from which it was driven: a boat that lies idle gains next to nothing."""
 _WAVE = 4.0
-"""Time over which speeds are averaged before they are asked for gains [s]: waves that turn a boat hardly last longer."""
+"""Time over which speeds are averaged before they are asked for gains [s]: waves seldom last longer."""
 _NOISE = 3.0
 """Times their noise that accelerations must have for anything to be said of them."""
 _LAGS = 3.0
