@@ -7,7 +7,8 @@ from typing import TypeVar
 import numpy as np
 
 from .errors import RequestError
-from .forces import Actuation, ForceEquation, actuation, memory_states, relative_velocity
+from .flattened import Flattened, Outside
+from .forces import Actuation, actuation, memory_states, relative_velocity
 from .frames import Array, body_to_earth
 from .motion import Motion
 from .vehicle import Vehicle
@@ -62,32 +63,19 @@ def integrate(
     added : acceleration beside the vehicle's; default: none. What is beyond `SPEED_LIMIT` in a step is cut there, or a
         rollout that diverges would be off the map before it is held
     """
-    equation = None if vehicle is None else ForceEquation(vehicle)
     steps, batch = thrust.shape[1] - 1, initial.shape[0]
     state = np.zeros((8, batch))
     state[:6] = initial.T
-    if memory is not None:
-        state[6:] = memory.T
-    elif vehicle is not None:
-        state[6:] = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]))[1:]
-    loaded = bool(load.any())
+    own = None if vehicle is None else Flattened(vehicle, batch)
+    pushed, lost = np.zeros((3, steps + 1, batch)), None
+    if vehicle is not None and own is not None:
+        water = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]))
+        state[6:] = water[1:] if memory is None else memory.T
+        pushed, lost = own.accelerations(thrust), own.accelerations(load) if load.any() else None
     held = None
 
-    def slope(x: Array, outside: tuple[Array, Array | None, Array | None]) -> Array:
-        push, loss, wind = outside
-        out = np.empty_like(x)
-        out[0], out[1] = body_to_earth(x[2], x[3], x[4])
-        out[2] = x[5]
-        out[3:] = 0.0
-        if equation is not None:
-            velocity = (x[3], x[4], x[5])
-            relative = relative_velocity(equation.vehicle, x[2], velocity)
-            blowing = None if wind is None else (wind[0], wind[1])
-            force = equation.force(relative, x[2], push, loss, (x[6], x[7]), blowing)
-            out[3], out[4], out[5] = equation.acceleration(force, relative, velocity)
-            if equation.has_memory:
-                constant = equation.vehicle.values["memory_time"]
-                out[6], out[7] = (relative[1] - x[6]) / constant, (x[5] - x[7]) / constant
+    def slope(x: Array, outside: Outside) -> Array:
+        out = _idle(x) if own is None else own(x, outside)
         if held is not None:
             out[3:6] += held
         return out
@@ -98,13 +86,9 @@ def integrate(
     diverged = np.zeros(batch, dtype=bool)
     for k in range(steps):
         held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
-        push0, push1 = thrust[:, k], thrust[:, k + 1]
-        middle = 0.5 * (push0 + push1)
-        loss0, loss1 = (load[:, k], load[:, k + 1]) if loaded else (None, None)
-        lost = 0.5 * (loss0 + loss1) if loss0 is not None and loss1 is not None else None
-        wind0, wind1 = (None, None) if air is None else (air[:, k], air[:, k + 1])
-        wind = None if air is None else 0.5 * (air[:, k] + air[:, k + 1])
-        state = runge_kutta(slope, state, ((push0, loss0, wind0), (middle, lost, wind), (push1, loss1, wind1)), h)
+        begin, end = ((pushed[:, n], _at(lost, n), _at(air, n)) for n in (k, k + 1))
+        middle = (0.5 * (begin[0] + end[0]), _mean(begin[1], end[1]), _mean(begin[2], end[2]))
+        state = runge_kutta(slope, state, (begin, middle, end), h)
         fast = ~(np.abs(state[3:6]).max(axis=0) <= SPEED_LIMIT)
         if fast.any():
             diverged |= fast
@@ -112,6 +96,22 @@ def integrate(
             state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
         history[k + 1] = state[:6]
     return Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged)
+
+
+def _at(series: Array | None, step: int) -> Array | None:
+    return None if series is None else series[:, step]
+
+
+def _mean(one: Array | None, other: Array | None) -> Array | None:
+    return None if one is None or other is None else 0.5 * (one + other)
+
+
+def _idle(x: Array) -> Array:
+    """Rates of change of the states (8, batch) of bodies on which no force acts."""
+    out = np.zeros_like(x)
+    out[0], out[1] = body_to_earth(x[2], x[3], x[4])
+    out[2] = x[5]
+    return out
 
 
 Forcing = TypeVar("Forcing")

@@ -7,7 +7,8 @@ import pytest
 
 from undertow.physics.effects import EFFECTS, Effect
 from undertow.physics.errors import LogError, RequestError
-from undertow.physics.forces import ForceEquation, modelled_acceleration
+from undertow.physics.flattened import Flattened
+from undertow.physics.forces import modelled_acceleration
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import SPEED_LIMIT, integrate, rollout, simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
@@ -121,8 +122,8 @@ def test_starts_beyond_the_motion_are_refused(starts: list[int]) -> None:
 def test_a_thousand_rollouts_ask_for_forces_as_often_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
     vehicle = load_vehicle("blueboat")
     motion = simulate_motion(vehicle, commanded(vehicle, 80.0, 0.05))
-    force, asked = ForceEquation.force, []
-    monkeypatch.setattr(ForceEquation, "force", lambda *words: asked.append(1) or force(*words))
+    slope, asked = Flattened.__call__, []
+    monkeypatch.setattr(Flattened, "__call__", lambda *words: asked.append(1) or slope(*words))
     for starts in (1, 1000):
         asked.clear()
         assert rollout(vehicle, motion, np.arange(starts), 300).states.shape == (starts, 301, 6)

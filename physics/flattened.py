@@ -1,0 +1,109 @@
+"""The force equation of one vehicle along many rollouts at once, flattened into a few operations on whole arrays.
+
+A rollout asks for the rate of change of its state four times a step, and for a hundred boats that is so little
+arithmetic that the number of calls is what it costs. So all products of signals are taken in two steps, and all axes in
+one matrix product; what the thrusters do is summed up beforehand, in the order of the terms, so that what cancels on
+paper, as of two thrusters that push alike, cancels to the bit and a straight course stays straight.
+"""
+
+import numpy as np
+
+from .forces import apparent_wind
+from .frames import Array
+from .matrices import mass_matrix
+from .momentum_balance import balances
+from .vehicle import Vehicle
+
+Outside = tuple[Array, Array | None, Array | None]
+"""At one time: accelerations (3, batch) by the thrusters at zero advance, what they lose per advance speed, and the
+velocity of the air (2, batch)."""
+
+_SIGNALS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|")
+"""Signals by row; the first stands where a product has fewer factors than three."""
+_FACTORS = 3
+"""Most factors of a term of the momentum balance."""
+
+
+class Flattened:
+    """Rates of change of (8, batch) states: north, east, psi, u, v, r and the wake's filtered sway speed and yaw rate.
+
+    Parameters
+    ----------
+    vehicle : its thrusters, water and wind
+    batch : number of rollouts
+    """
+
+    def __init__(self, vehicle: Vehicle, batch: int) -> None:
+        p = vehicle.values
+        self._current = (p["current_north"], p["current_east"])
+        self._moving = any(self._current)
+        self._memory_time = p["memory_time"]
+        lines = balances(vehicle)
+        columns: dict[tuple[str, ...], list[float]] = {}
+        thrusters = {f"T:{thruster.name}": n for n, thruster in enumerate(vehicle.thrusters)}
+        self._thrust: list[list[tuple[int, float]]] = [[], [], []]
+        for axis, line in enumerate(lines):
+            for term in line.force:
+                if term.factors and term.factors[0] in thrusters:
+                    self._thrust[axis].append((thrusters[term.factors[0]], term.coefficient))
+                else:
+                    columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
+        self._inverse = np.linalg.inv(mass_matrix(vehicle))
+        self._inverse[0, 1:] = self._inverse[1:, 0] = 0.0  # surge stands alone
+        self._weights = self._inverse @ np.array(list(columns.values()) or np.zeros((0, 3))).T
+        names = [(*factors, *("1",) * (_FACTORS - len(factors))) for factors in columns]
+        self._places = [np.array([_SIGNALS.index(row[k]) for row in names], dtype=int) for k in range(_FACTORS)]
+        used = {name for row in names for name in row}
+        self._wakes = any(name.startswith("q_") for name in used)
+        self._steers = bool(used & {"cos psi", "sin psi"})
+        self._blows = bool(used & {"u_a", "v_a", "|V_a|"})
+        self._signals = np.ones((len(_SIGNALS), batch))
+        self._products = [np.empty((len(names), batch)) for _ in range(2)]
+
+    def accelerations(self, forces: Array) -> Array:
+        """M^-1 B f of thruster forces or losses (thrusters, steps, batch): (3, steps, batch)."""
+        total = np.zeros((3, *forces.shape[1:]))
+        for line, sums in zip(self._thrust, total, strict=True):
+            for index, share in line:
+                sums += share * forces[index]
+        i = self._inverse
+        ahead, across, turning = i[0, 0] * total[0], i[1, 1] * total[1] + i[1, 2] * total[2], total[1:]
+        return np.stack([ahead, across, i[2, 1] * turning[0] + i[2, 2] * turning[1]])
+
+    def __call__(self, x: Array, outside: Outside) -> Array:
+        """Rate of change of states (8, batch)."""
+        push, loss, wind = outside
+        signals = self._signals
+        cosine, sine = np.cos(x[2]), np.sin(x[2])
+        out = np.empty_like(x)
+        out[0], out[1], out[2] = cosine * x[3] - sine * x[4], sine * x[3] + cosine * x[4], x[5]
+        signals[1:4] = x[3:6]
+        if self._moving:
+            north, east = self._current
+            ahead, starboard = cosine * north + sine * east, cosine * east - sine * north
+            signals[1] -= ahead
+            signals[2] -= starboard
+        np.abs(signals[1:4], out=signals[4:7])
+        if self._wakes:
+            signals[7:9] = x[6:8]
+        if self._steers:
+            signals[9], signals[10] = cosine, sine
+        if self._blows:
+            still = np.zeros_like(x[2])
+            air = (still, still) if wind is None else (wind[0], wind[1])
+            signals[11], signals[12] = apparent_wind(x[2], (x[3], x[4]), air)
+            signals[13] = np.hypot(signals[11], signals[12])
+        products, factor = self._products
+        np.take(signals, self._places[0], axis=0, out=products, mode="clip")
+        for places in self._places[1:]:
+            products *= np.take(signals, places, axis=0, out=factor, mode="clip")
+        np.matmul(self._weights, products, out=out[3:6])
+        out[3:6] += push if loss is None else push - loss * signals[1]
+        if self._moving:
+            out[3] += starboard * x[5]
+            out[4] -= ahead * x[5]
+        if self._wakes:
+            out[6:8] = (signals[2:4] - x[6:8]) / self._memory_time
+        else:
+            out[6:8] = 0.0
+        return out
