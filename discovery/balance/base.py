@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -17,8 +17,9 @@ SEEING = (False, False, False)
 LEAST_NOISE = np.array([1e-4, 1e-4, 1e-4])
 """Noise [m/s, m/s, rad/s] below which a log counts as noise-free, as simulators write it."""
 
-_REMEMBERED = 100_000_000
-"""Bytes of columns that are kept: those of a few models, between which a search goes to and fro."""
+
+MANY = 120
+"""Columns that are kept: those of a few models, between which a search goes to and fro."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +37,7 @@ class Neighbourhood:
 
     balances: Callable[[Vehicle], Array]
     difference: Callable[[Vehicle, Vehicle], Array]
-    memo: Remembered[Array] = field(default_factory=lambda: Remembered(_REMEMBERED))
+    memo: Remembered[Array]
     linear: bool = True
     step_share: float = 1.0
 

@@ -20,10 +20,10 @@ from ...physics.momentum_balance import Balance as AxisBalance
 from ...physics.momentum_balance import balances
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .remembered import Remembered
+from .remembered import Remembered, room
 
-_REMEMBERED = 100_000_000
-"""Bytes of products that are kept: a search over an hour of log goes round in about so many."""
+_REMEMBERED = 400
+"""Products that are kept: those of some models, between which a search goes to and fro."""
 _WATERS = 4
 """Velocities of the water whose rows are kept: a model's own, and those beside it by which a column is taken."""
 _WAKE = {"q_v": 1, "q_r": 2}
@@ -52,7 +52,7 @@ class Products(ABC):
 
     def __init__(self, heading: Array, velocity: tuple[Array, Array, Array], air: tuple[Array, Array] | None) -> None:
         self.heading, self.velocity, self._air = heading, velocity, air
-        self.known: Remembered[Array] = Remembered(_REMEMBERED)
+        self.known: Remembered[Array] = Remembered(room(_REMEMBERED, self.shape))
         self._waters: OrderedDict[Water, tuple[Array, Array, Array]] = OrderedDict()
 
     @property

@@ -4,7 +4,12 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from ...physics.frames import Array
+
+_MOST = 100_000_000
+"""Bytes of arrays that are kept, however long the log is."""
 
 T = TypeVar("T", Array, tuple[Array, ...])
 
@@ -31,6 +36,11 @@ class Remembered(Generic[T]):
         while self._bytes > self._most and len(self._kept) > 1:
             self._bytes -= _size(self._kept.popitem(last=False)[1])
         return value
+
+
+def room(many: int, shape: tuple[int, ...]) -> int:
+    """Bytes of many arrays of a shape; of a long log, fewer are kept."""
+    return min(_MOST, many * 8 * int(np.prod(shape)))
 
 
 def _size(value: Array | tuple[Array, ...]) -> int:

@@ -16,7 +16,8 @@ from ...measurements.statistics.robust import spread
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
+from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
+from .remembered import Remembered, room
 from .rollout_test import overlap_of
 from .sensitivity import Tangent, transitions
 from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay
@@ -95,7 +96,8 @@ class Shooting(Balance):
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
         tangent = Tangent(self, vehicle)
-        return Neighbourhood(tangent.balances, tangent.difference, linear=False, step_share=_STEP_SHARE)
+        memo: Remembered[Array] = Remembered(room(MANY, tangent.balances(vehicle).shape))
+        return Neighbourhood(tangent.balances, tangent.difference, memo, linear=False, step_share=_STEP_SHARE)
 
     @property
     def tests(self) -> WeakSettings:

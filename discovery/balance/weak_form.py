@@ -19,7 +19,8 @@ from ...physics.frames import FORCE_UNITS, Array
 from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .base import LEAST_NOISE, SEEING, Balance, Neighbourhood, WeakSettings
+from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
+from .remembered import Remembered, room
 from .rollout_test import HORIZON, overlap_of, rollout_squares
 from .tested_terms import Kernel, TestedTerms
 
@@ -71,7 +72,6 @@ class WeakForm(Balance):
             np.stack([m.velocity, *(m.velocity + noise[k] for noise in drawn)]) for k, m in enumerate(self.motions)
         ]
         self.blind = SEEING
-        self._near = Neighbourhood(self.balances, self._difference)
         self._kernels: list[Kernel] = []
         times = []
         for motion in self.motions:
@@ -87,6 +87,8 @@ class WeakForm(Balance):
             self._kernels.append(Kernel(phi * scale, slope * scale, stride, centres.size))
             times.append(motion.time[centres])
         self._terms = TestedTerms(self.motions, velocities, self._kernels, claims)
+        memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
+        self._near = Neighbourhood(self.balances, self._difference, memo)
         self.time = np.concatenate(times) if times else np.zeros(0)
         blocks = min(settings.blocks, self.time.size // _LEAST_TESTS)
         if blocks < _LEAST_BLOCKS:
