@@ -15,7 +15,6 @@ from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text
 from ...physics.folders import replace_folder
-from ...reports.page.page import page
 from .provenance import command, seen_from, versions
 from .read import read_run
 from .run import Run, Say
@@ -158,4 +157,6 @@ def write_page(run: Path) -> Path:
     RequestError
         When a file is missing, cannot be read, or is not of the expected schema; no page is written then.
     """
+    from ...reports.page.page import page  # here, because figures take half a second
+
     return write_text(Path(run) / "report.html", page(read_run(Path(run))))
