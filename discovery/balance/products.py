@@ -22,8 +22,9 @@ from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .remembered import Remembered, room
 
-_REMEMBERED = 400
-"""Products that are kept: those of some models, between which a search goes to and fro."""
+_STILL, _FLOWING = 400, 200
+"""Products that are kept: of a few shapes of each thruster, and of a few waters, between which a search goes to and
+fro; apart, for the current moves with every model and would drive out what does not."""
 _WATERS = 4
 """Velocities of the water whose rows are kept: a model's own, and those beside it by which a column is taken."""
 _WAKE = {"q_v": 1, "q_r": 2}
@@ -33,7 +34,7 @@ _WIND = ("u_a", "v_a", "|V_a|")
 Water = tuple[float, float]
 """Velocity of the water towards north and east [m/s]."""
 Key = tuple[Any, ...]
-"""What a product depends on, beside the rows."""
+"""What a product is and depends on beside the rows: its factors or its name, the water or None, and the rest."""
 Part = tuple[Key, float, Vehicle]
 """A product, its coefficient, and a vehicle that it is worked out for."""
 Parts = tuple[dict[Key, tuple[float, Vehicle]], dict[Key, tuple[float, Vehicle]], dict[Key, tuple[float, Vehicle]]]
@@ -52,7 +53,8 @@ class Products(ABC):
 
     def __init__(self, heading: Array, velocity: tuple[Array, Array, Array], air: tuple[Array, Array] | None) -> None:
         self.heading, self.velocity, self._air = heading, velocity, air
-        self.known: Remembered[Array] = Remembered(room(_REMEMBERED, self.shape))
+        self._still: Remembered[Array] = Remembered(room(_STILL, self.shape))
+        self._flowing: Remembered[Array] = Remembered(room(_FLOWING, self.shape))
         self._waters: OrderedDict[Water, tuple[Array, Array, Array]] = OrderedDict()
 
     @property
@@ -81,7 +83,8 @@ class Products(ABC):
         total = np.zeros((3, *self.shape))
         for line, sums in zip(parts, total, strict=True):
             for key, (coefficient, vehicle) in line.items():
-                sums += coefficient * self.known.of(key, partial(self.worked_out, key, vehicle))
+                kept = self._still if key[1] is None else self._flowing
+                sums += coefficient * kept.of(key, partial(self.worked_out, key, vehicle))
         return total
 
     def force_parts(self, lines: Sequence[AxisBalance], vehicle: Vehicle) -> list[list[Part]]:
@@ -95,10 +98,10 @@ class Products(ABC):
                 if term.factors and term.factors[0] in thrusters:
                     index = thrusters[term.factors[0]]
                     thruster = vehicle.thrusters[index]
-                    row.append((("push", index, thruster.shape), term.coefficient * thruster.gain, vehicle))
+                    row.append((("push", None, index, thruster.shape), term.coefficient * thruster.gain, vehicle))
                     if thruster.advance_loss:
                         loss = -term.coefficient * thruster.advance_loss
-                        row.append((("load", index, thruster.shape, flow), loss, vehicle))
+                        row.append((("load", flow, index, thruster.shape), loss, vehicle))
                 else:
                     factors, flows, remembers = _moves_with(term.factors)
                     key = (factors, flow if flows else None, memory_time if remembers else None)
@@ -108,11 +111,15 @@ class Products(ABC):
 
     def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
         """The product that a key stands for."""
+        return self.passed(self.along(key, vehicle))
+
+    def along(self, key: Key, vehicle: Vehicle) -> Array:
+        """The product that a key stands for, along the rows."""
         if key[0] == "push":
-            return self.passed(self.response(key[1], vehicle.thrusters[key[1]].unit)[0])
+            return self.response(key[2], vehicle.thrusters[key[2]].unit)[0]
         if key[0] == "load":
-            return self.passed(self.response(key[1], vehicle.thrusters[key[1]].unit)[1] * self.relative(vehicle)[0])
-        return self.passed(self._multiplied(key[0], vehicle))
+            return self.response(key[2], vehicle.thrusters[key[2]].unit)[1] * self.relative(vehicle)[0]
+        return self._multiplied(key[0], vehicle)
 
     def relative(self, vehicle: Vehicle) -> tuple[Array, Array, Array]:
         """Velocities relative to the water [m/s, m/s, rad/s]."""

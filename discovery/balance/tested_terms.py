@@ -86,7 +86,23 @@ class TestedTerms(Products):
 
     def difference(self, one: Vehicle, other: Vehicle) -> Array:
         """The balance of one vehicle less that of another, (3, copies, tests): only what differs is read."""
-        return self.summed(less(self._balance(one), self._balance(other)))
+        parts = less(self._balance(one), self._balance(other))
+        if water(one) == water(other):
+            return self.summed(parts)
+        # Waters beside a model's own are asked for once: their products are added up along the rows and tested as one.
+        still, flowing = (
+            [{k: p for k, p in line.items() if (k[1] is None) is s} for line in parts] for s in (True, False)
+        )
+        total = self.summed((still[0], still[1], still[2]))
+        for line, sums in zip(flowing, total, strict=True):
+            rows = np.zeros_like(self.velocity[0])
+            for key, (coefficient, vehicle) in line.items():
+                if key[0] == "rate":
+                    sums += coefficient * self._rate(key[2], vehicle)
+                else:
+                    rows += coefficient * self.along(key, vehicle)
+            sums += self.passed(rows)
+        return total
 
     def _balance(self, vehicle: Vehicle) -> Parts:
         for known, parts in self._known:
@@ -97,13 +113,13 @@ class TestedTerms(Products):
         for row, line in zip(rows, lines, strict=True):
             for term in line.inertia:
                 axis = _RATES.index(term.factors[0])
-                row.append((("rate", axis, water(vehicle) if axis < 2 else None), term.coefficient, vehicle))
+                row.append((("rate", water(vehicle) if axis < 2 else None, axis), term.coefficient, vehicle))
         self._known.append((vehicle, gathered(rows)))
         return self._known[-1][1]
 
     def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
         """The product that a key stands for, the tested derivatives among them."""
-        return self._rate(key[1], vehicle) if key[0] == "rate" else super().worked_out(key, vehicle)
+        return self._rate(key[2], vehicle) if key[0] == "rate" else super().worked_out(key, vehicle)
 
     def passed(self, rows: Array) -> Array:
         """Rows (copies, n) through the test functions, (copies, tests)."""
