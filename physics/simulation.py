@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -72,10 +72,15 @@ def integrate(
         state[6:] = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]))[1:]
     loaded = bool(load.any())
     held = None
+    blown = vehicle is not None and any(vehicle.value(name) for name in ("wind_x", "wind_y", "wind_n"))
+    alone = batch == 1 and not blown  # the root of the wind would not be the same to the bit
 
-    def slope(x: Array, outside: tuple[Array, Array | None, Array | None]) -> Array:
+    def slope(x: Any, outside: tuple[Any, Any, Array | None]) -> Array:
         push, loss, wind = outside
         out = np.empty_like(x)
+        if alone:  # plain numbers: the same bits, many times faster than arrays of one
+            x, push, loss = x[:, 0].tolist(), push[:, 0], None if loss is None else loss[:, 0]
+            push = push.tolist() if loss is None else push
         out[0], out[1] = body_to_earth(x[2], x[3], x[4])
         out[2] = x[5]
         out[3:] = 0.0
