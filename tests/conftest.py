@@ -1,6 +1,7 @@
 """The long modules start first, so that no processor waits at the end; and Ctrl-C is heard wherever the tests run."""
 
 import signal
+from collections.abc import Generator
 
 import pytest
 
@@ -37,7 +38,18 @@ again, and the demo and the shorter tests run nearly all of the same lines."""
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the long modules first; among equals the order stays."""
     places = {name: place for place, name in enumerate(LONG)}
-    for item in items:
-        if item.nodeid.partition("::")[0] in LONG:
-            item.add_marker("no_cover")
     items.sort(key=lambda item: places.get(item.nodeid.partition("::")[0], len(places)))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Trace no line of a long module, nor of what its fixtures make."""
+    plugin = item.config.pluginmanager.getplugin("_cov")
+    coverage = plugin and plugin.cov_controller
+    if not coverage or item.nodeid.partition("::")[0] not in LONG:
+        return (yield)
+    coverage.pause()
+    try:
+        return (yield)
+    finally:
+        coverage.resume()
