@@ -2,6 +2,7 @@
 
 import signal
 from collections.abc import Generator
+from typing import Any
 
 import pytest
 
@@ -44,7 +45,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
     """Trace no line of a long module, nor of what its fixtures make."""
-    plugin = item.config.pluginmanager.getplugin("_cov")
+    plugin: Any = item.config.pluginmanager.getplugin("_cov")
     coverage = plugin and plugin.cov_controller
     if not coverage or item.nodeid.partition("::")[0] not in LONG:
         return (yield)
