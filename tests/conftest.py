@@ -31,8 +31,21 @@ LONG = (
     "tests/residuals/training/test_training.py",
     "tests/cli/test_bag_verbs.py",
     "tests/discovery/test_parts.py",
+    "tests/measurements/quality/test_quality.py",
+    "tests/test_extending.py",
+    "tests/measurements/quality/test_spoilt_logs.py",
+    "tests/discovery/lawful/test_refit.py",
+    "tests/physics/test_thrust_curve.py",
+    "tests/measurements/formats/ros/test_json_messages.py",
+    "tests/physics/worlds/test_hidden_effects.py",
+    "tests/physics/test_apparent_wind.py",
+    "tests/discovery/distillation/test_distil.py",
+    "tests/discovery/balance/test_shooting.py",
+    "tests/comparison/test_overlap.py",
+    "tests/workflows/test_main_job_honesty.py",
+    "tests/discovery/calibration/test_adapt.py",
 )
-"""Modules that compute for half a minute and more, the longest first. Tracing their lines would take half as long
+"""Modules that compute for ten seconds and more, the longest first. Tracing their lines would take half as long
 again, and the demo and the shorter tests run nearly all of the same lines."""
 
 
