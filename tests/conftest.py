@@ -1,6 +1,8 @@
 """The long modules start first, so that no processor waits at the end; and Ctrl-C is heard wherever the tests run."""
 
 import signal
+from collections.abc import Generator
+from typing import Any
 
 import pytest
 
@@ -29,15 +31,39 @@ LONG = (
     "tests/residuals/training/test_training.py",
     "tests/cli/test_bag_verbs.py",
     "tests/discovery/test_parts.py",
+    "tests/measurements/quality/test_quality.py",
+    "tests/test_extending.py",
+    "tests/measurements/quality/test_spoilt_logs.py",
+    "tests/discovery/lawful/test_refit.py",
+    "tests/physics/test_thrust_curve.py",
+    "tests/measurements/formats/ros/test_json_messages.py",
+    "tests/physics/worlds/test_hidden_effects.py",
+    "tests/physics/test_apparent_wind.py",
+    "tests/discovery/distillation/test_distil.py",
+    "tests/discovery/balance/test_shooting.py",
+    "tests/comparison/test_overlap.py",
+    "tests/workflows/test_main_job_honesty.py",
+    "tests/discovery/calibration/test_adapt.py",
 )
-"""Modules that compute for half a minute and more, the longest first. Tracing their lines would take half as long
+"""Modules that compute for ten seconds and more, the longest first. Tracing their lines would take half as long
 again, and the demo and the shorter tests run nearly all of the same lines."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the long modules first; among equals the order stays."""
     places = {name: place for place, name in enumerate(LONG)}
-    for item in items:
-        if item.nodeid.partition("::")[0] in LONG:
-            item.add_marker("no_cover")
     items.sort(key=lambda item: places.get(item.nodeid.partition("::")[0], len(places)))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Trace no line of a long module, nor of what its fixtures make."""
+    plugin: Any = item.config.pluginmanager.getplugin("_cov")
+    coverage = plugin and plugin.cov_controller
+    if not coverage or item.nodeid.partition("::")[0] not in LONG:
+        return (yield)
+    coverage.pause()
+    try:
+        return (yield)
+    finally:
+        coverage.resume()

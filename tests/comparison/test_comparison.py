@@ -342,7 +342,10 @@ def test_a_run_is_compared_again_with_more_models(found: dict[str, Any], files: 
     assert any(place["removed_by"] for place in again["failures"])
 
 
-def test_compare_writes_what_it_prints_as_json(path: Path, files: Path, tmp_path: Path):
+def test_compare_writes_what_it_prints_as_json(
+    path: Path, files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
     target = tmp_path / "comparison.json"
     words = ("compare", path, "-v", "blueboat", "--model", files / "true.yaml")
     screen = " ".join(done(*words, "--out", target).split())

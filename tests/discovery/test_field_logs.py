@@ -29,10 +29,10 @@ def nominal() -> Vehicle:
     return load_vehicle("blueboat")
 
 
-def driven(vehicle: Vehicle, hold: float, seed: int, both: bool = False) -> Motion:
-    """300 s under random steps of both thrusters, ahead and astern; with `both` mostly straight, turning in between."""
+def driven(vehicle: Vehicle, hold: float, seed: int, both: bool = False, rows: int = 2000) -> Motion:
+    """200 s under random steps of both thrusters, ahead and astern; with `both` mostly straight, turning in between."""
     rng = np.random.default_rng(seed)
-    rows, each = 3000, round(hold / 0.1)
+    each = round(hold / 0.1)
     steps = rng.uniform(-20.0, 25.0, size=(rows // each + 1, 2))
     if both:
         steps[::2, 1] = steps[::2, 0] = 0.8 * np.abs(steps[::2, 0]) + 5.0
@@ -178,7 +178,7 @@ def test_a_misalignment_is_not_called_a_delay(nominal: Vehicle) -> None:
 
 
 def test_a_plain_deviation_under_white_noise_is_judged_on_rollouts_too(nominal: Vehicle) -> None:
-    log = deviated(white(driven(nominal.with_values(HIDDEN), 10.0, 6, both=True), 5), 1.0, 3.0, 7.0)
+    log = deviated(white(driven(nominal.with_values(HIDDEN), 10.0, 6, both=True, rows=3000), 5), 1.0, 3.0, 7.0)
     assert compass_of([log]).plain
     found = find_missing([log], nominal)
     assert "the compass of this log deviates" in found.notes[0]

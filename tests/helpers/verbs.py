@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Any, NoReturn
 
+from places import ROOT
 from typer.testing import CliRunner, Result
 
 from undertow.__main__ import app
@@ -62,6 +63,7 @@ def files(folder: Path) -> dict[str, bytes | None]:
 
 def refused(*words: str | Path, match: str) -> str:
     """Run the command line in an unchanged working folder, and expect one clear message."""
+    assert Path.cwd() != ROOT, "every file of the repository would be read"
     before = files(Path.cwd())
     result = call(*words)
     assert isinstance(result.exception, SystemExit), repr(result.exception)

@@ -116,7 +116,8 @@ def test_tankers_are_read_and_told_to_be_out_of_reach(name: str, seconds: float)
     assert all(f["verdict"] != "defect" for f in content["quality"])
 
 
-def test_a_basin_file_with_title_lines_is_refused_in_words():
+def test_a_basin_file_with_title_lines_is_refused_in_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
     path = shared("odd_formats") / "rounded_timestamps.dat.gz"
     refused("inspect", path, match=r"rounded_timestamps\.dat\.gz: got the header 'MARIN.*; expected")
 
