@@ -147,19 +147,21 @@ def _stem(place: Path) -> str:
 @contextmanager
 def _unfinished(place: Path) -> Iterator[tuple[BinaryIO, Path]]:
     """A locked file beside `place`, gone at the end whatever happens, unless it was renamed."""
-    while True:
-        temporary = name_unfinished(place)
-        handle = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666)
-        stream = os.fdopen(handle, "wb")
-        lock(handle, wait=True)
-        if os.fstat(handle).st_nlink:  # else another process took it for left over, in the instant before the lock
-            break
-        stream.close()
-    try:
+    temporary = None
+    try:  # around the making of it, too: an interruption may come in any line
+        while True:
+            temporary = name_unfinished(place)
+            handle = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666)
+            stream = os.fdopen(handle, "wb")
+            lock(handle, wait=True)
+            if os.fstat(handle).st_nlink:  # else another process took it for left over, in the instant before the lock
+                break
+            stream.close()
         with stream:
             yield stream, temporary
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
 
 
 def _keep_mode(place: Path, temporary: Path) -> None:
