@@ -124,5 +124,5 @@ def _unraisable(args: Any) -> None:
     error = args.exc_value
     if isinstance(error, KeyboardInterrupt):
         _ask_again(error.args[0] if error.args else signal.SIGINT, _AGAIN, _interrupt)
-    elif not isinstance(error, BrokenPipeError):  # the reader has left, which `flush` tells by the exit code
-        sys.__unraisablehook__(args)
+    elif not (_heard or isinstance(error, BrokenPipeError)):  # what an interruption broke is no news, and `flush` tells
+        sys.__unraisablehook__(args)  # by the exit code that the reader has left

@@ -32,7 +32,7 @@ class Trial:
         named = (("lost", self.lost), ("half-written", self.torn), ("wrong", self.wrong))
         told = [f"{name}: {text}" for name, text in named if text]
         for end in self.ended:
-            told += ["traceback"] * end.traceback + ["hang"] * end.hung
+            told += [f"traceback: {end.told[-1500:]!a}"] * end.traceback + ["hang"] * end.hung
             told += [f"{end.memory / 1e6:.0f} MB"] * (end.memory > MEMORY)
             told += [f"{end.message} characters"] * (end.message > MESSAGE)
         return told
