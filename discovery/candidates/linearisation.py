@@ -55,6 +55,14 @@ class Linearisation:
 
     Columns that do not change from one vehicle to the next are kept in the memo of the vehicle's neighbourhood.
 
+    Parameters
+    ----------
+    balance : what the columns are columns of
+    vehicle, nominal : the model at hand, and the one in which nothing is added
+    pool : candidates that get options
+    active : keys of those that stand in the vehicle
+    standing : what is active gets no other option than as it stands
+
     Attributes
     ----------
     vehicle : the model about which the columns were taken
@@ -70,6 +78,7 @@ class Linearisation:
         nominal: Vehicle,
         pool: Sequence[Candidate],
         active: Sequence[str],
+        standing: bool = False,
     ) -> None:
         self.vehicle = vehicle
         self._near = balance.about(vehicle)
@@ -81,6 +90,9 @@ class Linearisation:
             if candidate.key in active:
                 now = tuple(vehicle.value(s) for s in candidate.symbols)
                 here = self._present(candidate, vehicle, now, -1)
+                if standing:
+                    self.options[candidate.key] = (here,)
+                    continue
                 gone = self._add(self._removal(candidate, absent, here))
                 nothing = _absent(candidate, absent, gone)
                 others = self._shapes(candidate, vehicle, absent, near=now) if candidate.effect.shapes else ()

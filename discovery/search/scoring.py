@@ -106,9 +106,11 @@ class Scoring:
         active: Sequence[str],
         error: Array | None = None,
         pool: Sequence[Candidate] | None = None,
+        standing: bool = False,
     ) -> tuple[Linearisation, GramScores]:
         """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
-        linear = Linearisation(self.balance, vehicle, self.nominal, self.pool if pool is None else pool, active)
+        pool = self.pool if pool is None else pool
+        linear = Linearisation(self.balance, vehicle, self.nominal, pool, active, standing)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
         weight = 1.0 / (remains + self.floor)
         return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
@@ -174,7 +176,7 @@ class Scoring:
         active = (*self.nuisances, *self.named(active))
         pool = [c for c in self.pool if c.key in active]
         for _ in range(self.settings.refinements):
-            linear, scores = self.linearise(vehicle, active, error, pool)
+            linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
             chosen = [linear.options[key][0] for key in active]
             fit = self.fit(scores, chosen)
             moved = self.balance.nearer(vehicle, apply_fit(vehicle, chosen, fit))
@@ -182,7 +184,7 @@ class Scoring:
             vehicle, error = moved, fit.in_sample
             if rests:
                 break
-        linear, scores = self.linearise(vehicle, active, error, pool)
+        linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
         chosen = [linear.options[key][0] for key in active]
         fit = self.fit(scores, chosen)
         return State(vehicle, tuple(active), fit, self.score(fit, chosen))
