@@ -69,6 +69,11 @@ def found(inputs: Inputs, files: Path) -> dict[str, Any]:
     return compare(inputs, [files / "true.yaml", files / "unlawful.yaml"]).to_dict()
 
 
+@pytest.fixture(scope="module")
+def calibrated(inputs: Inputs) -> tuple[list[Model], list[str]]:
+    return calibrated_model(inputs)
+
+
 def by_name(comparison: dict[str, Any]) -> dict[str, Any]:
     return {model["name"]: model for model in comparison["models"]}
 
@@ -284,10 +289,10 @@ def test_rows_that_are_too_few_for_anything_are_said_to_be(inputs: Inputs):
     assert "may be chance" in told.sentence
 
 
-def test_calibration_leaves_the_judged_part_alone(inputs: Inputs):
+def test_calibration_leaves_the_judged_part_alone(inputs: Inputs, calibrated: tuple[list[Model], list[str]]):
     spoilt = tuple(replace(m, velocity=3.0 * m.velocity) for m in inputs.weak.test.motions)
     weak = replace(inputs.weak, test=replace(inputs.weak.test, motions=spoilt))
-    (model,), notes = calibrated_model(inputs)
+    (model,), notes = calibrated
     (again,), _ = calibrated_model(replace(inputs, weak=weak))
     assert again.vehicle == model.vehicle
     assert model.vehicle.value("X_uu") == pytest.approx(-20.0, abs=0.5)
@@ -299,15 +304,17 @@ def test_calibration_on_judged_rows_is_told(inputs: Inputs):
     assert notes == ["calibrated was fitted to rows that are judged here, so its errors are too small"]
 
 
-def test_validation_rows_are_not_fitted_where_they_judge(inputs: Inputs):
+def test_validation_rows_are_not_fitted_where_they_judge(inputs: Inputs, calibrated: tuple[list[Model], list[str]]):
     (model,), _ = calibrated_model(replace(inputs, parts=Parts(inputs.parts.split, "validation")))
-    (other,), _ = calibrated_model(inputs)
+    (other,), _ = calibrated
     assert model.vehicle != other.vehicle
 
 
-def test_the_basis_of_a_discovery_serves_its_comparison(inputs: Inputs, monkeypatch: pytest.MonkeyPatch):
+def test_the_basis_of_a_discovery_serves_its_comparison(
+    inputs: Inputs, calibrated: tuple[list[Model], list[str]], monkeypatch: pytest.MonkeyPatch
+):
     basis = choose(inputs.fitting, inputs.vehicle, DiscoverySettings())
-    (anew,), _ = calibrated_model(inputs)
+    (anew,), _ = calibrated
     monkeypatch.delattr("undertow.discovery.calibration.groundwork.choose")
     (model,), _ = calibrated_model(inputs, basis)
     assert model.vehicle == anew.vehicle
