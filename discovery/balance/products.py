@@ -165,13 +165,22 @@ def gathered(rows: Sequence[Sequence[Part]]) -> Parts:
 
 
 def less(one: Parts, other: Parts) -> Parts:
-    """What one sum of products has more than another: what stands in both alike is in neither."""
+    """What one sum of products has more than another: what stands in both alike is in neither.
+
+    What a thruster does in both stands side by side, so that two shapes which push alike in a log cancel to the bit.
+    """
     found: list[dict[Key, tuple[float, Vehicle]]] = []
     for left, right in zip(one, other, strict=True):
         rest = {key: (part[0] - right[key][0] if key in right else part[0], part[1]) for key, part in left.items()}
         rest |= {key: (-part[0], part[1]) for key, part in right.items() if key not in left}
-        found.append({key: part for key, part in rest.items() if part[0] != 0.0})
+        apart = [(key, part) for key, part in rest.items() if part[0] != 0.0]
+        found.append(dict(sorted(apart, key=_of_thruster)))
     return found[0], found[1], found[2]
+
+
+def _of_thruster(item: tuple[Key, tuple[float, Vehicle]]) -> int:
+    kind, _, place = item[0][:3]
+    return place if kind in ("push", "load") else -1
 
 
 @cache

@@ -234,7 +234,12 @@ def test_the_table_tells_of_every_fault(attacks: Any, script: ModuleType) -> Non
     row = trial.Row(trial.Attack("bombs", "a bomb"))
     row.trials += [trial.Trial("1", (good,)), trial.Trial("2", (loud,), "notes.txt"), trial.Trial("3", (hung,))]
     assert str(row) == "| a bomb | 3 | 1 | 0 | 1 | 1 | 0 | 2000 | 5000 |"
-    assert row.trials[1].faults == ["lost: notes.txt", "traceback", "2000 MB", "5000 characters"]
+    assert row.trials[1].faults == [
+        "lost: notes.txt",
+        "traceback: b'Traceback (most recent call last):'",
+        "2000 MB",
+        "5000 characters",
+    ]
     page = script.page([row], [], 60.0, 0)
     assert "**2 of 3 tries failed.**" in page
     assert str(row) in page

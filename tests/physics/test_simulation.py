@@ -83,14 +83,6 @@ def test_a_batch_equals_its_members() -> None:
         np.testing.assert_allclose(together[k], alone, rtol=1e-11, atol=1e-13)
 
 
-@pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
-def test_a_boat_alone_moves_as_beside_another_to_the_bit(effect: Effect) -> None:
-    vehicle = changed(load_vehicle("otter"), effect)
-    motion = commanded(vehicle, 3.0, 0.05)
-    alone, pair = (rollout(vehicle, motion, np.array(starts), 50).states[0] for starts in ([0], [0, 0]))
-    np.testing.assert_array_equal(alone, pair)
-
-
 def test_rollout_from_the_middle_continues_the_simulation() -> None:
     """With the commands' history (lag, delay) a rollout from any row of a simulated motion is that motion."""
     vehicle = load_vehicle("blueboat").with_values({"lag": 0.5, "delay": 0.23, "current_north": 0.3})
