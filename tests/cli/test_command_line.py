@@ -216,7 +216,7 @@ def test_discover_says_what_could_not_be_judged(here: Path) -> None:
 
 
 def test_discover_prints_only_json_when_asked(place: Path, here: Path) -> None:
-    result = call("discover", place / "log.csv", "-v", "blueboat", "--out", "run", "--json")
+    result = call("discover", place / "log.csv", "-v", "blueboat", "--out", "run", "--no-report", "--json")
     assert result.exit_code == 0
     check_findings(strict(result.stdout))
     assert result.stdout == Path("run/findings.json").read_text() == (place / "run" / "findings.json").read_text()
@@ -899,8 +899,6 @@ def test_an_earlier_run_is_replaced_and_other_files_stay(place: Path, here: Path
         "simulate -v blueboat --duration 20 --out FILE",
         "check blueboat --out FILE --json",
         "compare LOG -v blueboat --series FILE",
-        f"add {HIDDEN} -v blueboat LOG --out FILE",
-        "fit LOG -v blueboat --hold Y_v,N_r --out FILE",
     ],
 )
 def test_a_file_that_is_replaced_is_named(command: str, place: Path, here: Path) -> None:
