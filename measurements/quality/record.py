@@ -1,8 +1,9 @@
 """A log under examination: its channels as repaired so far, and the motions that they make."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from ..canonical import Channel, command_kind
 from ..log import Log
 from ..preparation.dataset import Recipe
 from ..preparation.prepare import prepare
+
+_T = TypeVar("_T")
 
 RATE = 20.0
 """Of the even time base on which channels are compared [Hz]; one for all logs, so that they can be pooled."""
@@ -49,6 +52,7 @@ class Record:
     commands : names of the command channels, the columns of `Stretch.commands`
     why_not : why the log makes no motion; empty where it does
     vehicle : the nominal model, which says what the commands should do; None where there is none
+    known : what one check computed and others need too, see `shared`
     """
 
     log: Log
@@ -56,6 +60,7 @@ class Record:
     commands: tuple[str, ...]
     why_not: str = ""
     vehicle: Vehicle | None = None
+    known: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, log: Log, vehicle: Vehicle | None = None) -> "Record":
@@ -90,6 +95,22 @@ class Record:
     def seconds(self) -> float:
         """Usable motion [s]."""
         return sum(stretch.motion.duration for stretch in self.stretches)
+
+
+def shared(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) -> _T:
+    """Compute something of some records once, whichever check asks for it first.
+
+    Parameters
+    ----------
+    records : at least one, in the same order whenever they are asked
+    name : of what is computed
+    make : computes it
+    """
+    first, *others = records
+    key = (name, *others)
+    if key not in first.known:
+        first.known[key] = make()
+    return first.known[key]
 
 
 def _stretch(motion: Motion, commands: Array) -> Stretch:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...physics.frames import Array
-from .record import RATE, Record
+from .record import RATE, Record, shared
 
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
@@ -21,6 +21,10 @@ _SAME = 0.6
 
 def neutral_of(records: Sequence[Record], name: str) -> float | None:
     """The value at which a command stays while the boat lies at rest, in its unit; None where that is not seen."""
+    return shared(records, ("neutral", name), lambda: _neutral(records, name)) if records else None
+
+
+def _neutral(records: Sequence[Record], name: str) -> float | None:
     rest = [one for record in records if (one := _resting(record, name)).size]
     values = np.concatenate(rest) if rest else np.zeros(0)
     if values.size < RATE * _LEAST:
