@@ -85,7 +85,13 @@ def drift_free(rate: Array, step: float) -> Array:
 def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
     """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time."""
     padding = min(values.shape[0] - 1, round(5.0 / step))
-    return np.asarray(sosfiltfilt(_sections(band, step), values - values.mean(axis=0), axis=0, padlen=padding), float)
+    found, sections = np.empty(values.shape), _sections(band, step)
+    # One record after the other: the filter makes several copies of what it is given.
+    columns, mean = values.reshape(values.shape[0], -1), np.atleast_1d(values.mean(axis=0))
+    passed = found.reshape(columns.shape)
+    for k in range(columns.shape[1]):
+        passed[:, k] = sosfiltfilt(sections, columns[:, k] - mean[k], padlen=padding)
+    return found
 
 
 @lru_cache(maxsize=16)

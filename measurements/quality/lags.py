@@ -92,10 +92,10 @@ def lag_of(
         table = np.column_stack([one.drivers, one.besides, one.rate])
         if not np.isfinite(table).all():
             continue
-        grams += _grams(smoothed(table, step), one.drivers.shape[1], lags, margin, block)
-    if len(grams) < _LEAST_BLOCKS:
+        grams.append(_grams(smoothed(table, step), one.drivers.shape[1], lags, margin, block))
+    if sum(gram.shape[0] for gram in grams) < _LEAST_BLOCKS:
         return None
-    every = np.array(grams)
+    every = np.concatenate(grams) if len(grams) > 1 else grams[0]
     total = every.sum(axis=0)
     size = np.sqrt(np.diagonal(total.mean(axis=0)))
     if size[-1] < 1e-9 or not (size[:-1] > 0.0).any():
@@ -114,8 +114,8 @@ def lag_of(
     return Lag(seconds, few * error, 1.0 - left, slope, count)
 
 
-def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> list[Array]:
-    """Normal matrices (lags, p, p) of the stretches of one record, drivers first and the record last."""
+def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> Array:
+    """Normal matrices (stretches, lags, p, p) of one record, drivers first and the record last."""
     rows = smooth.shape[0] - 2 * margin
     count = max(1, round(rows / block))
     edges = np.linspace(0, rows, count + 1).astype(int)
@@ -126,7 +126,7 @@ def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, bl
         for b in range(count):
             part = table[edges[b] : edges[b + 1]]
             found[b, k] = part.T @ part
-    return list(found)
+    return found
 
 
 def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:
