@@ -15,7 +15,9 @@ from ...physics.vehicle import Vehicle
 from ..canonical import Channel, command_kind
 from ..log import Log
 from ..preparation.dataset import Recipe
-from ..preparation.prepare import prepare
+from ..preparation.prepare import motions_within
+from ..preparation.resampling import Span, samples
+from .portion import Portion, looked_at
 
 _T = TypeVar("_T")
 
@@ -35,10 +37,12 @@ class Stretch:
     ----------
     motion : without commands
     commands : (n, commands) in the units of their channels, means over each step; NaN outside a channel's stamps
+    portion : of a long log that it is
     """
 
     motion: Motion
     commands: Array
+    portion: Portion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +52,8 @@ class Record:
     Attributes
     ----------
     log : with the channels as the checks before left them
-    stretches : its motions at 20 Hz; none where the log makes none
+    stretches : its motions at 20 Hz, of a long log only those that `looked_at` chooses; none where the log
+        makes none
     commands : names of the command channels, the columns of `Stretch.commands`
     why_not : why the log makes no motion; empty where it does
     vehicle : the nominal model, which says what the commands should do; None where there is none
@@ -66,11 +71,23 @@ class Record:
     def of(cls, log: Log, vehicle: Vehicle | None = None) -> "Record":
         """Examine a log as it is."""
         names = tuple(name for name in log.channels if command_kind(name))
+        portions: list[Portion] = []
+
+        def choose(spans: list[Span]) -> list[Span]:
+            portions.extend(looked_at(log, spans))
+            return [portion.span for portion in portions]
+
         try:
-            motions = prepare(log, None, _EVEN).motions
+            motions = motions_within(log, _EVEN, choose)
         except LogError as error:
             return cls(log, (), names, str(error).removeprefix(f"{log.path}: "), vehicle)
-        return cls(log, tuple(_stretch(m, _commands(log, names, m)) for m in motions), names, "", vehicle)
+        channels = [log.channels[name] for name in names]
+        last = [float(channel.time[-1]) + 2.0 * channel.period for channel in channels]
+        stretches = tuple(
+            _stretch(motion, _commands(channels, last, motion), portion)
+            for motion, portion in zip(motions, portions, strict=True)
+        )
+        return cls(log, stretches, names, "", vehicle)
 
     @property
     def steered(self) -> tuple[str, ...]:
@@ -93,8 +110,8 @@ class Record:
 
     @property
     def seconds(self) -> float:
-        """Usable motion [s]."""
-        return sum(stretch.motion.duration for stretch in self.stretches)
+        """Usable motion, looked at or not [s]."""
+        return sum(stretch.portion.weight * stretch.motion.duration for stretch in self.stretches)
 
 
 def shared(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) -> _T:
@@ -113,20 +130,22 @@ def shared(records: Sequence[Record], name: Hashable, make: Callable[[], _T]) ->
     return first.known[key]
 
 
-def _stretch(motion: Motion, commands: Array) -> Stretch:
+def _stretch(motion: Motion, commands: Array, portion: Portion) -> Stretch:
     """A motion and its commands, cut to where these are known if that is most of it."""
     known = np.flatnonzero(np.isfinite(commands).all(axis=1))
     if known.size < _MOST * motion.time.size or known.size < 2:
-        return Stretch(motion, commands)
+        return Stretch(motion, commands, portion)
     first, last = int(known[0]), int(known[-1]) + 1
-    return Stretch(motion.slice(first, last), commands[first:last])
+    return Stretch(motion.slice(first, last), commands[first:last], portion)
 
 
-def _commands(log: Log, names: tuple[str, ...], motion: Motion) -> Array:
-    table = np.full((motion.time.size, len(names)), np.nan)
-    for column, name in enumerate(names):
-        channel = log.channels[name]
-        known = (motion.time >= channel.time[0]) & (motion.time <= channel.time[-1] + 2.0 * channel.period)
+def _commands(channels: Sequence[Channel], last: Sequence[float], motion: Motion) -> Array:
+    """Commands in the rows of a motion; each is known up to its `last` stamp [s]."""
+    table, step = np.full((motion.time.size, len(channels)), np.nan), motion.time_step
+    for column, (channel, end) in enumerate(zip(channels, last, strict=True)):
+        known = (motion.time >= channel.time[0]) & (motion.time <= end)
         if known.any():
-            table[known, column] = area_average(channel.time, channel.value, motion.time[known], motion.time_step)
+            time = motion.time[known]
+            near = samples(channel, (float(time[0]) - step, float(time[-1]) + step))
+            table[known, column] = area_average(*near, time, step)
     return table

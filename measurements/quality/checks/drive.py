@@ -93,7 +93,7 @@ def _stood_still(
 
 def _all_stood_still(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     """The finding that no command moves while the boat does."""
-    rows = [_to_the_end(np.asarray(part.long.all(axis=1))) for part in parts]
+    rows = _to_the_end(parts)
     seconds = sum(int(np.count_nonzero(use)) for use in rows) * STEP
     whole = sum(part.rates.shape[0] for part in parts) * STEP
     if seconds < max(LEAST, _TAIL * whole):
@@ -127,12 +127,17 @@ def _gains(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> NDArray[
     return np.asarray(gained > _GAINS * fast)
 
 
-def _to_the_end(still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _to_the_end(parts: Sequence[Part]) -> list[NDArray[np.bool_]]:
     """The rows of a stand that lasts to the end of a stretch; boats lie idle in between, with wind and current."""
-    found = np.zeros_like(still)
-    moving = np.flatnonzero(~still)
-    found[int(moving[-1]) + 1 if moving.size else 0 :] = True
-    return found
+    found, lasts = [], True
+    for part in reversed(parts):
+        still = np.asarray(part.long.all(axis=1))
+        rows, moving = np.zeros_like(still), np.flatnonzero(~still)
+        if lasts or not part.cut:
+            rows[int(moving[-1]) + 1 if moving.size else 0 :] = True
+        lasts = bool(rows.all())
+        found.append(rows)
+    return found[::-1]
 
 
 def _of_another_run(parts: Sequence[Part], names: list[str]) -> list[Finding]:
