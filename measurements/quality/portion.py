@@ -5,7 +5,7 @@ What may happen in a single row, gaps, stamps, spikes and stuck sensors, is look
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,12 @@ class Portion:
     span: Span
     weight: float = 1.0
     cut: bool = False
+
+    def of(self, seconds: float) -> "Portion":
+        """The same where `seconds` of it make a motion: the last ones before its end, which no sample ends, count."""
+        if not self.cut:
+            return self
+        return replace(self, weight=self.weight * (self.span[1] - self.span[0]) / seconds)
 
 
 def looked_at(log: Log, spans: Sequence[Span]) -> list[Portion]:

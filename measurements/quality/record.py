@@ -84,7 +84,7 @@ class Record:
         channels = [log.channels[name] for name in names]
         last = [float(channel.time[-1]) + 2.0 * channel.period for channel in channels]
         stretches = tuple(
-            _stretch(motion, _commands(channels, last, motion), portion)
+            _stretch(motion, _commands(channels, last, motion), portion.of(motion.duration))
             for motion, portion in zip(motions, portions, strict=True)
         )
         return cls(log, stretches, names, "", vehicle)
