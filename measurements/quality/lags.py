@@ -89,10 +89,11 @@ def lag_of(
     for one in responses:
         if one.rate.size < 2 * margin + block // 2:
             continue
-        table = np.column_stack([one.drivers, one.besides, one.rate])
-        if not np.isfinite(table).all():
+        smooth = np.column_stack([one.drivers, one.besides, one.rate])
+        if not np.isfinite(smooth).all():
             continue
-        grams.append(_grams(smoothed(table, step), one.drivers.shape[1], lags, margin, block))
+        smooth = smoothed(smooth, step)
+        grams.append(_grams(smooth, one.drivers.shape[1], lags, margin, block))
     if sum(gram.shape[0] for gram in grams) < _LEAST_BLOCKS:
         return None
     every = np.concatenate(grams) if len(grams) > 1 else grams[0]
@@ -119,12 +120,12 @@ def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, bl
     rows = smooth.shape[0] - 2 * margin
     count = max(1, round(rows / block))
     edges = np.linspace(0, rows, count + 1).astype(int)
-    here = smooth[margin : margin + rows, drivers:]
     found = np.empty((count, lags.size, smooth.shape[1], smooth.shape[1]))
-    for k, lag in enumerate(lags):
-        table = np.column_stack([smooth[margin - lag : margin - lag + rows, :drivers], here])
-        for b in range(count):
-            part = table[edges[b] : edges[b + 1]]
+    for b in range(count):
+        first, last = margin + edges[b], margin + edges[b + 1]
+        part = smooth[first:last].copy()
+        for k, lag in enumerate(lags):
+            part[:, :drivers] = smooth[first - lag : last - lag, :drivers]
             found[b, k] = part.T @ part
     return found
 
