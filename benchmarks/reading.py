@@ -1,9 +1,11 @@
-"""Measure how fast logs are read, against the bare libraries, and the memory that a large bag takes.
+"""Measure how fast logs are read and inspected, and the memory that a large bag and a long log take.
 
 python benchmarks/reading.py [--messages 20000] [--large 2.0] [--folder DIR]
 
 Bags: `read_log` against rosbags' own reader, which iterates over the messages of the same topics and unpacks them. Wide
-CSV: `read_log` against `pandas.read_csv`. Both in processor time, the best of seven runs. With --large, two ROS 1 bags
+CSV: `read_log` against `pandas.read_csv`. Both in processor time, the best of seven runs. `inspect` of a wide CSV of
+1e5 and 1e6 rows, for a vehicle, each in a process of its own: processor time and peak memory, imports included. With
+--large, two ROS 1 bags
 of that many GB are written to the folder (a temporary one when none is given), one with a camera's pictures and one of
 odometry alone, and each is read in a process of its own, by `read_log` and by rosbags; peak memory is that of the
 whole process.
@@ -27,10 +29,24 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer
 
 from undertow.measurements.log import read_log
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
 
 REPEATS = 7
 PACE = 20_000_000
 """Between the messages of a topic [ns]."""
+HELPERS = Path(__file__).resolve().parents[1] / "tests" / "helpers"
+INSPECT = f"""
+import sys, time
+from pathlib import Path
+sys.path.insert(0, {str(HELPERS)!r})
+from memory import peak_memory
+from undertow.physics.vehicle import load_vehicle
+from undertow.workflows.inspect import look_over
+look_over([Path(sys.argv[1])], load_vehicle("blueboat"))
+print(f"{{time.process_time():.1f}} | {{peak_memory() / 1e6:.0f}}")
+"""
+"""A program that inspects a log, and prints its processor time and peak memory."""
 
 
 def compared(theirs: Callable[[], object], ours: Callable[[], object]) -> tuple[float, float]:
@@ -98,6 +114,24 @@ def tables(folder: Path) -> None:
     print(f"read_log {ours:.3f} s, {ours / theirs:.2f} times as long", flush=True)
 
 
+def inspections(folder: Path) -> None:
+    """Measure `inspect` of a boat's runs of ten minutes, one after the other for an hour and a half and fourteen."""
+    path = folder / "run.csv"
+    simulate_world(load_vehicle("blueboat"), {}, programme="rich", duration=600.0, noise="field").write(path)
+    channels = read_log(path).channels
+    time = channels["u"].time
+    last = {name: np.searchsorted(channel.time, time, "right") - 1 for name, channel in channels.items()}
+    run = pd.DataFrame({name: channel.value[last[name].clip(0)] for name, channel in channels.items()})
+    print("\n| rows | inspect [s] | peak memory [MB] |")
+    print("| --- | --- | --- |")
+    for rows in (100_000, 1_000_000):
+        table = pd.concat([run] * -(-rows // len(run)), ignore_index=True).iloc[:rows].round(6)
+        table.insert(0, "t", (channels["u"].period * np.arange(rows)).round(6))
+        table.to_csv(path, index=False)
+        done = subprocess.run([sys.executable, "-c", INSPECT, str(path)], capture_output=True, text=True, check=True)
+        print(f"| {rows} | {done.stdout.strip()} |", flush=True)
+
+
 def write_large(path: Path, size: float, picture: int) -> Path:
     """Write a ROS 1 bag of `size` bytes: odometry, and a picture of so many bytes to each, if any."""
     store = types(1)
@@ -162,6 +196,7 @@ def main() -> None:
         folder = Path(name)
         bags(folder, chosen.messages)
         tables(folder)
+        inspections(folder)
         if chosen.large:
             large(folder, chosen.large)
 

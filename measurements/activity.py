@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..physics.file_records import Number, Record
+from ..physics.frames import Array
 from ..physics.motion import Motion
 
 _ASTERN = -0.05
@@ -40,15 +42,23 @@ class Excitation(Record):
     sentences: tuple[str, ...]
 
 
-def excitation_of(motions: Sequence[Motion]) -> Excitation:
-    """Say how fast the boat went which way, and what motions of that kind cannot tell."""
+def excitation_of(motions: Sequence[Motion], weights: Sequence[float] | None = None) -> Excitation:
+    """Say how fast the boat went which way, and what motions of that kind cannot tell.
+
+    Parameters
+    ----------
+    motions : of the log, or of an evenly spread part of a long one
+    weights : of each, the seconds of the log that each of its seconds stands for; default: one
+    """
+    stands_for = [1.0] * len(motions) if weights is None else weights
     velocity = np.concatenate([motion.velocity for motion in motions])
+    weight = np.repeat(stands_for, [motion.time.size for motion in motions])
     u, v, r = (_range(column) for column in velocity.T)
-    astern = float(np.mean(velocity[:, 0] < _ASTERN))
+    astern = _share(velocity[:, 0] < _ASTERN, weight)
     turning = _TURNING
     if max(float(np.ptp(motion.heading)) for motion in motions) > _FAR:
         turning = min(_TURNING, _SHIP * float(np.quantile(np.abs(velocity[:, 2]), 0.99)))
-    starboard, port = float(np.mean(velocity[:, 2] > turning)), float(np.mean(velocity[:, 2] < -turning))
+    starboard, port = (_share(one, weight) for one in (velocity[:, 2] > turning, velocity[:, 2] < -turning))
     sentences = []
     if astern < 0.02:
         sentences.append("The boat hardly went astern: effects in u|u| and u u, or |u|r and u r, cannot be told apart.")
@@ -57,7 +67,7 @@ def excitation_of(motions: Sequence[Motion]) -> Excitation:
     elif min(starboard, port) < 0.02:
         side = "starboard" if starboard > port else "port"
         sentences.append(f"The boat turned to {side} only: a trim cannot be told from yaw damping.")
-    seconds = float(sum(motion.duration for motion in motions))
+    seconds = float(sum(each * motion.duration for each, motion in zip(stands_for, motions, strict=True)))
     return Excitation(
         seconds=seconds,
         u=u,
@@ -72,3 +82,7 @@ def excitation_of(motions: Sequence[Motion]) -> Excitation:
 
 def _range(values: np.ndarray) -> tuple[float, float]:
     return float(values.min()), float(values.max())
+
+
+def _share(rows: NDArray[np.bool_], weight: Array) -> float:
+    return float(weight[rows].sum() / weight.sum())

@@ -15,6 +15,8 @@ one is that of the other."""
 _BAND = (0.05, 1.0)
 """Motion slower or faster than this [Hz] is left out of the comparison: below is drift, above is noise of
 derivatives."""
+_AT_ONCE = 1 << 18
+"""Values that are filtered at once: 2 MB, of which the filter makes some five copies."""
 
 
 class Alignment(Record):
@@ -85,7 +87,14 @@ def drift_free(rate: Array, step: float) -> Array:
 def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
     """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time."""
     padding = min(values.shape[0] - 1, round(5.0 / step))
-    return np.asarray(sosfiltfilt(_sections(band, step), values - values.mean(axis=0), axis=0, padlen=padding), float)
+    found, sections = np.empty(values.shape), _sections(band, step)
+    # Long records one after the other: the filter makes several copies of what it is given.
+    columns, mean = values.reshape(values.shape[0], -1), np.atleast_1d(values.mean(axis=0))
+    passed, width = found.reshape(columns.shape), max(1, _AT_ONCE // values.shape[0])
+    for begin in range(0, columns.shape[1], width):
+        few = slice(begin, begin + width)
+        passed[:, few] = sosfiltfilt(sections, columns[:, few] - mean[few], axis=0, padlen=padding)
+    return found
 
 
 @lru_cache(maxsize=16)

@@ -115,7 +115,7 @@ class Channel:
             return 0.0
         steps = np.diff(self.time)
         middle = float(np.median(steps))
-        usual = steps[np.abs(steps - middle) < 0.5 * middle]
+        usual = steps[(steps > 0.5 * middle) & (steps < 1.5 * middle)]
         return float(usual.mean()) if usual.size else middle
 
     @property

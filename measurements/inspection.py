@@ -19,10 +19,11 @@ from .channels.channel_map import map_dict
 from .log import Log
 from .preparation.dataset import PAPER, WEAK, Recipe
 from .preparation.needs import problems
-from .preparation.prepare import native_rate, prepare, shortfall, usable_spans
+from .preparation.prepare import motions_within, native_rate, shortfall, usable_spans
 from .preparation.resampling import gap_limit, gaps
 from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
+from .quality.portion import longest as longest_span
 from .statistics.white_noise import noise_level
 
 
@@ -148,8 +149,9 @@ def inspect_log(
     plan = _plan(log, vehicle, recipe)
     examination = examination or examine(log, vehicle)
     # Late and held fixes make false speeds; what the boat did is told of the log without them.
-    seen = [stretch.motion for stretch in examination.repaired.stretches]
-    curable = not _plan(_mended(examination.clean), vehicle, recipe).missing
+    seen = examination.repaired.stretches
+    as_it_is = examination.clean is log and not plan.missing
+    curable = as_it_is or not _plan(_mended(examination.clean), vehicle, recipe).missing
     return Inspection(
         path=str(log.path),
         verdict=verdict(examination.findings, plan.missing, curable),
@@ -158,9 +160,9 @@ def inspect_log(
         channels=tuple(_summary(channel, recipe) for channel in log.channels.values()),
         unused=log.unused,
         alignment=_alignment(log, longest) if longest else (),
-        excitation=excitation_of(seen) if seen else None,
+        excitation=excitation_of([s.motion for s in seen], [s.portion.weight for s in seen]) if seen else None,
         plan=plan,
-        notes=log.notes,
+        notes=(*log.notes, *_told_of_part(examination)),
         map=map_dict(log.entries),
         curable=curable,
     )
@@ -181,15 +183,31 @@ def inspect_logs(logs: Sequence[Log], vehicle: Vehicle | None = None, recipe: Re
     return Inspections(verdict=told, usable=usable, quality=quality, logs=each)
 
 
+def _told_of_part(examination: Examination) -> tuple[str, ...]:
+    """Say what part of a long log the checks of motion looked at."""
+    record = examination.repaired
+    if not any(stretch.portion.cut for stretch in record.stretches):
+        return ()
+    part = sum(stretch.motion.duration for stretch in record.stretches)
+    return (
+        f"of {record.seconds / 3600.0:.1f} h of motion, delays, sides, signs, compass and shares of the time are told "
+        f"from {part / 60.0:.0f} minutes in {len(record.stretches)} stretches spread over it; gaps, stamps, spikes, "
+        "units and stuck sensors from every row",
+    )
+
+
 def _mended(log: Log) -> Log:
     """The log as it will be read back: what was sorted is in order."""
     return replace(log, channels={name: replace(c, lost=Lost()) for name, c in log.channels.items()})
 
 
 def _motions(log: Log) -> tuple[Motion, ...]:
-    """Make the motions at the native rate, without commands; none when the log cannot be prepared."""
+    """Make the motions at the native rate, without commands; none when the log cannot be prepared.
+
+    Of a log of over three hours, the middle two hours of the longest.
+    """
     try:
-        return prepare(log, None, WEAK).motions
+        return motions_within(log, WEAK, longest_span)
     except LogError:
         return ()
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...physics.errors import LogError
+from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..canonical import COMMAND_UNITS, Channel, command_kind, unit_of
 from ..channels.channel_map import Entry, map_text
@@ -16,6 +17,8 @@ _COMMAND = re.compile(
     r"rcou|rc/?out|servo|pwm|thrust|motor|throttle|actuator|prop|rpm|cmd|command|esc\b", re.IGNORECASE
 )
 """Words in the names of streams that may be commands of thrusters."""
+_PART = 1 << 17
+"""Rows of a heading that are differentiated at once."""
 
 
 def command_channels(vehicle: Vehicle | None) -> tuple[str, ...]:
@@ -125,14 +128,12 @@ def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
         return []
     measured = np.interp(heading.time, rate.time, rate.value)
     # Degrees are torn where they are unwrapped as radians: the reading that follows the yaw rate is the right one.
-    readings = [np.gradient(np.unwrap(heading.value, period=p), heading.time) for p in (2.0 * np.pi, 360.0)]
-    if min(measured.std(), *(reading.std() for reading in readings)) < 1e-6:
+    readings = [_followed(_turning(heading, period), measured) for period in (2.0 * np.pi, 360.0)]
+    if min(measured.std(), *(spread for _, _, spread in readings)) < 1e-6:
         return []
-    alike = [abs(np.corrcoef(reading, measured)[0, 1]) for reading in readings]
-    if max(alike) < 0.5:
+    alike, ratio, _ = max(readings, key=lambda reading: reading[0])
+    if alike < 0.5:
         return []
-    turning = readings[int(np.argmax(alike))]
-    ratio = abs(float(turning @ measured / (measured @ measured)))
     if 30.0 < ratio < 120.0:
         return [
             f"psi ({heading.origin}) turns {ratio:.0f} times as fast as r ({rate.origin}): psi is in degrees. {cure}"
@@ -140,3 +141,25 @@ def _angle_problems(heading: Channel, rate: Channel | None) -> list[str]:
     if 1 / 120.0 < ratio < 1 / 30.0:
         return [f"r ({rate.origin}) is {1 / ratio:.0f} times the turning of psi: r is in degrees per second. {cure}"]
     return []
+
+
+def _turning(heading: Channel, period: float) -> Array:
+    """Change of a heading that is given modulo a period, in its unit a second; in parts, which takes less memory."""
+    found, rows = np.empty(heading.time.size), heading.time.size
+    for begin in range(0, rows, _PART):
+        first, last = max(begin - 1, 0), min(begin + _PART + 1, rows)
+        angle = np.unwrap(heading.value[first:last], period=period)
+        part = np.gradient(angle, heading.time[first:last])
+        found[begin : begin + _PART] = part[begin - first : begin - first + _PART]
+    return found
+
+
+def _followed(turning: Array, measured: Array) -> tuple[float, float, float]:
+    """Correlation of a turning with the measured one, its size over that, and its standard deviation."""
+    ratio = abs(float(turning @ measured)) / max(float(measured @ measured), 1e-300)
+    turning = turning - turning.mean()
+    power = float(turning @ turning)
+    # The mean of the measured one does not count: the other has none.
+    both = abs(float(turning @ measured))
+    alike = both / max(float(np.sqrt(power * measured.size) * measured.std()), 1e-300)
+    return alike, ratio, float(np.sqrt(power / measured.size))

@@ -1,6 +1,6 @@
 """Preparation: logs become motions on one even time base, gap-free, in the grammar of `Motion`."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -79,6 +79,23 @@ def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe =
     return DataSet(filtered, tuple(notes), recipe, tuple(raw))
 
 
+def motions_within(log: Log, recipe: Recipe, choose: Callable[[list[Span]], list[Span]]) -> tuple[Motion, ...]:
+    """Make unfiltered motions without commands of chosen stretches of a log; the others cost no time and no memory.
+
+    Parameters
+    ----------
+    log, recipe : see `prepare`
+    choose : told the usable stretches [s], picks those that are made
+
+    Raises
+    ------
+    LogError
+        see `prepare`.
+    """
+    require(log, None)
+    return tuple(_motions(log, None, recipe, 1.0 / (recipe.rate or native_rate(log)), [], choose))
+
+
 def native_rate(log: Log) -> float:
     """Tell the rate of the log's own odometry [Hz], at most 20 Hz."""
     period = round(_reference(log).period, 9)
@@ -147,7 +164,14 @@ def _needed(log: Log, vehicle: Vehicle | None) -> list[Channel]:
     return motion + [log.channels[name] for name in command_channels(vehicle)]
 
 
-def _motions(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, notes: list[str]) -> list[Motion]:
+def _motions(
+    log: Log,
+    vehicle: Vehicle | None,
+    recipe: Recipe,
+    step: float,
+    notes: list[str],
+    choose: Callable[[list[Span]], list[Span]] = list,
+) -> list[Motion]:
     spans, found = usable_spans(log, vehicle, recipe)
     notes += found
     short = shortfall(log, spans, found)
@@ -158,7 +182,7 @@ def _motions(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, not
             notes.append(f"{'position' if name == 'x' else name}: not in the log, derived from {origin}")
     if len(set(_WIND) & set(log.channels)) == 1:
         notes.append("wind_u and wind_v: only one of them is in the log, which is not used")
-    return [_motion(log, vehicle, recipe, step, span) for span in spans]
+    return [_motion(log, vehicle, recipe, step, span) for span in choose(spans)]
 
 
 def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span: Span) -> Motion:

@@ -114,13 +114,13 @@ def fixes_of(channels: Channels) -> Fixes | None:
     if not {"x", "y"} <= set(channels):
         return None
     x, y = channels["x"], channels["y"]
-    if x.time.size != y.time.size or x.time.size < LEAST or np.any(x.time != y.time):
+    if x.time.size != y.time.size or x.time.size < LEAST or not (x.time is y.time or np.array_equal(x.time, y.time)):
         return None
-    both = np.column_stack([x.value, y.value])
-    row = np.concatenate(([0], np.flatnonzero((np.diff(both, axis=0) != 0.0).any(axis=1)) + 1))
+    new = (x.value[1:] != x.value[:-1]) | (y.value[1:] != y.value[:-1])
+    row = np.concatenate(([0], np.flatnonzero(new) + 1))
     if row.size < LEAST:
         return None
-    time, position = x.time[row], both[row]
+    time, position = x.time[row], np.column_stack([x.value[row], y.value[row]])
     length = np.hypot(*np.diff(position, axis=0).T)
     # A boat at rest shows a new position now and then only: a fix is as fine as its last digit.
     moving = length > 0.3 * np.quantile(length, 0.9)

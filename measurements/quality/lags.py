@@ -89,13 +89,14 @@ def lag_of(
     for one in responses:
         if one.rate.size < 2 * margin + block // 2:
             continue
-        table = np.column_stack([one.drivers, one.besides, one.rate])
-        if not np.isfinite(table).all():
+        smooth = np.column_stack([one.drivers, one.besides, one.rate])
+        if not np.isfinite(smooth).all():
             continue
-        grams += _grams(smoothed(table, step), one.drivers.shape[1], lags, margin, block)
-    if len(grams) < _LEAST_BLOCKS:
+        smooth = smoothed(smooth, step)
+        grams.append(_grams(smooth, one.drivers.shape[1], lags, margin, block))
+    if sum(gram.shape[0] for gram in grams) < _LEAST_BLOCKS:
         return None
-    every = np.array(grams)
+    every = np.concatenate(grams) if len(grams) > 1 else grams[0]
     total = every.sum(axis=0)
     size = np.sqrt(np.diagonal(total.mean(axis=0)))
     if size[-1] < 1e-9 or not (size[:-1] > 0.0).any():
@@ -114,19 +115,19 @@ def lag_of(
     return Lag(seconds, few * error, 1.0 - left, slope, count)
 
 
-def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> list[Array]:
-    """Normal matrices (lags, p, p) of the stretches of one record, drivers first and the record last."""
+def _grams(smooth: Array, drivers: int, lags: NDArray[np.int64], margin: int, block: int) -> Array:
+    """Normal matrices (stretches, lags, p, p) of one record, drivers first and the record last."""
     rows = smooth.shape[0] - 2 * margin
     count = max(1, round(rows / block))
     edges = np.linspace(0, rows, count + 1).astype(int)
-    here = smooth[margin : margin + rows, drivers:]
     found = np.empty((count, lags.size, smooth.shape[1], smooth.shape[1]))
-    for k, lag in enumerate(lags):
-        table = np.column_stack([smooth[margin - lag : margin - lag + rows, :drivers], here])
-        for b in range(count):
-            part = table[edges[b] : edges[b + 1]]
+    for b in range(count):
+        first, last = margin + edges[b], margin + edges[b + 1]
+        part = smooth[first:last].copy()
+        for k, lag in enumerate(lags):
+            part[:, :drivers] = smooth[first - lag : last - lag, :drivers]
             found[b, k] = part.T @ part
-    return list(found)
+    return found
 
 
 def _best(grams: Array, lags: NDArray[np.int64], step: float) -> tuple[float, float, float] | None:

@@ -39,6 +39,7 @@ class Part:
     commands : (n, c) deviations from neutral, as shares of the largest
     noise : (2,) what the sensors' noise makes of the accelerations
     modelled : the vehicle says what its thrusters make of these commands
+    cut : whether the log goes on after it, in what is not looked at
     stands, long : (n, c) whether each command stands still, away from its changes, at all and for 10 s or more
     """
 
@@ -49,6 +50,7 @@ class Part:
     commands: Array
     noise: Array
     modelled: bool
+    cut: bool
     stands: NDArray[np.bool_]
     long: NDArray[np.bool_]
 
@@ -101,6 +103,7 @@ def _part(record: Record, stretch: Stretch, names: list[str], band: tuple[float,
         commands,
         white,
         driven is not None,
+        stretch.portion.cut,
         *_stands(columns),
     )
 

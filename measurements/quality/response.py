@@ -11,7 +11,7 @@ from ..alignment import band_passed
 from ..canonical import command_kind
 from ..statistics.paired import surely_more
 from ..statistics.robust import Fit, robust_fit
-from .record import RATE, Record
+from .record import RATE, Record, shared
 from .resting import centre_of
 
 _STEP = 1.0 / RATE
@@ -135,6 +135,10 @@ def trials(records: Sequence[Record]) -> list[Trials]:
     others, and where there are fewer than eight stretches of the slowest period in the band. The error is infinite
     where a command makes too little of what the boat does.
     """
+    return shared(records, "trials", lambda: _trials(records)) if records else []
+
+
+def _trials(records: Sequence[Record]) -> list[Trials]:
     names = sorted({name for record in records for name in record.commands})
     kinds = sorted({(command_kind(name) or ("",))[0] for name in names})
     found = [_of_kind(records, [name for name in names if (command_kind(name) or ("",))[0] == kind]) for kind in kinds]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...physics.frames import Array
-from .record import RATE, Record
+from .record import RATE, Record, shared
 
 _SLOW = 0.1
 """Share of its top speed, and of its top yaw rate, below which a boat lies at rest."""
@@ -17,17 +17,24 @@ _LEAST = 3.0
 """Rest from which a neutral can be told [s]."""
 _SAME = 0.6
 """Share of the rest during which the command must be the same."""
+_DIGITS = 1e-6
+"""Share of the largest command by which its means over steps may differ from each other by rounding, as in
+`quick_motion`."""
 
 
 def neutral_of(records: Sequence[Record], name: str) -> float | None:
     """The value at which a command stays while the boat lies at rest, in its unit; None where that is not seen."""
+    return shared(records, ("neutral", name), lambda: _neutral(records, name)) if records else None
+
+
+def _neutral(records: Sequence[Record], name: str) -> float | None:
     rest = [one for record in records if (one := _resting(record, name)).size]
     values = np.concatenate(rest) if rest else np.zeros(0)
     if values.size < RATE * _LEAST:
         return None
-    levels, counts = np.unique(values, return_counts=True)
+    _, which, counts = np.unique(np.rint(values / _rounding(records, name)), return_inverse=True, return_counts=True)
     best = int(np.argmax(counts))
-    return float(levels[best]) if counts[best] >= _SAME * values.size else None
+    return float(np.median(values[which == best])) if counts[best] >= _SAME * values.size else None
 
 
 def centre_of(records: Sequence[Record], name: str) -> float:
@@ -39,6 +46,12 @@ def centre_of(records: Sequence[Record], name: str) -> float:
     return float(np.median(np.concatenate(values)))
 
 
+def _rounding(records: Sequence[Record], name: str) -> float:
+    """Difference between values of a command that is none, in its unit."""
+    sizes = [np.abs(record.log.channels[name].value).max() for record in records if name in record.log.channels]
+    return _DIGITS * float(max(sizes)) or 1.0
+
+
 def _resting(record: Record, name: str) -> Array:
     """Values of a command (m,) where the boat lies at rest and the command has been steady for a while."""
     if name not in record.commands:
@@ -48,11 +61,11 @@ def _resting(record: Record, name: str) -> Array:
     if not speeds:
         return np.zeros(0)
     top = np.quantile(np.concatenate(speeds), 0.99, axis=0)
-    found = []
+    found, rounding = [], _rounding([record], name)
     for stretch, speed in zip(record.stretches, speeds, strict=True):
         command = stretch.commands[:, column]
         window = max(1, round(_SETTLED / stretch.motion.time_step))
-        same = np.concatenate(([0], np.cumsum(np.diff(command) != 0.0)))
+        same = np.concatenate(([0], np.cumsum(~(np.abs(np.diff(command)) <= rounding))))
         steady = np.zeros(command.size, dtype=bool)
         steady[window:] = same[window:] == same[:-window]
         still = (np.hypot(speed[:, 0], speed[:, 1]) < max(_SLOW * np.hypot(*top[:2]), _SLOW_FLOOR[0])) & (

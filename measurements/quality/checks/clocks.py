@@ -129,8 +129,7 @@ class Clocks(Check):
             if not having:
                 continue
             lags = [_lag([pair.response(record, s) for s in record.stretches]) for record in having]
-            every = [pair.response(record, s) for record in having for s in record.stretches]
-            lag = lags[0] if len(having) == 1 else _lag(every)
+            lag = lags[0] if len(having) == 1 else _lag([pair.response(r, s) for r in having for s in r.stretches])
             known = [one for one in lags if one is not None and _sure(one, _FOLLOWS, _SURE)]
             finding = _compared(pair, lag, known, any(record.steered for record in having))
             if pair.channels == ("r",) and finding.fix is not None and lag is not None:

@@ -11,6 +11,7 @@ from typing import ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 
+from ....physics.frames import Array
 from ...alignment import band_passed
 from ..finding import Check, Finding, Reach
 from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of, unexplained
@@ -92,7 +93,7 @@ def _stood_still(
 
 def _all_stood_still(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     """The finding that no command moves while the boat does."""
-    rows = [_to_the_end(np.asarray(part.long.all(axis=1))) for part in parts]
+    rows = _to_the_end(parts)
     seconds = sum(int(np.count_nonzero(use)) for use in rows) * STEP
     whole = sum(part.rates.shape[0] for part in parts) * STEP
     if seconds < max(LEAST, _TAIL * whole):
@@ -126,12 +127,17 @@ def _gains(parts: Sequence[Part], rows: Sequence[NDArray[np.bool_]]) -> NDArray[
     return np.asarray(gained > _GAINS * fast)
 
 
-def _to_the_end(still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _to_the_end(parts: Sequence[Part]) -> list[NDArray[np.bool_]]:
     """The rows of a stand that lasts to the end of a stretch; boats lie idle in between, with wind and current."""
-    found = np.zeros_like(still)
-    moving = np.flatnonzero(~still)
-    found[int(moving[-1]) + 1 if moving.size else 0 :] = True
-    return found
+    found, lasts = [], True
+    for part in reversed(parts):
+        still = np.asarray(part.long.all(axis=1))
+        rows, moving = np.zeros_like(still), np.flatnonzero(~still)
+        if lasts or not part.cut:
+            rows[int(moving[-1]) + 1 if moving.size else 0 :] = True
+        lasts = bool(rows.all())
+        found.append(rows)
+    return found[::-1]
 
 
 def _of_another_run(parts: Sequence[Part], names: list[str]) -> list[Finding]:
@@ -141,7 +147,12 @@ def _of_another_run(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     noise = np.max([part.noise for part in parts], axis=0)
     if whole < _LEAST_ANSWERED or np.any(np.sqrt((rates**2).mean(axis=0)) <= _NOISE * noise):
         return []
-    explained = max(_answered(parts, lag) for lag in range(-round(_LAGS * RATE), round(_LAGS * RATE) + 1, 2))
+    driven = [
+        band_passed(np.column_stack([part.commands, part.commands * np.abs(part.commands)]), STEP, QUICK)
+        for part in parts
+    ]
+    lags = range(-round(_LAGS * RATE), round(_LAGS * RATE) + 1, 2)
+    explained = max(_answered(parts, driven, lag) for lag in lags)
     if explained > _ANSWERS or all(part.long.all(axis=1).mean() > 0.5 for part in parts):
         return []
     text = (
@@ -151,20 +162,18 @@ def _of_another_run(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     return [_broken(text, explained, tuple(names), "the boat does not answer its commands")]
 
 
-def _answered(parts: Sequence[Part], lag: int) -> float:
-    """Share of the quick accelerations, of the axis that answers more, that commands explain at a delay in rows."""
-    found = []
-    for axis in range(2):
-        columns, target = [], []
-        for part in parts:
-            driven = band_passed(np.column_stack([part.commands, part.commands * np.abs(part.commands)]), STEP, QUICK)
-            n = driven.shape[0] - abs(lag)
-            columns.append(driven[max(0, -lag) : max(0, -lag) + n])
-            target.append(part.rates[max(0, lag) : max(0, lag) + n, axis])
-        table, wanted = np.concatenate(columns), np.concatenate(target)
-        left = wanted - table @ np.linalg.lstsq(table, wanted, rcond=1e-9)[0]
-        found.append(1.0 - float(left @ left) / float(wanted @ wanted))
-    return max(found)
+def _answered(parts: Sequence[Part], driven: Sequence[Array], lag: int) -> float:
+    """Share of the quick accelerations, of the axis that answers more, that commands explain at a delay in rows.
+
+    Parameters
+    ----------
+    driven : of each part, its commands and their squares in the band (n, 2 c)
+    """
+    kept = [part.rates.shape[0] - abs(lag) for part in parts]
+    table = np.concatenate([one[max(0, -lag) : max(0, -lag) + n] for one, n in zip(driven, kept, strict=True)])
+    wanted = np.concatenate([part.rates[max(0, lag) : max(0, lag) + n] for part, n in zip(parts, kept, strict=True)])
+    left = wanted - table @ np.linalg.lstsq(table, wanted, rcond=1e-9)[0]
+    return float(np.max(1.0 - (left**2).sum(axis=0) / (wanted**2).sum(axis=0)))
 
 
 def _turn(records: Sequence[Record], name: str) -> int:

@@ -19,12 +19,13 @@ class Excitation(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: one finding for each thing that cannot be told, or one that says that the log has it all."""
-        motions = tuple(stretch.motion for record in records for stretch in record.stretches)
+        stretches = [stretch for record in records for stretch in record.stretches]
+        motions = tuple(stretch.motion for stretch in stretches)
         if not motions:
             why = next((record.why_not for record in records if record.why_not), "there is no motion in it")
             text = f"no motion can be made of the log: {why}"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text, value=0.0, unit="s")]
-        seen = excitation_of(motions)
+        seen = excitation_of(motions, [stretch.portion.weight for stretch in stretches])
         parts = {
             "astern": seen.astern,
             "turning_to_starboard": seen.turning_to_starboard,

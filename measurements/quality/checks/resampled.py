@@ -43,7 +43,7 @@ def _told(channels: Channels) -> list[Finding]:
     if table is None:
         return []
     time, values, names = table
-    fresh = np.concatenate(([True], (np.diff(values, axis=0) != 0.0).any(axis=1)))
+    fresh = _new(values)
     found = []
     padded = _padding(time, values, fresh)
     if padded:
@@ -78,38 +78,49 @@ def _told(channels: Channels) -> list[Finding]:
     return found
 
 
-def _table(channels: Channels) -> tuple[Array, Array, tuple[str, ...]] | None:
-    """Stamps and values of the motion where all of it is one table; None otherwise."""
+def _table(channels: Channels) -> tuple[Array, list[Array], tuple[str, ...]] | None:
+    """Stamps and records of the motion where all of it is one table; None otherwise."""
     parts = [channels[name] for name in _MOTION if name in channels]
     if len(parts) < 3 or parts[0].time.size < _LEAST_ROWS:
         return None
     time = parts[0].time
-    if any(part.time.size != time.size or np.any(part.time != time) for part in parts):
+    if not all(part.time is time or np.array_equal(part.time, time) for part in parts):
         return None
     values = [np.unwrap(part.value) if part.name == "psi" else part.value for part in parts]
-    return time, np.column_stack(values), tuple(part.name for part in parts)
+    return time, values, tuple(part.name for part in parts)
 
 
-def _padding(time: Array, values: Array, fresh: NDArray[np.bool_]) -> float:
+def _new(values: Sequence[Array]) -> NDArray[np.bool_]:
+    """Whether a record changes from the row before to each row; records one by one, since a long log has many rows."""
+    fresh = np.zeros(values[0].size, dtype=bool)
+    fresh[0] = True
+    for record in values:
+        fresh[1:] |= record[1:] != record[:-1]
+    return fresh
+
+
+def _padding(time: Array, values: Sequence[Array], fresh: NDArray[np.bool_]) -> float:
     """Time for which a log of a moving boat repeats its first or its last row [s]."""
     first, last = _inner(fresh)
     if last <= first:
         return 0.0
-    steps = np.abs(np.diff(values, axis=0))
-    usual = np.quantile(steps[first:last], 0.5, axis=0)
     # A boat that lies still shows the same row, too: beside what is filled up, it moves as it does elsewhere.
     near = max(3, int(np.searchsorted(time, time[first] + _ENDS)) - first)
     ends = (
-        (float(time[first] - time[0]), steps[first : first + near]),
-        (float(time[-1] - time[last]), steps[max(first, last - near) : last]),
+        (float(time[first] - time[0]), slice(first, first + near)),
+        (float(time[-1] - time[last]), slice(max(first, last - near), last)),
     )
-    return sum(length for length, beside in ends if length > _ENDS and _moves(beside, usual))
+    if not any(length > _ENDS for length, _ in ends):
+        return 0.0
+    usual = np.array([np.median(np.abs(np.diff(record[first : last + 1]))) for record in values])
+    return sum(length for length, rows in ends if length > _ENDS and _moves(values, rows, usual))
 
 
-def _moves(steps: Array, usual: Array) -> bool:
-    """Whether most records move at least a tenth as fast as they usually do."""
+def _moves(values: Sequence[Array], rows: slice, usual: Array) -> bool:
+    """Whether most records move at least a tenth as fast in some rows as they usually do."""
+    steps = np.array([np.median(np.abs(np.diff(record[rows.start : rows.stop + 1]))) for record in values])
     moving = usual > 0.0
-    return bool(np.count_nonzero(np.median(steps, axis=0)[moving] > 0.1 * usual[moving]) > 0.5 * moving.sum())
+    return bool(np.count_nonzero(steps[moving] > 0.1 * usual[moving]) > 0.5 * moving.sum())
 
 
 def _inner(fresh: NDArray[np.bool_]) -> tuple[int, int]:
@@ -123,7 +134,7 @@ def _unpadded(channels: Channels) -> dict[str, Channel]:
     if table is None:
         return dict(channels)
     time, values, names = table
-    fresh = np.concatenate(([True], (np.diff(values, axis=0) != 0.0).any(axis=1)))
+    fresh = _new(values)
     first, last = _inner(fresh)
     keep = np.zeros(time.size, dtype=bool)
     keep[first : last + 1] = True
@@ -144,7 +155,7 @@ def _fresh(channels: Channels) -> dict[str, Channel]:
     if table is None:
         return dict(channels)
     _, values, names = table
-    fresh = np.concatenate(([True], (np.diff(values, axis=0) != 0.0).any(axis=1)))
+    fresh = _new(values)
     rows = np.flatnonzero(fresh)
     since = np.arange(fresh.size) - rows[np.cumsum(fresh) - 1]
     # A boat at rest shows nothing new; there a row is kept wherever one was measured.
@@ -161,13 +172,16 @@ def _thinned(channels: Channels, names: tuple[str, ...], keep: NDArray[np.bool_]
     }
 
 
-def _interpolated(values: Array) -> int:
+def _interpolated(values: Sequence[Array]) -> int:
     """Rows from one measured row to the next where those between lie on lines; 0 where all are measured."""
-    bend = np.abs(np.diff(values, n=2, axis=0))
-    size = np.quantile(bend, 0.95, axis=0)
-    if not (size > 0.0).any():
+    worst = np.zeros(values[0].size - 2)
+    for record in values:
+        bend = np.abs(np.diff(record, n=2))
+        size = float(np.quantile(bend, 0.95))
+        if size > 0.0:
+            np.maximum(worst, bend / size, out=worst)
+    if not worst.any():
         return 0
-    worst = (bend[:, size > 0.0] / size[size > 0.0]).max(axis=1)
     knots = np.flatnonzero(worst > _FLAT)
     if knots.size < _LEAST_ROWS // 10 or 1.0 - knots.size / worst.size < _SHARE:
         return 0

@@ -157,8 +157,8 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
     A boat comes to rest little by little, so that the steps before an honest stay are near the last digit.
     """
     first, time = channels[0], channels[0].time
-    values = np.column_stack([np.unwrap(c.value) if c.name == "psi" else c.value for c in channels])
-    steps = np.hypot.reduce(np.diff(values, axis=0), axis=1)
+    values = [np.unwrap(c.value) if c.name == "psi" else c.value for c in channels]
+    steps = np.hypot(*map(np.diff, values)) if len(values) > 1 else np.abs(np.diff(values[0]))
     digit = _last_digit(steps)
     if digit is not None and first.name == "x":
         # Steps of a boat at an even pace are all alike, and tell nothing of the last digit of its position.
@@ -167,12 +167,10 @@ def _stays(channels: Sequence[Channel], usual: int) -> list[tuple[float, float]]
         return []
     same = np.concatenate(([False], steps == 0.0, [False]))
     starts, ends = np.flatnonzero(same[1:] & ~same[:-1]), np.flatnonzero(same[:-1] & ~same[1:])
-    found = []
-    before_rows = max(_BEFORE * usual, round(_BEFORE_SECONDS / first.period) if first.period > 0.0 else 0)
-    for start, end in zip(starts, ends, strict=True):
-        length = float(time[end] - time[start])
-        if length < max(_LEAST, 5.0 * usual * first.period) or start < before_rows:
-            continue
+    found, period = [], first.period
+    before_rows = max(_BEFORE * usual, round(_BEFORE_SECONDS / period) if period > 0.0 else 0)
+    long = (time[ends] - time[starts] >= max(_LEAST, 5.0 * usual * period)) & (starts >= before_rows)
+    for start, end in zip(starts[long], ends[long], strict=True):
         before = steps[start - before_rows : start]
         moving = before[before > 0.0]
         if moving.size < 0.6 * before.size / usual or min(np.median(moving), moving[-1]) < _DIGITS * digit:
@@ -189,9 +187,9 @@ def _last_digit(steps: Array) -> float | None:
     return float(np.quantile(moved, 0.01)) if moved.size else None
 
 
-def _resolution(values: Array) -> float:
-    """The usual difference between positions (n, 2) that are next to each other in size."""
-    gaps = [np.diff(np.unique(np.asarray(column, dtype=float))) for column in values.T]
+def _resolution(values: Sequence[Array]) -> float:
+    """The usual difference between north and east positions (n,) that are next to each other in size."""
+    gaps = [np.diff(np.unique(np.asarray(column, dtype=float))) for column in values]
     return float(np.hypot.reduce([float(np.median(gap)) if gap.size else 0.0 for gap in gaps]))
 
 
