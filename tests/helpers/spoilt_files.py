@@ -164,7 +164,9 @@ def _run(name: str, folder: Path) -> Path:
     record = {"schema": "undertow.run/1", "logs": [log], "frame": None, "channel_map": None, "namespace": None}
     told = {"versions": {"python": "3.11"}, "log_sha256": [{"path": log, "sha256": "0" * 64}], "command": "undertow"}
     (run / "run.json").write_text(json.dumps({**record, **told, "seed": 0, "as_is": False}))
-    edit(run / "findings.json", lambda findings: findings.update(passivity={"envelope": speeds, "verdict": "proved"}))
+    worst = {"value": -1.0, "at": {"u": 0.1, "v": 0.0, "r": 0.0}}
+    law_held = {"verdict": "pass", "proof": "vertex LMI", "price": 0.0, "sentence": "It holds.", "worst": worst}
+    edit(run / "findings.json", lambda findings: findings.update(passivity={"envelope": speeds, **law_held}))
     return run / name
 
 

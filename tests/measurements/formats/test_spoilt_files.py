@@ -16,6 +16,7 @@ def test_a_spoilt_file_is_refused_clearly_or_read(name, tmp_path, monkeypatch):
     path = kind.write(tmp_path)
     sound = path.read_bytes()
     draw = page.page
+    kind.use(path)  # as it came; else every spoilt one would be refused for what is wrong already
     monkeypatch.setattr(fleet_page, "fleet_page", lambda runs, home: "")
     for seed in range(FILES):
         monkeypatch.setattr(page, "page", draw if seed % DRAWN == 0 else lambda run: "")
