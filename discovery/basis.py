@@ -18,6 +18,7 @@ from .balance.sensor_errors import Nuisances, nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
 from .candidates.candidate import Candidate, candidates, measurable
+from .candidates.nuisance import command_timing
 from .candidates.unnamed_terms import features_along
 from .search.floating import Search
 from .settings import DiscoverySettings
@@ -228,6 +229,8 @@ def choose(
     """
     forces = WeakForm(motions, settings.weak, claims)
     every = candidates(nominal, measurable(motions)) if pool is None else pool
+    if pool is None and not forces.claimed:
+        every = (command_timing(motions), *every)
     instant = Search(forces, nominal, every, settings.search)
     why = "" if forces.claimed else why_rollouts(forces, instant)
     clear = Nuisances(tuple(motions), SEEING, ())

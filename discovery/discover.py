@@ -21,7 +21,7 @@ from .candidates.nuisance import CALIBRATED
 from .candidates.unnamed_terms import term_candidate
 from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
-from .evidence.limits import believed, doubts
+from .evidence.limits import as_timed, believed, doubts
 from .evidence.verdicts import Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
@@ -109,6 +109,7 @@ def _conclude(basis: Basis, looked: Selected) -> Discovery:
         far, wide = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         options = [far.options[key][0] for key in state.active]
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
+    found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     terms = search.of_kind(state.active, Kind.TERM)

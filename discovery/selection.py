@@ -237,7 +237,7 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
     ]
     form = search.balance
     for group in dict.fromkeys((tuple(fitted), tuple(static))):
-        symbols = [s for c in search.pool if c in group or c.nuisance for s in c.symbols]
+        symbols = [s for c in search.pool if c in group or c.fitted(()) for s in c.symbols]
         if symbols:
             begun = polish(form.motions, search.nominal, symbols, shooting, blind=form.blind, rounds=_POLISHES).vehicle
             yield search.evaluate(begun, tuple(c.key for c in group))

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 
+from ..physics.effects import COMMAND_OFFSET
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import rollouts_object
 from .balance.shooting import ShootingSettings
+from .candidates.candidate import Kind
 from .search.floating import Search, State
 from .search.output_error import polish
 from .selection import base
@@ -31,7 +33,7 @@ def settle(search: Search, state: State, kept: Sequence[str], shooting: Shooting
 def on_rollouts(search: Search, state: State, kept: Sequence[str], shooting: ShootingSettings) -> State:
     """A model polished on its rollouts, where that betters its score; the same on the force balance."""
     form = search.balance
-    symbols = [s for c in search.pool if c.key in kept or c.nuisance for s in c.symbols]
+    symbols = [s for c in search.pool if c.fitted(kept) for s in c.symbols]
     if not symbols or form.forces:
         return state
     limits = {p.symbol: (p.lower, p.upper) for c in search.pool for p in c.parameters}
@@ -50,7 +52,7 @@ def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> 
     """
     found: list[tuple[str | None, Vehicle]] = [(None, search.nominal)]
     effects: Sequence[str] = search.named(final.active)
-    if search.nuisances:
+    if search.of_kind(search.nuisances, Kind.NUISANCE):
         found.append((calibrated, base(search, final) if effects else corrected))
     chosen: list[str] = []
     while len(chosen) < len(effects):
@@ -59,4 +61,4 @@ def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> 
         best, key = min(trials, key=lambda pair: pair[0].score)
         chosen.append(key)
         found.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
-    return tuple(found)
+    return tuple((label, vehicle.with_values({COMMAND_OFFSET.symbol: 0.0})) for label, vehicle in found)

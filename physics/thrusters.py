@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from scipy.signal import lfilter
 
 from .errors import RequestError
@@ -29,7 +29,7 @@ GAINS = (
     "gain_ahead_100",
 )
 """Gains of the command-to-force curve, from full astern to full ahead; the number is where in percent a third ends."""
-_SHAPE = ("command", "curve", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", *GAINS)
+_SHAPE = ("command", "curve", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", "command_offset", *GAINS)
 """What decides the response of a thruster, beside gain and advance loss."""
 
 
@@ -112,6 +112,12 @@ class PropellerCurve(BaseModel):
         return command if kind == "normalized" else command / self.scale
 
 
+def _of_the_log(seconds: float) -> float:
+    if seconds:
+        raise ValueError("this is an error of a log, no property of a thruster; a boat that answers late has a delay")
+    return seconds
+
+
 class Thruster(BaseModel):
     """One thruster: where it sits, how its command becomes force, and what may be wrong with it.
 
@@ -120,6 +126,9 @@ class Thruster(BaseModel):
     they act.
 
     The exponent bends `curve` between no force and that of full command, on both sides alike (see `powered`).
+
+    `command_offset` [s] belongs to a log and not to the boat: its record of the commands is so much early. No vehicle
+    file has it.
 
     A gain is the slope of the true command-to-force curve over that of `curve`, in one third of the command: 1 leaves
     the curve alone, 0 is a flat stretch, `gain_ahead_67` reigns from 33 to 67 % of full command ahead. No gain is
@@ -141,6 +150,7 @@ class Thruster(BaseModel):
     lag: Number = Field(default=0.0, ge=0)
     delay: Number = Field(default=0.0, ge=0)
     advance_loss: Number = 0.0
+    command_offset: Annotated[Number, AfterValidator(_of_the_log)] = Field(default=0.0, exclude=True)
     gain_astern_100: Number = Field(default=1.0, ge=0)
     gain_astern_67: Number = Field(default=1.0, ge=0)
     gain_astern_33: Number = Field(default=1.0, ge=0)
@@ -177,15 +187,16 @@ class Thruster(BaseModel):
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
 
-        In this order: delay, lag, `curve`, exponent, gains, scales, reverse scale, dead zone. Scales multiply the bent
-        curve; the dead zone cuts it; the advance loss depends on the command alone and is cut by the dead zone too.
+        In this order: offset and delay, lag, `curve`, exponent, gains, scales, reverse scale, dead zone. Scales
+        multiply the bent curve; the dead zone cuts it; the advance loss depends on the command alone and is cut by the
+        dead zone too.
 
         Parameters
         ----------
         command : (n,) in the unit of `command`, even steps
         time_step : [s]
         """
-        delayed = shift(command, self.delay, time_step)
+        delayed = shift(command, self.delay + self.command_offset, time_step)
         lagged = first_order_lag(delayed, self.lag, time_step)
         fraction = self.curve.normalised(lagged, self.command)
         force = self.bent(self.powered(lagged)) * self.gain

@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from .effects import PARAMETERS, Parameter
+from .effects import COMMAND_OFFSET, PARAMETERS, Parameter
 from .errors import VehicleError
 from .files import write_text, yaml_text
 from .frames import AXES
@@ -38,7 +38,7 @@ _MOST_TERMS = 1000
 """Terms that nobody has named: more than three times all monomials up to degree three, on three axes."""
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
 _FAULTS = ("thrust_scale", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", "advance_loss")
-SHARED_THRUSTER_KEYS = (*_FAULTS, *GAINS)
+SHARED_THRUSTER_KEYS = (*_FAULTS, COMMAND_OFFSET.symbol, *GAINS)
 """Thruster parameters that an effect moves on every thruster at once."""
 
 

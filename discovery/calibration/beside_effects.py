@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
 from ..candidates.at_limit import limit_at
-from ..candidates.candidate import Candidate
+from ..candidates.candidate import Candidate, Kind
 from ..candidates.nuisance import beside, calibratable, nuisance_candidates
 from ..findings import Calibrated, Findings, Left
 from ..identifiability.identifiable_parameters import identified
@@ -37,7 +37,7 @@ class Freed:
     @property
     def symbols(self) -> tuple[str, ...]:
         """The parameters that are free."""
-        return tuple(s for c in self.pool if c.nuisance for s in c.symbols)
+        return tuple(s for c in self.pool if c.kind is Kind.NUISANCE for s in c.symbols)
 
     @property
     def sentence(self) -> str:

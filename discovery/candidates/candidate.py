@@ -1,6 +1,6 @@
 """Candidates: the effects that may be missing from a vehicle, and which of them a log can judge."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -22,7 +22,7 @@ class Kind(Enum):
     """a parameter of the nominal model that is calibrated while effects are judged: always in the model, free of price,
     never a finding"""
     SENSOR = "sensor"
-    """an error of a sensor: the motion is corrected for it, and the vehicle stays as it is"""
+    """an error of the log: in every model, free of price, and no property of the vehicle"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,22 +35,28 @@ class Candidate:
     effect : the catalogue's entry, or a made-up one for an unnamed term
     parameters : its parameters with the thruster's name filled in
     kind : see `Kind`
+    part_of : keys of effects of which this is a special case: beside one of them it is left out
     """
 
     key: str
     effect: Effect
     parameters: tuple[Parameter, ...]
     kind: Kind = Kind.EFFECT
+    part_of: tuple[str, ...] = ()
 
     @property
     def nuisance(self) -> bool:
-        """Whether it is calibrated in every model."""
-        return self.kind is Kind.NUISANCE
+        """Whether it is fitted in every model."""
+        return self.kind in (Kind.NUISANCE, Kind.SENSOR)
 
     @property
     def symbols(self) -> tuple[str, ...]:
         """Symbols of the parameters."""
         return tuple(p.symbol for p in self.parameters)
+
+    def fitted(self, kept: Collection[str]) -> bool:
+        """Whether it is in a model with the keys `kept`: as one of them, or as what is in every model."""
+        return self.key in kept or (self.nuisance and not any(key in kept for key in self.part_of))
 
 
 def measurable(motions: Sequence[Motion], effects: Sequence[Effect] = EFFECTS) -> tuple[Effect, ...]:

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
-from ...physics.effects import EFFECTS, PARAMETERS, Effect, Parameter
+from ...physics.effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
 from ...physics.errors import RequestError
+from ...physics.motion import Motion
 from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from .candidate import Candidate, Kind
 
@@ -90,6 +91,18 @@ def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candi
         )
         found[key] = Candidate(key, entry, parameters, kind=Kind.NUISANCE)
     return tuple(found.values())
+
+
+def command_timing(motions: Sequence[Motion]) -> Candidate:
+    """How much earlier or later than they acted the commands of a log were recorded, as a part of every model.
+
+    A record may be as old as the time to the next one, and what is averaged over steps of the time base is known to one
+    of them; by no more may the log be out of step with itself.
+    """
+    reach = max(max(motion.command_step, motion.time_step) for motion in motions)
+    parameter = replace(COMMAND_OFFSET, lower=-reach, upper=reach)
+    entry = Effect(parameter.symbol, "record", (parameter,), "", "Commands act earlier or later than the log says.")
+    return Candidate(parameter.symbol, entry, (parameter,), Kind.SENSOR, part_of=("input_delay",))
 
 
 def beside(pool: Sequence[Candidate], freed: Sequence[str]) -> tuple[Candidate, ...]:

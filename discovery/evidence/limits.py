@@ -23,6 +23,19 @@ _CLEARLY = 2.0
 _TIMES = ("lag", "delay")
 
 
+def as_timed(intervals: Mapping[str, Interval], pool: Sequence[Candidate]) -> dict[str, Interval]:
+    """Intervals with that of a delay as wide as the log's own stamps leave it: by so much its commands may be off."""
+    found = dict(intervals)
+    for timing in (c for c in pool if c.kind is Kind.SENSOR):
+        (reach,) = (p.upper for p in timing.parameters)
+        for other in (c for c in pool if c.key in timing.part_of):
+            limits = {p.symbol: (p.lower, p.upper) for p in other.parameters if p.symbol in found}
+            for symbol, (low, high) in limits.items():
+                lower, upper = found[symbol]
+                found[symbol] = Interval(max(lower - reach, low), min(upper + reach, high))
+    return found
+
+
 def doubts(
     pool: Sequence[Candidate],
     nominal: Vehicle,

@@ -51,7 +51,7 @@ def lawful_model(
     RequestError
         when a solver fails, or a returned number breaks a constraint.
     """
-    if not chosen:
+    if all(option.kind is Kind.SENSOR for option in chosen):
         envelope = envelope_of(motions, nominal)
         return Lawful(nominal, nominal, judge(nominal, envelope))
     start = {s: v for option in chosen for s, v in zip(option.symbols, option.start, strict=True)}

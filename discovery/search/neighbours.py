@@ -28,7 +28,8 @@ def changes(
     ----------
     kept_always : keys that are never dropped
     """
-    new = [option for key, options in linear.options.items() if key not in now for option in options[1:]]
+    others = [key for key in linear.options if key not in now and key not in kept_always]
+    new = [option for key in others for option in linear.options[key][1:]]
     loose = [key for key in now if key not in kept_always]
     drops = list(combinations(loose, 2)) if two_for_one else [(), *((key,) for key in loose)]
     for drop in drops:

@@ -173,8 +173,12 @@ class Scoring:
 
     def evaluate(self, vehicle: Vehicle, active: Sequence[str], error: Array | None = None) -> State:
         """Refine a model's parameters by Gauss-Newton and score it."""
-        active = (*self.nuisances, *self.named(active))
-        pool = [c for c in self.pool if c.key in active]
+        named = self.named(active)
+        pool = [c for c in self.pool if c.fitted(named)]
+        active = (*(c.key for c in pool if c.nuisance), *named)
+        unused = [c for c in self.pool if c.nuisance and c not in pool]
+        if unused:
+            vehicle = vehicle.with_values({s: self.nominal.value(s) for c in unused for s in c.symbols})
         for _ in range(self.settings.refinements):
             linear, scores = self.linearise(vehicle, active, error, pool, standing=True)
             chosen = [linear.options[key][0] for key in active]

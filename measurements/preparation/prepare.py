@@ -217,6 +217,7 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         source=str(log.path),
         run_up=commands[:steps_back] if steps_back else None,
         air=air,
+        command_step=max((c.period for c in channels if not is_logged_on_change(c)), default=0.0),
         out_of_step=log.out_of_step,
     )
 
