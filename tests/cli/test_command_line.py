@@ -703,6 +703,10 @@ BAD_REQUESTS: dict[str, tuple[str, str]] = {
         "simulate -v blueboat --out none/new.csv",
         r"cannot write none/new\.csv: the folder none does not exist; create it first",
     ),
+    "log of another format": (
+        "simulate -v blueboat --out new.mat",
+        r"cannot write new\.mat: expected a name that ends in \.csv, \.csv\.gz or \.parquet",
+    ),
     "log in the place of a folder": ("simulate -v blueboat --out folder", r"cannot write folder: it is a folder; give"),
 }
 
