@@ -27,7 +27,7 @@ SOUND = load_vehicle("blueboat").to_dict()
     ("text", "why"),
     [
         ("mass: " + "[" * 200_000, "line 1: lists in lists, more than 64 deep"),
-        ("mass: " + "[" * 1500, "more than 64 deep"),
+        ("mass: " + "[" * 1500 + "]" * 1500, "more than 64 deep"),
         ("? " * 500 + "a", "more than 64 deep"),
         (LAUGHS, "more than 500000 values"),
         ("sources: &a {x: *a}", "the alias .'a' stands for nothing, or for itself"),
