@@ -113,6 +113,16 @@ def test_a_resampled_log_is_told_of(study: ModuleType, case, tmp_path: Path):
         assert words in told.sentence
 
 
+def test_a_slow_log_on_a_fine_grid_does_not_stand_still(tmp_path: Path):
+    """Where it is rounded, a straight line between two equal samples repeats one value for many rows."""
+    log = read_log(ROOT / "tests" / "data" / "D_2.csv.gz")
+    t = log.channels["u"].time
+    grid = np.arange(t[0], t[-1], 0.005)
+    moved = {n: np.interp(grid, c.time, np.unwrap(c.value) if n == "psi" else c.value) for n, c in log.channels.items()}
+    pd.DataFrame({"t": grid, **moved}).to_csv(tmp_path / "fine.csv", index=False)
+    assert {f.verdict for f in inspect_log(read_log(tmp_path / "fine.csv")).quality if f.check == "stuck"} == {"ok"}
+
+
 @pytest.mark.parametrize("name", ["port command frozen", "sway 0", "x and y exchanged", "commands of another run"])
 def test_whoever_computes_refuses_them(study: ModuleType, case, name: str, tmp_path: Path):
     path, _ = spoilt(study, case, name, tmp_path)
