@@ -52,6 +52,14 @@ def test_hostile_yaml_is_refused_in_a_line(text, why):
     assert len(str(told.value)) < 500
 
 
+@pytest.mark.parametrize("text", ["u: " + "[" * 200_000, LAUGHS, "u: !!int ''", "u: !!float x", "u: " + "9" * 5000])
+def test_a_hostile_channel_map_is_refused_in_a_line(tmp_path, text):
+    (tmp_path / "map.yaml").write_text(text)
+    with pytest.raises(LogError, match="the channel map is not YAML") as told:
+        read_channel_map(tmp_path / "map.yaml")
+    assert len(str(told.value)) < 700
+
+
 def test_aliases_that_repeat_little_are_read_and_dates_are_texts():
     assert parse_yaml("a: &c {k: 1}\nb: *c\nd: 2024-05-01") == {"a": {"k": 1}, "b": {"k": 1}, "d": "2024-05-01"}
 
