@@ -14,7 +14,7 @@ import typer
 from .cli.add_verb import add, catalogue
 from .cli.check_verb import check
 from .cli.compare_verb import compare
-from .cli.console import check_here, open_streams, say, sending
+from .cli.console import Verbs, check_here, open_streams, say, sending
 from .cli.demo_verb import demo
 from .cli.discover_verb import discover
 from .cli.explain_verb import explain
@@ -26,6 +26,7 @@ from .cli.train_verb import train
 
 app = typer.Typer(
     name="undertow",
+    cls=Verbs,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
+from typer.core import TyperGroup
 
 from ..physics.errors import MOST_TOLD
 from ..physics.printable import one_line, printable, shortened
@@ -133,6 +134,31 @@ def print_json(data: dict[str, Any]) -> None:
     from ..physics.files import strict_json
 
     print(strict_json(data))
+
+
+class Verbs(TyperGroup):
+    """The verbs, whose messages about mistyped words quote those words as short and harmless as all others do."""
+
+    def make_context(self, *words: Any, **more: Any) -> Any:
+        """See `click.Command.make_context`: the options before the verb."""
+        with _quoting():
+            return super().make_context(*words, **more)
+
+    def invoke(self, ctx: Any) -> Any:
+        """See `click.Command.invoke`: the verb, and what comes after it."""
+        with _quoting():
+            return super().invoke(ctx)
+
+
+@contextmanager
+def _quoting() -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:
+        told = getattr(error, "message", None)
+        if hasattr(error, "format_message") and isinstance(told, str):  # click's own, a copy of which typer carries
+            vars(error)["message"] = shortened(one_line(told), MOST_TOLD // 2)  # and it puts a frame round each line
+        raise
 
 
 @contextmanager

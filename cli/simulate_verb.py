@@ -43,9 +43,11 @@ def simulate(
     with failing_clearly():
         from ..physics.errors import RequestError
         from ..physics.vehicle import load_vehicle
+        from ..physics.worlds.simulated_log import check_ending
         from ..physics.worlds.world import parse_effect, simulate_world
 
         earlier = earlier_files((("--out", "simulate", out),), (vehicle,), force=force)
+        check_ending(out)
         hidden: dict[str, tuple[float, ...]] = {}
         for text in effect or []:
             name, values = parse_effect(text)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
-from .inspection import Inspection
+from .inspection import Inspection, inspect_log
 from .log import Log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import DataSet
@@ -56,7 +56,7 @@ class Inputs:
     notes : what reading and preparing had to say
     reading : how the logs were read
     warnings : what is wrong with the logs, to be told above every result
-    inspections : of each log, for this vehicle
+    inspected : the vehicle for which each log was inspected, and what was seen; see `inspections`
     """
 
     paths: tuple[str, ...]
@@ -67,7 +67,14 @@ class Inputs:
     notes: tuple[str, ...]
     reading: Reading = AS_GUESSED
     warnings: tuple[str, ...] = ()
-    inspections: tuple[Inspection, ...] = ()
+    inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
+
+    @property
+    def inspections(self) -> tuple[Inspection, ...]:
+        """Of each log, for this vehicle; made anew where they were made for another."""
+        if self.inspected is not None and self.inspected[0] == self.vehicle:
+            return self.inspected[1]
+        return tuple(inspect_log(log, self.vehicle) for log in self.logs)
 
     @property
     def fitting(self) -> tuple[Motion, ...]:

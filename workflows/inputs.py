@@ -82,7 +82,7 @@ def read_inputs(
         notes=(*told, *weak.notes, *out_of_step),
         reading=reading,
         warnings=warnings,
-        inspections=inspections,
+        inspected=(model, inspections),
     )
 
 

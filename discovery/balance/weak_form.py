@@ -52,7 +52,7 @@ class WeakForm(Balance):
     Raises
     ------
     RequestError
-        when the motions are too short for a few blocks of test functions.
+        when there is no motion, or the motions are too short for a few blocks of test functions.
     """
 
     unit: ClassVar[tuple[str, str, str]] = FORCE_UNITS
@@ -63,6 +63,8 @@ class WeakForm(Balance):
     ) -> None:
         self.settings = settings
         self.motions = tuple(motions)
+        if not self.motions:
+            raise RequestError("weak form: expected at least one motion, got none; give a log")
         self.claimed = claims is not None
         self.noise = np.zeros(3) if self.claimed else sensor_noise(self.motions)
         rng = np.random.default_rng(_NOISE_SEED)
@@ -89,7 +91,7 @@ class WeakForm(Balance):
         self._terms = TestedTerms(self.motions, velocities, self._kernels, claims)
         memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
         self._near = Neighbourhood(self.balances, self._difference, memo)
-        self.time = np.concatenate(times) if times else np.zeros(0)
+        self.time = np.concatenate(times)
         blocks = min(settings.blocks, self.time.size // _LEAST_TESTS)
         if blocks < _LEAST_BLOCKS:
             raise RequestError(

@@ -18,6 +18,19 @@ from ..vehicle import Vehicle
 
 ODOMETRY_FIELDS = ("x", "y", "psi", "u", "v", "r")
 WIND_FIELDS = ("wind_u", "wind_v")
+_ENDINGS = (".csv", ".csv.gz", ".parquet")
+
+
+def check_ending(path: Path) -> None:
+    """Refuse a name whose ending promises another format, or that no reader looks for in a folder.
+
+    Raises
+    ------
+    RequestError
+        for an ending that is none of .csv, .csv.gz and .parquet; a name without one is a table.
+    """
+    if path.suffix and not path.name.lower().endswith(_ENDINGS):
+        raise RequestError(f"cannot write {path}: expected a name that ends in .csv, .csv.gz or .parquet")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,23 +98,25 @@ class SimulatedLog:
         """Write the log as a long table `time,topic,field,value` (NED/FRD, seconds), to a temporary name, then renamed.
 
         Topic `odometry` has the fields x y psi u v r, topic `command` one field `<command>_<thruster>` each, and topic
-        `anemometer`, if there is one, wind_u and wind_v. Gzip when the name ends in `.gz`, Parquet when it ends in
-        `.parquet`, CSV otherwise. The same log gives the same bytes, with a mark of the verb `simulate` (see `marks`).
+        `anemometer`, if there is one, wind_u and wind_v. Gzip when the name ends in `.csv.gz`, Parquet when it ends in
+        `.parquet`, CSV when it ends in `.csv` or has no ending. The same log gives the same bytes, with a mark of the
+        verb `simulate` (see `marks`).
 
         Raises
         ------
         RequestError
-            when the folder does not exist, or Parquet is asked for without pyarrow.
+            when the folder does not exist, the name ends otherwise, or Parquet is asked for without pyarrow.
         """
         target = Path(path)
+        check_ending(target)
         if not target.parent.is_dir():
             raise RequestError(f"cannot write {target}: the folder {target.parent} does not exist; create it first")
-        if target.suffix == ".parquet":
+        if target.suffix.lower() == ".parquet":
             data = self._parquet(target)
         else:
             text = "".join(["time,topic,field,value\n", *(f"{t:.6f},{a},{b},{x:.9g}\n" for t, a, b, x in self._rows())])
             data = in_stamps(text).encode("utf-8")
-            data = gzip.compress(data, mtime=0) if target.suffix == ".gz" else data
+            data = gzip.compress(data, mtime=0) if target.suffix.lower() == ".gz" else data
         return write_bytes(target, data)
 
     def _rows(self) -> list[tuple[float, str, str, float]]:

@@ -703,6 +703,10 @@ BAD_REQUESTS: dict[str, tuple[str, str]] = {
         "simulate -v blueboat --out none/new.csv",
         r"cannot write none/new\.csv: the folder none does not exist; create it first",
     ),
+    "log of another format": (
+        "simulate -v blueboat --out new.mat",
+        r"cannot write new\.mat: expected a name that ends in \.csv, \.csv\.gz or \.parquet",
+    ),
     "log in the place of a folder": ("simulate -v blueboat --out folder", r"cannot write folder: it is a folder; give"),
 }
 
@@ -742,6 +746,16 @@ def test_wrong_usage(command: str, option: str, place: Path, here: Path) -> None
     assert isinstance(result.exception, SystemExit)
     assert option in result.stderr
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("command", ["simulate -v blueboat --out new.csv WORD", "WORD", "--WORD", "inspect a --WORD=3"])
+@pytest.mark.parametrize("word", ["\x1b[2J\x9b\u202egnp\u2066", "y" * 8000])
+def test_mistyped_words_are_quoted_harmlessly(command: str, word: str, here: Path) -> None:
+    result = call(*command.replace("WORD", word).split())
+    assert result.exit_code == 2
+    assert len(result.stderr) <= 4000
+    assert word not in result.stderr
+    assert not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]", result.stderr)
 
 
 # Runs that are broken, or whose log is gone

@@ -27,7 +27,7 @@ SOUND = load_vehicle("blueboat").to_dict()
     ("text", "why"),
     [
         ("mass: " + "[" * 200_000, "line 1: lists in lists, more than 64 deep"),
-        ("mass: " + "[" * 1500, "more than 64 deep"),
+        ("mass: " + "[" * 1500 + "]" * 1500, "more than 64 deep"),
         ("? " * 500 + "a", "more than 64 deep"),
         (LAUGHS, "more than 500000 values"),
         ("sources: &a {x: *a}", "the alias .'a' stands for nothing, or for itself"),
@@ -50,6 +50,14 @@ def test_hostile_yaml_is_refused_in_a_line(text, why):
         parse_yaml(text)
     assert "\n" not in str(told.value)
     assert len(str(told.value)) < 500
+
+
+@pytest.mark.parametrize("text", ["u: " + "[" * 200_000, LAUGHS, "u: !!int ''", "u: !!float x", "u: " + "9" * 5000])
+def test_a_hostile_channel_map_is_refused_in_a_line(tmp_path, text):
+    (tmp_path / "map.yaml").write_text(text)
+    with pytest.raises(LogError, match="the channel map is not YAML") as told:
+        read_channel_map(tmp_path / "map.yaml")
+    assert len(str(told.value)) < 700
 
 
 def test_aliases_that_repeat_little_are_read_and_dates_are_texts():

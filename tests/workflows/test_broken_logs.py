@@ -74,6 +74,14 @@ def test_a_vehicle_that_is_wired_that_way_takes_the_log(reversed_: Path):
     assert read_inputs(reversed_, wired()).warnings == ()
 
 
+def test_inputs_of_another_vehicle_are_inspected_for_that(whole: Path):
+    inputs = read_inputs(whole, HULL)
+    other = replace(inputs, vehicle=wired())
+    for seen, verdict in ((inputs.inspections, "ok"), (other.inspections, "defect")):
+        assert [f.verdict for f in seen[0].quality if f.check == "direction"] == [verdict]
+    assert replace(inputs, notes=()).inspections is inputs.inspections
+
+
 def wired() -> Vehicle:
     """The hull with its starboard thruster wired the other way round."""
     content = HULL.to_dict()

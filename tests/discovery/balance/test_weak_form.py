@@ -67,6 +67,8 @@ def test_a_perfect_model_leaves_only_the_error_of_sampling(weak: WeakForm):
 def test_a_log_too_short_for_the_blocks_is_refused(motion: Motion):
     with pytest.raises(RequestError, match="at least 32 are needed; give a longer log"):
         WeakForm([motion.slice(0, 120)], WeakSettings())
+    with pytest.raises(RequestError, match="expected at least one motion, got none"):
+        WeakForm([], WeakSettings())
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import os
 import sqlite3
 import struct
 
+import lz4.frame
 import numpy as np
 import pandas as pd
 import pyarrow
@@ -58,9 +59,9 @@ def text(value):
     return struct.pack("<I", len(value)) + value.encode()
 
 
-def chunk(content):
-    packed = zstd().compress(content, 3)
-    start = struct.pack("<QQQI", 0, 1, len(content), 0) + text("zstd")
+def chunk(content, how="zstd"):
+    packed = zstd().compress(content, 3) if how == "zstd" else lz4.frame.compress(content)
+    start = struct.pack("<QQQI", 0, 1, len(content), 0) + text(how)
     return record(6, start + struct.pack("<Q", len(packed)) + packed)
 
 
@@ -101,10 +102,12 @@ def test_types_that_fill_the_memory_are_not_compiled(definition, why):
         ros_types.message_type("my_msgs/msg/Thr", definition, "msg", "cdr")
 
 
-def test_a_bag_that_unpacks_to_thousands_of_times_its_size_is_refused(tmp_path):
+@pytest.mark.parametrize("how", ["zstd", "lz4"])
+def test_a_bag_that_unpacks_to_hundreds_of_times_its_size_is_refused(tmp_path, monkeypatch, how):
+    monkeypatch.setattr(unpacking, "_ALWAYS", 10**6)
     message = record(5, struct.pack("<HIQQ", 7, 0, 1, 1) + bytes(2**20))
-    path = of(tmp_path / "log.mcap", "float64 newton_port", chunk(message * 80))
-    with pytest.raises(LogError, match=r"log\.mcap: expected a log that unpacks to at most \d+ MB, for it has 0\.0"):
+    path = of(tmp_path / "log.mcap", "float64 newton_port", chunk(message * 80, how))
+    with pytest.raises(LogError, match=r"log\.mcap: expected a log that unpacks to at most \d+ MB, for it has 0\."):
         read_log(path)
 
 

@@ -3,13 +3,17 @@
 import importlib
 import tracemalloc
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pandas as pd
 import pytest
+from bags import recorded, write_mcap
+from matlab_files import structs_of, write_mat
 from places import ROOT
+from ulog_files import ulog_of
 from verbs import call, strict
 
 from undertow.measurements.clock import APART
@@ -20,6 +24,7 @@ from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding, Reach
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 
 BENCHMARKS = ROOT / "benchmarks"
@@ -108,6 +113,16 @@ def test_a_resampled_log_is_told_of(study: ModuleType, case, tmp_path: Path):
         assert words in told.sentence
 
 
+def test_a_slow_log_on_a_fine_grid_does_not_stand_still(tmp_path: Path):
+    """Where it is rounded, a straight line between two equal samples repeats one value for many rows."""
+    log = read_log(ROOT / "tests" / "data" / "D_2.csv.gz")
+    t = log.channels["u"].time
+    grid = np.arange(t[0], t[-1], 0.005)
+    moved = {n: np.interp(grid, c.time, np.unwrap(c.value) if n == "psi" else c.value) for n, c in log.channels.items()}
+    pd.DataFrame({"t": grid, **moved}).to_csv(tmp_path / "fine.csv", index=False)
+    assert {f.verdict for f in inspect_log(read_log(tmp_path / "fine.csv")).quality if f.check == "stuck"} == {"ok"}
+
+
 @pytest.mark.parametrize("name", ["port command frozen", "sway 0", "x and y exchanged", "commands of another run"])
 def test_whoever_computes_refuses_them(study: ModuleType, case, name: str, tmp_path: Path):
     path, _ = spoilt(study, case, name, tmp_path)
@@ -126,6 +141,23 @@ def test_a_clock_that_was_set_takes_no_memory_and_keeps_both_stretches(study: Mo
     assert inspection.plan.segments[1].start - inspection.plan.segments[0].end == pytest.approx(APART, abs=0.01)
     assert inspection.usable
     assert any("the clock was set at t = " in note for note in log.notes)
+
+
+@pytest.mark.parametrize("ending", [".ulg", ".mat", ".mcap"])
+def test_a_clock_that_was_set_is_told_whatever_the_format(ending: str, tmp_path: Path):
+    world, path = simulate_world(load_vehicle("blueboat_paper"), {}, duration=60.0, seed=3), tmp_path / f"log{ending}"
+    stamps = {name: getattr(world, name) for name in ("odometry_time", "command_time")}
+    world = replace(world, **{name: np.where(t > 30.0, t + 4e8, t) for name, t in stamps.items()})
+    if ending == ".ulg":
+        path.write_bytes(ulog_of(world).content)
+    else:
+        write_mat(path, structs_of(world)) if ending == ".mat" else write_mcap(path, recorded(world))
+    log = read_log(path)
+    tracemalloc.start()
+    quality = inspect_log(log).quality
+    assert tracemalloc.get_traced_memory()[1] < 100e6
+    tracemalloc.stop()
+    assert [f.sentence[:32] for f in quality if f.check == "stamps"] == ["the clock was set forward by 4e+"]
 
 
 def test_pieces_of_a_clock_that_was_set_are_told_apart_in_every_channel(tmp_path: Path):

@@ -104,6 +104,15 @@ def test_same_seed_gives_the_same_bytes(boat: Vehicle, field_log: SimulatedLog, 
     assert not list(tmp_path.glob(".*")), "no temporary file is left"
 
 
+@pytest.mark.parametrize("name", ["a.txt", "a.mat", "a.gz", "a.csv.zst"])
+def test_a_log_is_not_written_under_the_name_of_another_format(
+    name: str, field_log: SimulatedLog, tmp_path: Path
+) -> None:
+    with pytest.raises(RequestError, match=f"{name}: expected a name that ends in .csv, .csv.gz or .parquet"):
+        field_log.write(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_three_formats_hold_the_same_log(field_log: SimulatedLog, tmp_path: Path) -> None:
     text = field_log.write(tmp_path / "a.csv").read_bytes()
     assert gzip.decompress(field_log.write(tmp_path / "a.csv.gz").read_bytes()) == text

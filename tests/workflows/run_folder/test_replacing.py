@@ -223,8 +223,9 @@ def test_an_empty_file_loses_nothing_and_a_protected_one_stays(here: Path):
 
 
 def test_force_takes_the_place_of_what_others_wrote(here: Path):
-    done(*SIMULATE.split(), "notes.txt", "--force")
-    assert Path("notes.txt").read_text().startswith("time,topic,field,value\n")
+    Path("theirs.csv").write_text("mine")
+    done(*SIMULATE.split(), "theirs.csv", "--force")
+    assert Path("theirs.csv").read_text().startswith("time,topic,field,value\n")
 
 
 # Marks
