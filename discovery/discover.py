@@ -22,6 +22,7 @@ from .candidates.unnamed_terms import term_candidate
 from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
 from .evidence.limits import as_timed, believed, doubts
+from .evidence.record_errors import record_errors
 from .evidence.verdicts import Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
@@ -130,6 +131,8 @@ def _conclude(basis: Basis, looked: Selected) -> Discovery:
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))
+    sensors = record_errors(search, final.vehicle, final.active, found)
+    findings = findings.but(sensors=sensors)
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, lawful, found)
     error = np.sqrt(final.fit.held_out)
@@ -139,7 +142,8 @@ def _conclude(basis: Basis, looked: Selected) -> Discovery:
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
             headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
             findings = findings.but(verdict="undecided", headline=headline)
-    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, looked.notes)
+    notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict == "present"))
+    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes)
 
 
 def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:

@@ -92,6 +92,23 @@ class FoundEffect(Record):
         return self.reason is not None and self.reason.cannot_tell
 
 
+class SensorError(Record):
+    """What a sensor, or the log's record of one, does wrong: the vehicle stays as it is.
+
+    Attributes
+    ----------
+    error : "channel_offset" for commands that are recorded early or late
+    verdict : "present", "possible" or "no evidence"
+    sentence : the finding in words
+    terms : its numbers
+    """
+
+    error: Literal["channel_offset"]
+    verdict: Literal["present", "possible", "no evidence"]
+    sentence: str = ""
+    terms: tuple[FoundTerm, ...] = ()
+
+
 class Calibrated(Record):
     """One parameter before and after.
 
@@ -235,6 +252,7 @@ class Findings(Record):
     missing : effects that the tool would add, the most valuable first
     candidates : every effect of the catalogue, best first
     unnamed : terms that nobody has named but the log asks for
+    sensors : what the sensors and their record do wrong
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same
@@ -255,6 +273,7 @@ class Findings(Record):
     missing: tuple[str, ...]
     candidates: tuple[FoundEffect, ...]
     unnamed: tuple[FoundTerm, ...] = ()
+    sensors: tuple[SensorError, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
     left: tuple[Left, ...] = ()
     absorbed: tuple[str, ...] = ()

@@ -27,10 +27,14 @@ def is_logged_on_change(channel: Channel) -> bool:
     """
     if channel.time.size < 3:
         return True
-    steps = np.diff(channel.time)
-    beat = np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5)
     repeats = np.mean(np.diff(channel.value) == 0.0)
-    return bool(repeats < 0.01 and beat < 0.5)
+    return bool(repeats < 0.01 and not has_beat(channel))
+
+
+def has_beat(channel: Channel) -> bool:
+    """Whether a channel was logged at a rate: at least half of its steps are near the median step."""
+    steps = np.diff(channel.time)
+    return steps.size > 1 and bool(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) >= 0.5)
 
 
 def gaps(channel: Channel, limit: float) -> list[Span]:
