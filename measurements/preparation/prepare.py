@@ -14,7 +14,17 @@ from ..log import Log
 from .dataset import PAPER, WEAK, DataSet, Recipe
 from .derive import smooth
 from .needs import command_channels, require
-from .resampling import Span, derivative, even_grid, gap_limit, gaps, has_beat, is_logged_on_change, samples, segments
+from .resampling import (
+    Span,
+    command_step,
+    derivative,
+    even_grid,
+    gap_limit,
+    gaps,
+    is_logged_on_change,
+    samples,
+    segments,
+)
 
 __all__ = ["PAPER", "WEAK", "DataSet", "Recipe", "native_rate", "prepare", "usable_spans"]
 
@@ -217,7 +227,7 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         source=str(log.path),
         run_up=commands[:steps_back] if steps_back else None,
         air=air,
-        command_step=max((c.period for c in channels if has_beat(c)), default=0.0),
+        command_step=command_step(channels),
         out_of_step=log.out_of_step,
     )
 

@@ -1,6 +1,6 @@
 """From samples at any instants to an even time base: gaps, stretches, stamps, derivatives."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -13,6 +13,8 @@ _LEAST_GAP = 0.5
 """Step that is always bridged [s]: in half a second a boat changes its speed little."""
 _GAP_PERIODS = 5.0
 """Periods of a slow channel that are bridged: four rows may be lost."""
+_SLOWEST = 1.1
+"""Longest step of a rate [s]: of 1 Hz, with jitter."""
 
 
 def gap_limit(channel: Channel, max_gap: float | None) -> float:
@@ -27,14 +29,18 @@ def is_logged_on_change(channel: Channel) -> bool:
     """
     if channel.time.size < 3:
         return True
-    repeats = np.mean(np.diff(channel.value) == 0.0)
-    return bool(repeats < 0.01 and not has_beat(channel))
-
-
-def has_beat(channel: Channel) -> bool:
-    """Whether a channel was logged at a rate: at least half of its steps are near the median step."""
     steps = np.diff(channel.time)
-    return steps.size > 1 and bool(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) >= 0.5)
+    beat = np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5)
+    repeats = np.mean(np.diff(channel.value) == 0.0)
+    return bool(repeats < 0.01 and beat < 0.5)
+
+
+def command_step(channels: Iterable[Channel]) -> float:
+    """The longest time from one record to the next among commands that were logged at a rate [s]; else 0.
+
+    Steps of more than a second are no rate but manoeuvres, of which only the changes were logged.
+    """
+    return max((c.period for c in channels if c.period <= _SLOWEST), default=0.0)
 
 
 def gaps(channel: Channel, limit: float) -> list[Span]:
