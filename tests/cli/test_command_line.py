@@ -23,6 +23,8 @@ from verbs import call, done, files, inspected, process, refused, strict
 import undertow
 from undertow.__main__ import main
 from undertow.physics.vehicle import load_vehicle
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.scores import rollout_scores
 
 VERBS = ("demo", "inspect", "compare", "discover", "fit", "add", "simulate", "report")
 HIDDEN = "surge_quadratic_damping"
@@ -153,12 +155,13 @@ def test_inspect_as_a_table_and_as_json(place: Path) -> None:
     assert written == {"schema": "undertow.inspections/1", "logs": [content]}
 
 
-def test_compare_takes_run_folders_and_vehicle_files(place: Path) -> None:
+def test_compare_takes_run_folders_and_vehicle_files(place: Path, here: Path) -> None:
     models = ["--model", place / "run", "--model", place / "run" / "model.yaml", "--model", "blueboat"]
     words = ["compare", place / "log.csv", "-v", "blueboat", *models]
     table = done(*words)
     assert all(word in table for word in ("nominal", "run", "model.yaml", "Predictions on", "10 s", "Where it fails"))
-    content = strict(done(*words, "--json"))
+    content = strict(done(*words, "--json", "--out", here / "comparison.json"))
+    assert strict((here / "comparison.json").read_text()) == content
     check_comparison(content)
     nominal, _, _, _, run, file, same = content["models"]
     assert [m["name"] for m in content["models"]] == [*REFERENCES, "run", str(place / "run" / "model.yaml"), "blueboat"]
@@ -171,11 +174,13 @@ def test_compare_takes_run_folders_and_vehicle_files(place: Path) -> None:
 
 
 def test_compare_judges_on_the_part_that_was_asked_for(place: Path) -> None:
+    content = strict(done("compare", place / "log.csv", "-v", "blueboat", "--split", "train", "--json"))
+    nominal = VehicleModel(load_vehicle("blueboat"), "nominal")
     starts = {}
     for part in ("test", "validation", "train", "all"):
-        content = strict(done("compare", place / "log.csv", "-v", "blueboat", "--split", part, "--json"))
-        assert content["split"] == part
-        starts[part] = content["models"][0]["rollout"]["2"]["starts"]
+        judged = undertow.read_inputs(place / "log.csv", "blueboat", judge=part).parts.judged
+        starts[part] = rollout_scores(nominal, judged, (2.0,))["2"].starts
+    assert (content["split"], content["models"][0]["rollout"]["2"]["starts"]) == ("train", starts["train"])
     assert starts["all"] == starts["test"] + starts["validation"] + starts["train"]
 
 
@@ -190,6 +195,13 @@ def test_models_of_one_name_are_told_apart(place: Path, here: Path) -> None:
     assert [m["name"] for m in strict(done(*words))["models"]] == [*REFERENCES, "model", "other/model.yaml", "run"]
 
 
+@pytest.fixture
+def searched(found: undertow.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search has been made."""
+    monkeypatch.setattr("undertow.workflows.discover_and_add.discover", lambda *_, **__: found)
+
+
+@pytest.mark.usefixtures("searched")
 def test_discover_prints_the_story(place: Path, here: Path) -> None:
     result = call("discover", place / "log.csv", "-v", "blueboat", "--out", "run", "--no-report")
     assert result.exit_code == 0
@@ -215,6 +227,7 @@ def test_discover_says_what_could_not_be_judged(here: Path) -> None:
     assert "Corrected vehicle" not in said
 
 
+@pytest.mark.usefixtures("searched")
 def test_discover_prints_only_json_when_asked(place: Path, here: Path) -> None:
     result = call("discover", place / "log.csv", "-v", "blueboat", "--out", "run", "--no-report", "--json")
     assert result.exit_code == 0
@@ -271,7 +284,8 @@ def test_several_logs_are_one_data_set(place: Path, here: Path) -> None:
     done("simulate", "-v", "blueboat", "--duration", "40", "--seed", "5", "--out", "other.csv")
     content = strict(done("compare", place / "log.csv", "other.csv", "-v", "blueboat", "--json"))
     assert content["logs"] == [str(place / "log.csv"), "other.csv"]
-    done("discover", place / "log.csv", "other.csv", "-v", "blueboat", "--out", "run")
+    inputs = undertow.read_inputs([place / "log.csv", "other.csv"], "blueboat")
+    undertow.write_run(undertow.add([HIDDEN], inputs), "run")
     inspected = strict(Path("run/inspection.json").read_text())
     assert [log["path"] for log in inspected["logs"]] == content["logs"]
     page = Path("run/report.html").read_text()
