@@ -12,6 +12,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background
 LONG = (
     "tests/cli/test_command_line.py",
     "tests/comparison/test_audit.py",
+    "tests/comparison/test_planted_and_honest.py",
     "tests/discovery/test_field_logs.py",
     "tests/discovery/test_catalogue.py",
     "tests/discovery/test_gazebo.py",
@@ -46,6 +47,7 @@ LONG = (
     "tests/cli/test_bag_verbs.py",
     "tests/residuals/models/test_model_files.py",
     "tests/comparison/test_overlap.py",
+    "tests/comparison/test_knife_edges.py",
     "tests/discovery/balance/test_shooting.py",
     "tests/workflows/test_main_job_honesty.py",
     "tests/discovery/calibration/test_adapt.py",
