@@ -204,10 +204,13 @@ def test_stiff_damping_is_no_unbounded_speed(rate: float):
 
 
 def test_what_grows_is_not_damped_by_the_step():
+    commands = np.zeros((1, 601, 1))
     for rate in (0.5, 30.0, 1000.0):
-        found = rolled(lambda nu, psi, c, rate=rate: rate * nu + 1e-3, np.zeros((1, 601, 1)), 60.0)
+        found = rolled(lambda nu, psi, c, rate=rate: rate * nu + 1e-3, commands, 60.0)
         assert found.diverged.all(), rate
-    turning = rolled(lambda nu, psi, c: nu @ np.array([[-1.0, -9, 0], [9.0, -1, 0], [0, 0, -1.0]]).T + 1.0, MET, 60.0)
+    turning = rolled(
+        lambda nu, psi, c: nu @ np.array([[-1.0, -9, 0], [9.0, -1, 0], [0, 0, -1.0]]).T + 1.0, commands, 60.0
+    )
     assert np.abs(turning.states[..., 3:]).max() < 2.0
 
 

@@ -137,9 +137,6 @@ def test_outside_the_envelope(sign: float, verdict: str):
     assert judged(Dissipation(), model).verdict == "pass"
 
 
-MET = np.zeros((1, 601, 1))
-
-
 def hump(depth: float) -> FunctionModel:
     """A hull whose surge drag falls beyond 1 m/s by this share of itself."""
 
