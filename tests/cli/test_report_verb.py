@@ -52,12 +52,6 @@ def fleet(samples, tmp_path, monkeypatch):
     return tmp_path / "fleet"
 
 
-@pytest.fixture
-def bare(monkeypatch):
-    """Pages of single runs without figures, where they are not what is looked at."""
-    monkeypatch.setattr("undertow.workflows.report.page", lambda run: "<!doctype html><title>bare</title>")
-
-
 def fake_browser(folder: Path, script: str) -> Path:
     path = folder / "browser"
     path.write_text(f"#!/bin/sh\n{script}\n")
@@ -68,7 +62,6 @@ def fake_browser(folder: Path, script: str) -> Path:
 # One run, several runs
 
 
-@pytest.mark.usefixtures("bare")
 def test_one_run_gets_its_page(fleet):
     assert done("report", "one") == "one/report.html\n"
     assert not Path("report.html").exists()
@@ -90,8 +83,8 @@ def test_several_runs_get_a_page_each_and_one_for_all(fleet):
     assert "http" not in page
 
 
-@pytest.mark.usefixtures("bare")
-def test_the_page_for_all_links_to_each_run_from_where_it_lies(fleet):
+def test_the_page_for_all_links_to_each_run_from_where_it_lies(fleet, monkeypatch):
+    monkeypatch.setattr("undertow.workflows.report.page", lambda run: "<!doctype html><title>no figures</title>")
     Path("elsewhere").mkdir()
     done("report", "one", "two", "--out", "elsewhere/all.html")
     links = [link for link in re.findall(r'href="([^"]*)"', Path("elsewhere/all.html").read_text()) if link[0] != "#"]
@@ -205,7 +198,6 @@ def test_without_a_browser_the_hint_says_how_to_get_one(fleet, monkeypatch):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the stand-in for a browser is a shell script")
-@pytest.mark.usefixtures("bare")
 def test_a_browser_is_asked_for_every_page(fleet, monkeypatch):
     script = 'for word in "$@"; do case $word in --print-to-pdf=*) printf %s-pretend "%PDF" > "${word#*=}";; esac; done'
     monkeypatch.setenv("CHROME", str(fake_browser(fleet, script.replace('"%PDF"', "'%PDF'"))))
