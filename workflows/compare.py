@@ -77,11 +77,14 @@ def _compared(
     for path in given:
         if given.count(path) > 1:
             raise RequestError(f"model {path} is given twice; give it once")
+    loaded = [_comparable(path, inputs) for path in given]  # before the fits, which take seconds
     found, notes = reference_models(inputs, middle)
     asked = [("", found[0])]
-    for path in given:
-        asked.append((path, _comparable(path, inputs, [model.name for model in found])))
-        found.append(asked[-1][1])
+    for path, model in zip(given, loaded, strict=True):
+        if model.name in [other.name for other in found]:
+            model.name = path
+        asked.append((path, model))
+        found.append(model)
     named = [model for model in found if model.kind != BASELINE]
     judged = [judge(model, inputs.parts) for model in found]
     if series_file is not None:
@@ -90,10 +93,8 @@ def _compared(
     return comparison(judged, inputs, timed=True, notes=[*notes, *fitted_notes(asked, inputs)])
 
 
-def _comparable(path: str, inputs: Inputs, taken: Sequence[str]) -> Model:
-    """A model that takes the commands that the logs were prepared for, under a name of its own."""
+def _comparable(path: str, inputs: Inputs) -> Model:
+    """A model that takes the commands that the logs were prepared for."""
     model = load_model(path, inputs.vehicle)
-    if model.name in taken:
-        model.name = path
     check_commands(model, inputs)
     return model

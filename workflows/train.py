@@ -8,8 +8,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..comparison.audit import audit_along
-from ..comparison.comparison import judge, row
+from ..comparison.audit import Audit, audit_along
+from ..comparison.comparison import Judged, judge, row
 from ..comparison.facts import ComparedModel
 from ..measurements.log_digests import log_digests
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
@@ -18,9 +18,10 @@ from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
 from ..physics.in_words import listing
 from ..physics.reading import Plain
-from ..residuals.models.base import VehicleModel
+from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
+from ..residuals.scores import evaluate
 from ..residuals.training.training_settings import Augmentation, Choice, TrainingSettings
 from .run_folder.run import Say
 from .run_folder.targets import check_target_folder
@@ -163,6 +164,12 @@ def train(
     require_torch()
     from ..residuals.training.epochs import train as train_network
 
+    audits: list[Audit] = []
+
+    def keeps_all_laws(model: Model) -> bool:
+        audits.append(audit_along(model, inputs.parts))
+        return audits[-1].verdict == "pass"
+
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
@@ -173,7 +180,7 @@ def train(
             folder=target,
             resume=resume,
             progress=progress,
-            auditor=lambda model: audit_along(model, inputs.parts).verdict == "pass",
+            auditor=keeps_all_laws,
         )
     if target is not None:
         logs = [Path(path).name for path in inputs.paths]
@@ -181,9 +188,10 @@ def train(
         digests = [{**item, "path": name} for item, name in zip(log_digests(inputs.paths), logs, strict=True)]
         training = {"logs": logs, "log_sha256": digests, **warned, **found.to_dict()}
         save_network(found.model, target, training, force=force)
-    both = (VehicleModel(inputs.vehicle, "nominal", "physics"), found.model)
-    nominal, network = (row(judge(model, inputs.parts)) for model in both)
-    return TrainRun(inputs, found, (nominal, network))
+    nominal = judge(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts)
+    kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
+    network = Judged(found.model, evaluate(found.model, inputs.parts.judged), kept)
+    return TrainRun(inputs, found, (row(nominal), row(network)))
 
 
 def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, progress: Say | None = None) -> TrainRun:

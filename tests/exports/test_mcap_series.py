@@ -15,10 +15,11 @@ from verbs import call, done, refused, strict
 
 import undertow
 from undertow.discovery.candidates.effect_forces import effect_forces, effects_between
-from undertow.exports.mcap_series import Prediction, write_series
+from undertow.exports.mcap_series import Prediction, compared, write_series
 from undertow.measurements.preparation.split import PARTS
 from undertow.physics.forces import modelled_force
 from undertow.physics.worlds.world import simulate_world
+from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.residual import same_filter
 from undertow.residuals.series import stretches
 
@@ -230,14 +231,19 @@ def test_a_number_that_is_not_finite_is_left_out(run: undertow.Run, tmp_path: Pa
     assert [len(found.messages[f"/predicted/{name}/pose"]) for name in ("before", "after")] == [rows, rows - 1]
 
 
+def nominal_series(inputs: undertow.Inputs, path: Path) -> Path:
+    """The series of the nominal model, as `compare` writes it."""
+    told = compared([VehicleModel(BOAT, "nominal")], inputs.parts, inputs.channels)
+    return write_series(path, told, inputs.channels, inputs.parts, inputs.starts)
+
+
 @pytest.mark.parametrize(("start", "moved"), [(7.5, 0), (1.7e9, 0), (-30.25, 31)])
 def test_stamps_are_those_of_the_log(start: float, moved: int, place: Path, tmp_path: Path) -> None:
     log = pd.read_csv(place / "log.csv")
     log["time"] += start
     log.to_csv(tmp_path / "log.csv", index=False)
     inputs = undertow.read_inputs(tmp_path / "log.csv", BOAT)
-    undertow.compare(inputs, [], tmp_path / "a.mcap")
-    found = Recording(tmp_path / "a.mcap")
+    found = Recording(nominal_series(inputs, tmp_path / "a.mcap"))
     # The world's own stamps have a microsecond in a CSV, and a double that counts from 1970 a quarter of one.
     begun = min(motion.time[0] for motion in undertow.read_inputs(place / "log.csv", BOAT).parts.split.train.motions)
     assert found.stamps["/measured"][0] == pytest.approx((begun + start + moved) * 1e9, abs=600)
@@ -249,8 +255,7 @@ def test_several_logs_have_topics_of_their_own(place: Path, tmp_path: Path) -> N
     simulate_world(BOAT, {}, duration=60.0, seed=8).write(tmp_path / "other.csv")
     paths = [place / "log.csv", tmp_path / "other.csv"]
     inputs = undertow.read_inputs(paths, BOAT)
-    undertow.compare(inputs, [], tmp_path / "a.mcap")
-    found = Recording(tmp_path / "a.mcap")
+    found = Recording(nominal_series(inputs, tmp_path / "a.mcap"))
     assert [found.metadata[f"log{k}"] for k in range(2)] == [str(path) for path in paths]
     assert {topic.split("/")[1] for topic in found.messages} == {"log0", "log1"}
     rows = [sum(s.motion.time.size for s in stretches(inputs.parts) if s.log == k) for k in range(2)]
@@ -266,11 +271,13 @@ def test_compare_writes_every_model_under_its_name(
         "def still(velocity, heading, commands):\n    return 0.0 * velocity\n", "utf-8"
     )
     models = ["--model", written, "--model", "lent_boats:still"]
-    words = ["compare", place / "log.csv", "-v", "blueboat", *models, "--series", "a.mcap"]
-    assert "Series for Foxglove and PlotJuggler: a.mcap" in done(*words)
-    assert strict(done(*words[:-1], "b.mcap", "--json"))["schema"] == "undertow.comparison/1"
-    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
-    found = Recording(tmp_path / "a.mcap")
+    words = ["compare", place / "log.csv", "-v", "blueboat", "--series"]
+    assert "Series for Foxglove and PlotJuggler: a.mcap" in done(*words, "a.mcap", *models)
+    assert strict(done(*words, "b.mcap", "--json"))["schema"] == "undertow.comparison/1"
+    found, fewer = Recording(tmp_path / "a.mcap"), Recording(tmp_path / "b.mcap")
+    assert len(fewer.messages) < len(found.messages)
+    for topic, messages in fewer.messages.items():
+        assert (found.messages[topic], found.stamps[topic]) == (messages, fewer.stamps[topic])
     assert {"/residual/nominal", "/residual/run", "/residual/lent_boats_still"} <= set(found.messages)
     effects = [found.forces(f"/effects/run/{name}") for name in TOPICS]
     assert sum(effects) == pytest.approx(found.forces("/residual/nominal") - found.forces("/residual/run"), abs=1e-5)
@@ -304,11 +311,13 @@ def test_without_the_extra_a_run_is_whole_but_for_it_and_says_so(
     ]
 
 
-def test_the_verb_says_that_the_extra_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_verb_says_that_the_extra_is_missing(
+    place: Path, run: undertow.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "mcap.writer", None)
-    simulate_world(BOAT, {"X_uu": -12.0}, duration=60.0).write("log.csv")
-    result = call("discover", "log.csv", "-v", "blueboat", "--out", "run", "--no-report")
+    monkeypatch.setattr("undertow.workflows.discover_and_add.discover", lambda *_, **__: run)
+    result = call("discover", place / "log.csv", "-v", "blueboat", "--out", "run", "--no-report")
     assert result.exit_code == 0
     assert "pip install 'undertow[logs]'" in result.stderr
     assert "Foxglove" not in result.stdout

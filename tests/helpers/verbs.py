@@ -4,6 +4,7 @@ import json
 import os
 import re
 import subprocess
+import sysconfig
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -11,6 +12,9 @@ from places import ROOT
 from typer.testing import CliRunner, Result
 
 from undertow.__main__ import app
+
+SCRIPT = Path(sysconfig.get_path("scripts"), "undertow")
+"""The command that users type."""
 
 
 def call(*words: str | Path) -> Result:

@@ -157,7 +157,7 @@ def test_a_topic_of_endless_names_is_cut_off_and_says_so(tmp_path):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("run")
-    simulate_world(BOAT, {"X_uu": -12.0}, duration=240.0, seed=0).write(folder / "log.csv")
+    simulate_world(BOAT, {"X_uu": -12.0}, duration=120.0, seed=0).write(folder / "log.csv")
     done("discover", folder / "log.csv", "-v", "blueboat", "--no-report", "--out", folder / "run")
     return folder / "run"
 
