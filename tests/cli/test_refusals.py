@@ -3,6 +3,7 @@
 import gzip
 import os
 import random
+import re
 import sys
 from io import StringIO
 from pathlib import Path
