@@ -94,9 +94,9 @@ class Flattened:
             signals[11], signals[12] = apparent_wind(x[2], (x[3], x[4]), air)
             signals[13] = np.hypot(signals[11], signals[12])
         products, factor = self._products
-        np.take(signals, self._places[0], axis=0, out=products, mode="clip")
+        signals.take(self._places[0], 0, products, "clip")
         for places in self._places[1:]:
-            products *= np.take(signals, places, axis=0, out=factor, mode="clip")
+            products *= signals.take(places, 0, factor, "clip")
         np.matmul(self._weights, products, out=out[3:6])
         out[3:6] += push if loss is None else push - loss * signals[1]
         if self._moving:
