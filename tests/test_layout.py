@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -75,7 +75,27 @@ def normalised(requirement: str) -> str:
 
 
 SOURCES = source_files()
-EVERY_SOURCE = pytest.mark.parametrize("path", SOURCES, ids=str)
+
+
+def of_each(paths: Sequence[Path]) -> Callable[[Callable[[Path], None]], Callable[[], None]]:
+    """Ask every file in one test: as a test for each, they would take longer to count than to run."""
+
+    def test_of(check: Callable[[Path], None]) -> Callable[[], None]:
+        def test() -> None:
+            broken = []
+            for path in paths:
+                try:
+                    check(path)
+                except AssertionError as error:
+                    broken.append(f"{path}: {error}")
+            assert not broken, "\n".join(broken)
+
+        return test
+
+    return test_of
+
+
+EVERY_SOURCE = of_each(SOURCES)
 
 
 # The packages
@@ -167,7 +187,7 @@ def test_imports_run_downstairs(path: Path):
         assert FLOORS.index(target[0]) <= FLOORS.index(floor), f"{path} imports {'.'.join(target)} from upstairs"
 
 
-@pytest.mark.parametrize("path", [p for p in SOURCES if p.parts[0] == "discovery" and p.name != "__init__.py"], ids=str)
+@of_each([p for p in SOURCES if p.parts[0] == "discovery" and p.name != "__init__.py"])
 def test_the_rooms_of_discovery_keep_the_order_of_the_method(path: Path):
     here = path.with_suffix("").parts[1]
     assert here in DISCOVERY, f"{here} has no place in the order of discovery"
@@ -265,7 +285,7 @@ def test_every_public_module_says_what_it_is_for(path: Path):
     assert (ast.get_docstring(parsed(path)) or "").strip(), f"{path} has no docstring"
 
 
-@pytest.mark.parametrize("path", [p for p in SOURCES if ">>> " in (ROOT / p).read_text(encoding="utf-8")], ids=str)
+@of_each([p for p in SOURCES if ">>> " in (ROOT / p).read_text(encoding="utf-8")])
 def test_the_doctests_of(path: Path):
     # pytest --doctest-modules would load the package a second time, under the name of the checkout's folder.
     failed, attempted = doctest.testmod(importlib.import_module(module_name(path)))
@@ -319,7 +339,7 @@ def unreasoned(module: ast.Module, lines: Sequence[str]) -> list[str]:
     return [name for block in blocks for names in block for name in names]
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=str)
+@EVERY_SOURCE
 def test_every_number_has_a_reason(path: Path):
     assert unreasoned(parsed(path), (ROOT / path).read_text(encoding="utf-8").splitlines()) == []
 
