@@ -1,4 +1,4 @@
-"""The unit of speeds that no position confirms: by the accelerometer, or by what the vehicle's thrusters can do."""
+"""The unit of speeds that no position confirms: by the accelerometer, or by what the thrusters do to the vehicle."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -22,6 +22,11 @@ _CLEARLY = 0.5
 more, since it does not divide speed, drag and acceleration alike."""
 _FINE = 0.1
 """Share by which a record may differ from a unit: sensors are calibrated to some per cent, and forces known to ten."""
+_FOLLOWS = 0.9
+"""Share of the changes of speed that thrust and any drag explain where both are the boat's own: field noise and a
+hidden effect leave 0.99."""
+_CERTAIN = 12.0
+"""Times its error that a factor must be: units lie a factor of 1.15 and more apart."""
 
 
 def speed_unit(records: Sequence[Record], units: Mapping[float, str]) -> list[Finding]:
@@ -36,7 +41,7 @@ def speed_unit(records: Sequence[Record], units: Mapping[float, str]) -> list[Fi
     if not having:
         return []
     channels = ("u", "v") if all("v" in record.log.channels for record in having) else ("u",)
-    judged = _by_accelerometer(having), _by_vehicle(having, [1.0, *units])
+    judged = _by_accelerometer(having), _by_vehicle(having, [1.0, *units]), _by_mass(having)
     for factor, witness in judged:
         if factor is None:
             continue
@@ -99,9 +104,24 @@ def _by_accelerometer(records: Sequence[Record]) -> tuple[float | None, str]:
             felt = np.interp(motion.time, channel.time, channel.value)
             rows.append(_changes(surge, [np.ones_like(surge), surge * np.abs(surge)], felt, -sway * rate))
     fit = _fit(rows)
-    if fit is None or fit.explained < 0.5 or not fit.certain(0, 12.0):
+    if fit is None or fit.explained < 0.5 or not fit.certain(0, _CERTAIN):
         return None, ""
     return float(fit.values[0]), "the accelerometer"
+
+
+def _by_mass(records: Sequence[Record]) -> tuple[float | None, str]:
+    """How much slower the thrust changes the speeds than it should, by the vehicle's mass, whatever its drag may be."""
+    rows, length = [], round(_PIECE * RATE)
+    for vehicle, motion in _driven(records):
+        push = modelled_acceleration(vehicle, replace(motion, velocity=np.zeros_like(motion.velocity)))[:, 0]
+        surge, sway, rate = motion.velocity.T
+        besides = np.column_stack([push, surge, surge * np.abs(surge), sway * rate])
+        total = np.concatenate([np.zeros((1, besides.shape[1])), np.cumsum(besides, axis=0) / RATE])[:-1]
+        rows.append((np.diff(surge[::length]), np.diff(total[::length], axis=0)))
+    fit = _fit(rows)
+    if fit is None or fit.explained < _FOLLOWS or not fit.certain(0, _CERTAIN) or fit.values[0] <= 0.0:
+        return None, ""
+    return 1.0 / float(fit.values[0]), "the vehicle's mass, as its thrusters push it,"
 
 
 def _changes(surge: Array, besides: Sequence[Array], felt: Array, turning: Array) -> tuple[Array, Array]:
@@ -122,14 +142,19 @@ def _fit(rows: Sequence[tuple[Array, Array]]) -> Fit | None:
     return robust_fit(columns, target, np.arange(target.shape[0]))
 
 
-def _by_vehicle(records: Sequence[Record], factors: Sequence[float]) -> tuple[float | None, str]:
-    """The factor with which speeds follow the vehicle's thrust and drag best; None where no other is clearly worse."""
-    motions = [
+def _driven(records: Sequence[Record]) -> list[tuple[Vehicle, Motion]]:
+    """Every stretch with commands, and the vehicle that they drive."""
+    return [
         (record.vehicle, motion)
         for record in records
         for stretch in record.stretches
         if record.vehicle is not None and (motion := record.driven(stretch)) is not None
     ]
+
+
+def _by_vehicle(records: Sequence[Record], factors: Sequence[float]) -> tuple[float | None, str]:
+    """The factor with which speeds follow the vehicle's thrust and drag best; None where no other is clearly worse."""
+    motions = _driven(records)
     if sum(motion.duration for _, motion in motions) < _LEAST_PIECES * _PIECE:
         return None, ""
     errors = {factor: _error(motions, factor) for factor in factors}
