@@ -30,6 +30,7 @@ class Motion:
         when the stretch begins with the log
     air : (n, 2) velocity of the air over ground, towards north and east [m/s], from an anemometer; None where there is
         none, and the air is then taken to be still
+    derived : which velocities are derivatives of positions or of the heading, so that their noise is no white one
     command_step : time between two records of the commands [s]; 0 where it is not known
     out_of_step : by how much its columns may be out of step with each other, as far as the log's reader can tell [s]
 
@@ -48,6 +49,7 @@ class Motion:
     source: str = ""
     run_up: Array | None = None
     air: Array | None = None
+    derived: tuple[bool, bool, bool] = (False, False, False)
     command_step: float = 0.0
     out_of_step: float = 0.0
 

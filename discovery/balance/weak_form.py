@@ -12,7 +12,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...measurements.statistics.white_noise import sensor_noise
+from ...measurements.statistics.white_noise import drawn_noise, sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import modelled_force
 from ...physics.frames import FORCE_UNITS, Array
@@ -69,7 +69,7 @@ class WeakForm(Balance):
         self.noise = np.zeros(3) if self.claimed else sensor_noise(self.motions)
         rng = np.random.default_rng(_NOISE_SEED)
         copies = settings.copies if (self.noise > LEAST_NOISE).any() else 0
-        drawn = [[self.noise * rng.standard_normal(m.velocity.shape) for m in self.motions] for _ in range(copies)]
+        drawn = [[drawn_noise(m, self.noise, rng) for m in self.motions] for _ in range(copies)]
         velocities = [
             np.stack([m.velocity, *(m.velocity + noise[k] for noise in drawn)]) for k, m in enumerate(self.motions)
         ]

@@ -227,6 +227,7 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         source=str(log.path),
         run_up=commands[:steps_back] if steps_back else None,
         air=air,
+        derived=("u" not in part, "v" not in part, "r" not in part),
         command_step=command_step(channels),
         out_of_step=log.out_of_step,
     )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.frames import Array
+from ....physics.thrusters import command_of, resting_commands
 from ...alignment import band_passed
 from ..finding import Check, Finding, Reach
 from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of, unexplained
@@ -43,6 +44,10 @@ _ANSWERS = 0.12
 0.09 by chance, the right ones 0.3 or more."""
 _LEAST_ANSWERED = 60.0
 """Motion that is needed [s]: over less, commands of another run explain more by chance."""
+_MOST = 0.5
+"""Share of the log for which one of a pair is held, from which that is no manoeuvre."""
+_ALIKE = 0.1
+"""Share of an arm, or of full command, within which two are the same."""
 
 
 @final
@@ -59,7 +64,7 @@ class Drive(Check):
         modelled = all(part.modelled for part in parts)
         found = [f for k in range(len(names)) if (f := _stood_still(having, parts, names, k, modelled)) is not None]
         found = found or _of_another_run(parts, names) or _all_stood_still(parts, names)
-        return found or [_sound(parts, names)]
+        return found or _held_beside_their_twins(having, parts, names) or [_sound(parts, names)]
 
 
 def _stood_still(
@@ -89,6 +94,47 @@ def _stood_still(
         f"of surge and yaw goes together (correlation {together:.2f})"
     )
     return _broken(text, together, (name,), f"the record of {name} stands still while its thruster works")
+
+
+def _held_beside_their_twins(records: Sequence[Record], parts: Sequence[Part], names: list[str]) -> list[Finding]:
+    """The findings that a thruster was held at a push while the one that mirrors it worked, for most of the log.
+
+    The pair's common push then follows from the one that moves, and what it does alone passes for effects.
+    """
+    found = []
+    whole = sum(part.rates.shape[0] for part in parts) * STEP
+    for place, other in _mirrored(records, names):
+        rows = [part.long[:, place] & ~part.long[:, other] for part in parts]
+        seconds = sum(int(np.count_nonzero(use)) for use in rows) * STEP
+        if seconds < max(_LEAST_ANSWERED, _MOST * whole) or _idle(records, names[place]):
+            continue
+        text = (
+            f"{names[place]} stands still for {seconds:.0f} s at a push, while {names[other]} on the other side moves; "
+            "whether its thruster was held, or its record is frozen, the log cannot tell"
+        )
+        found.append(_broken(text, seconds, (names[place],), f"{names[place]} stands still beside its twin", "s"))
+    return found
+
+
+def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, int]]:
+    """Places of thrusters that mirror each other about the centre line, either way round."""
+    vehicle = next((record.vehicle for record in records if record.vehicle), None)
+    known = [(names.index(t.channel), t.x, t.y) for t in (vehicle.thrusters if vehicle else ()) if t.channel in names]
+    return [
+        (place, other)
+        for place, x, y in known
+        for other, x2, y2 in known
+        if place != other and np.hypot(x - x2, y + y2) < _ALIKE * abs(y)
+    ]
+
+
+def _idle(records: Sequence[Record], name: str) -> bool:
+    """Whether the value at which a command mostly stands is one at which its thruster does not push."""
+    usual = float(np.median(np.concatenate([r.log.channels[name].value for r in records if name in r.log.channels])))
+    thruster = next(t for r in records if r.vehicle for t in r.vehicle.thrusters if t.channel == name)
+    low, high = resting_commands(thruster) or (np.inf, -np.inf)
+    slack = _ALIKE * abs(float(np.diff(command_of(thruster, np.array([0.0, 1.0])))[0]))
+    return low - slack <= usual <= high + slack
 
 
 def _all_stood_still(parts: Sequence[Part], names: list[str]) -> list[Finding]:
