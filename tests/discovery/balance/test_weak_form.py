@@ -12,6 +12,7 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Linearisation, Option
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores, bounded_solve
+from undertow.measurements.statistics.white_noise import drawn_noise, sensor_noise
 from undertow.physics.errors import RequestError
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
@@ -208,3 +209,25 @@ def test_noise_of_a_column_is_what_noisier_copies_change_in_it() -> None:
     assert np.array_equal(linear.columns[..., -1], balances[0])
     assert np.array_equal(linear.noise[..., -1], balances[1:] - balances[0])
     assert np.abs(linear.noise[..., -1]).max() > 0.1
+
+
+def test_the_noise_of_derived_speeds_is_that_of_differences():
+    rng, step, size = np.random.default_rng(4), 0.05, 0.03
+    motion = simulate_world(HULL, {}, duration=200.0, noise="clean", seed=3).motion(step)
+    place = size * rng.standard_normal(motion.time.size)
+    velocity = motion.velocity.copy()
+    velocity[:, 0] += np.gradient(place, step)
+    noisy = replace(motion, velocity=velocity)
+    level = sensor_noise([noisy])
+    drawn = drawn_noise(replace(noisy, derived=(True, True, False)), level, rng)[:, 0]
+    assert drawn.std() == pytest.approx(np.gradient(place, step).std(), rel=0.1)
+    assert np.cumsum(step * drawn).std() < 2.0 * size  # white noise would have wandered thirty times as far
+    # What passes the test functions is as much as of the noise in the log itself, and less than of white noise.
+    white, colored = (
+        Search(WeakForm([m], WeakSettings()), HULL, candidates(HULL), SearchSettings()).noise_error[0]
+        for m in (noisy, replace(noisy, derived=(True, True, False)))
+    )
+    clean = WeakForm([motion], WeakSettings()).balance(HULL)[:, 0]
+    left = np.sqrt(((WeakForm([noisy], WeakSettings()).balance(HULL)[:, 0] - clean) ** 2).mean())
+    assert white > 2.0 * left
+    assert colored == pytest.approx(left, rel=0.3)

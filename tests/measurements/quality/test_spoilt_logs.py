@@ -16,12 +16,16 @@ from places import ROOT
 from ulog_files import ulog_of
 from verbs import call, strict
 
+from undertow.discovery.discover import find_missing
 from undertow.measurements.clock import APART
 from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import read_log
 from undertow.measurements.quality.axes import mixed_up, track_of
+from undertow.measurements.quality.checks import drive
 from undertow.measurements.quality.examination import examine
 from undertow.measurements.quality.finding import Finding, Reach
+from undertow.measurements.quality.record import Record
+from undertow.measurements.quality.speed_unit import speed_unit
 from undertow.physics.errors import LogError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -240,3 +244,62 @@ def test_inspect_ends_with_1_for_a_defect_and_0_for_a_sound_log(case, study: Mod
     assert call("inspect", tmp_path / "clean.csv").exit_code == 0
     pd.DataFrame({"t": [0.0, 1.0], "psi": [0.0, 0.0]}).to_csv(path, index=False)
     assert call("inspect", path).exit_code == 1
+
+
+# One of a pair that is held
+
+
+@pytest.mark.parametrize(
+    ("held", "verdict"),
+    [
+        ({"newton_port": 12.0}, "defect"),  # at a push: its frozen record would be explained by half a dozen effects
+        ({"newton_port": 0.0}, "warning"),  # at rest: the boat was driven by the other alone
+        ({}, "ok"),
+    ],
+)
+def test_a_thruster_that_is_held_beside_its_twin_is_asked_for(held: dict[str, float], verdict: str, tmp_path: Path):
+    hull = load_vehicle("blueboat")
+    log = simulate_world(hull, {}, programme="zigzag", duration=150.0, noise="field", seed=442)
+    names = [thruster.channel for thruster in hull.thrusters]
+    truth = log.commands.copy()
+    for name, value in held.items():
+        truth[:, names.index(name)] = value
+    # What the boat did is of no account here: the parts of the check that compare it with the record are silenced.
+    noisy = replace(log, commands=truth)
+    (record,) = [Record.of(read_log(noisy.write(tmp_path / "log.csv")), hull)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drive, "_stood_still", lambda *_: None)
+        (found,) = drive.Drive().examine([record])
+    assert found.verdict == verdict
+    assert ("held" in found.sentence) is (verdict == "defect")
+
+
+# Speeds that are derived
+
+
+def test_speeds_derived_from_positions_name_nothing_that_is_not_there(tmp_path: Path):
+    hull = load_vehicle("blueboat")
+    log = simulate_world(hull, {"surge_quadratic_damping": -8.0}, duration=200.0, noise="field", seed=5)
+    table = pd.read_csv(log.write(tmp_path / "log.csv"))
+    path = tmp_path / "positions.csv"
+    table[~table["field"].isin(["u", "v"])].to_csv(path, index=False)
+    inputs = read_inputs(path, hull)
+    (motion,) = inputs.weak.train.motions
+    assert motion.derived == (True, True, False)
+    assert set(find_missing(inputs.fitting, hull).findings.missing) <= {"surge_quadratic_damping"}
+
+
+# Knots beside a drag that the vehicle lacks
+
+
+@pytest.mark.parametrize(("factor", "check"), [(1.94384, "defect"), (1.0, "ok")])
+def test_knots_are_told_by_what_thrust_does_to_the_mass(factor: float, check: str, tmp_path: Path):
+    hull = load_vehicle("blueboat")
+    log = simulate_world(hull, {"surge_quadratic_damping": -8.0}, duration=150.0, noise="field", seed=6)
+    table = pd.read_csv(log.write(tmp_path / "log.csv"))
+    table = table[~table["field"].isin(["x", "y"])]
+    table.loc[table["field"].isin(["u", "v"]), "value"] *= factor
+    table.to_csv(tmp_path / "speeds.csv", index=False)
+    (found,) = speed_unit([Record.of(read_log(tmp_path / "speeds.csv"), hull)], {0.514444: "knots", 0.277778: "km/h"})
+    assert (found.check, found.verdict) == ("units", check)
+    assert ("in knots" in found.sentence) is (check == "defect")
