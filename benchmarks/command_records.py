@@ -12,6 +12,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -117,7 +118,7 @@ def motion(true: Vehicle, kind: Kind, drive: str, noise: str, duration: float, s
     )
 
 
-def judged(name: str, drive: str, noise: str, hidden: str | None, duration: float, seed: int) -> dict[str, object]:
+def judged(name: str, drive: str, noise: str, hidden: str | None, duration: float, seed: int) -> dict[str, Any]:
     """What is named in one world."""
     rng = np.random.default_rng([seed, 22])
     for _ in range(50):
@@ -158,7 +159,8 @@ def main() -> None:
         for n in range(given.seeds)
         for k, (drive, noise) in enumerate((d, s) for d in PROGRAMMES for s in ("clean", "field"))
     ]
-    records = Parallel(n_jobs=given.jobs)(delayed(judged)(*case) for case in cases)
+    todo = (delayed(judged)(*case) for case in cases)
+    records = cast("list[dict[str, Any]]", Parallel(n_jobs=given.jobs)(todo))
     for r in records:
         if r["false"]:
             print(f"false: {r['kind']}, {r['drive']}, {r['noise']}, hidden {r['hidden']}: {', '.join(r['false'])}")
