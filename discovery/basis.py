@@ -29,6 +29,9 @@ MATERIAL = 0.05
 """Share of the force scale that a coloured error must reach to be worth the slower search on rollouts."""
 CLEAN_MATERIAL = 0.2
 """The same share for a log without sensor noise, as simulators write it."""
+_LOUD, _SENSED = 9.0, 1e-3
+"""Times what white noise makes from which an error is coloured, however small a share of the force it is, and noise of
+sensors from which that is asked [m/s, rad/s]: short field logs leave 9.4 to 130 on some axis, simulated up to 8."""
 _ENOUGH, _STRICTER = 200.0, (2.5, 2.0)
 """Independent tests below which structure is left in any log, and how much higher both thresholds then are."""
 _TESTS_A_COLUMN = 3.0
@@ -47,12 +50,14 @@ class Unexplained:
     noise : (3,) what white sensor noise makes [N, N, N m]
     share : (3,) error over the force scale
     independent : effective number of independent tests
+    sensed : the log has sensor noise, as no simulator's exact state has
     """
 
     error: Array
     noise: Array
     share: Array
     independent: float
+    sensed: bool
 
     @property
     def sentence(self) -> str:
@@ -72,7 +77,8 @@ class Unexplained:
         """(3,) True for an axis whose error is coloured and material."""
         material = MATERIAL if self.noise.any() else CLEAN_MATERIAL
         louder, larger = (1.0, 1.0) if self.independent >= _ENOUGH else _STRICTER
-        return (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
+        large = (self.error > louder * COLOURED * self.noise) & (self.share > larger * material)
+        return large | ((self.error > _LOUD * self.noise) & self.sensed)
 
 
 _DEVIATES = (
@@ -120,7 +126,8 @@ def unexplained(weak: WeakForm, search: Search) -> Unexplained:
         left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
         error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
     mass = np.diag(mass_matrix(search.nominal))
-    return Unexplained(error * mass, search.noise_error, error * mass / search.share_scale, weak.independent)
+    share, sensed = error * mass / search.share_scale, bool(weak.noise.max() >= _SENSED)
+    return Unexplained(error * mass, search.noise_error, share, weak.independent, sensed)
 
 
 def _turned(weak: WeakForm) -> Array:

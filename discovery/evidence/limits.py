@@ -57,11 +57,21 @@ def doubts(
         why = "; ".join(
             filter(None, (_of(candidate, symbol, nominal, estimate, intervals) for symbol in candidate.symbols))
         )
+        why = why or _of_nothing(candidate, nominal, intervals)
         if candidate.key in together:
             why = _TOGETHER
         if why:
             found[candidate.key] = why
     return found
+
+
+def _of_nothing(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> str:
+    """Doubt about an effect of which every interval contains the value in the file."""
+    known = [(symbol, intervals[symbol]) for symbol in candidate.symbols if symbol in intervals]
+    if not known or not all(low <= nominal.value(symbol) <= high for symbol, (low, high) in known):
+        return ""
+    names = " and ".join(symbol for symbol, _ in known)
+    return f"what the vehicle file says lies within the 95 % interval of {names}"
 
 
 def _of(
