@@ -34,8 +34,8 @@ def inspect(
     with failing_clearly():
         from ..measurements.channels.channel_map import map_text
         from ..measurements.inspection import Inspections
+        from ..physics.file_marks import on_top
         from ..physics.files import write_text
-        from ..physics.marks import on_top
         from ..physics.vehicle import load_vehicle
         from ..reports.terminal.reading_progress import reading_progress
         from ..workflows.inspect import look_over

@@ -27,12 +27,12 @@ from .evidence.verdicts import Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
 from .findings import Findings
+from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps
 from .lawful.passivity import lawful_model
 from .search.bootstrap import Interval, intervals
 from .search.floating import Search, State
 from .selection import Selected, select, slender
 from .settings import DiscoverySettings
-from .settling import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .identifiability.visible import Identifiability
-from .lawful.price import Passivity
+from .lawful.price_of_law import Passivity
 from .reason import Reason
 from .search.bootstrap import Interval
 

@@ -25,7 +25,7 @@ from .evidence.weighing import TELL_APART, Evidence, modest, weigh
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import Rehearsal, plausible_amounts, rehearse
 from .identifiability.visible import Identifiability
-from .search.equivalents import in_plain_words
+from .search.equivalent_thruster_scales import in_plain_words
 from .search.floating import Search, State
 from .search.output_error import polish
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..physics.errors import RequestError
+from ..physics.file_marks import on_top
 from ..physics.files import write_bytes
-from ..physics.marks import on_top
 from ..physics.printable import one_line
 from .log import Log
 

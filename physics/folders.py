@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import RequestError
-from .exchange import at_rest, cannot_link, exchange, link, locked, same, take_away
+from .file_system import at_rest, cannot_link, exchange, link, locked, same, take_away
 from .files import LEFT, left_beside, name_unfinished, real, try_out, write_text
 from .reading import read_json
 

@@ -6,8 +6,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from .batch_rates import Flattened, Outside
 from .errors import RequestError
-from .flattened import Flattened, Outside
 from .forces import Actuation, actuation, memory_states, relative_velocity
 from .frames import Array, body_to_earth
 from .motion import Motion

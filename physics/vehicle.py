@@ -20,10 +20,10 @@ from pydantic import (
 
 from .effects import COMMAND_OFFSET, PARAMETERS, Parameter
 from .errors import VehicleError
+from .file_marks import on_top
 from .files import write_text, yaml_text
 from .frames import AXES
-from .marks import on_top
-from .possible import impossible, insistable
+from .possible_hulls import impossible, insistable
 from .printable import shown
 from .quantities import Number, complaint, complaints, positive, unknown_key
 from .reading import Plain, parse_yaml, read_yaml, reason
@@ -80,7 +80,7 @@ class Vehicle(BaseModel):
     Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6: hydrodynamic derivatives carry their sign, so
     damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` [m] ahead of
     the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value. What no hull
-    has, such as positive damping, is refused unless `insist` names it (see `possible.impossible`).
+    has, such as positive damping, is refused unless `insist` names it (see `possible_hulls.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -252,7 +252,7 @@ class Vehicle(BaseModel):
 
         Parameters
         ----------
-        by : verb that made the vehicle, for a mark on top, by which the verb knows its own file (see `marks`)
+        by : verb that made the vehicle, for a mark on top, by which the verb knows its own file (see `file_marks`)
         """
         text = yaml_text(self.to_dict(), width=120)
         write_text(path, text if by is None else on_top(by, text))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..comparison.facts import Comparison
 from ..physics.errors import RequestError
-from ..physics.exchange import at_rest, identity, link
+from ..physics.file_system import at_rest, identity, link
 from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, replace_folder
 from ..reports.page.fleet_page import fleet_page

@@ -10,7 +10,7 @@ import numpy as np
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .remembered import Remembered
+from .column_cache import Remembered
 
 SEEING = (False, False, False)
 """No axis is blind."""

@@ -20,7 +20,7 @@ from ...physics.momentum_balance import Balance as AxisBalance
 from ...physics.momentum_balance import balances
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
-from .remembered import Remembered, room
+from .column_cache import Remembered, room
 
 _STILL, _FLOWING = 400, 200
 """Products that are kept: of a few shapes of each thruster, and of a few waters, between which a search goes to and

@@ -17,7 +17,7 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
-from .remembered import Remembered, room
+from .column_cache import Remembered, room
 from .rollout_test import overlap_of
 from .sensitivity import Tangent, transitions
 from .starts import LEAST_BLOCKS, LEAST_STARTS, Rollings, ShootingSettings, lay

@@ -16,7 +16,7 @@ from ...physics.simulation import integrate
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
-from .remembered import Remembered
+from .column_cache import Remembered
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""

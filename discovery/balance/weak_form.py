@@ -20,7 +20,7 @@ from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE, MANY, SEEING, Balance, Neighbourhood, WeakSettings
-from .remembered import Remembered, room
+from .column_cache import Remembered, room
 from .rollout_test import HORIZON, overlap_of, rollout_squares
 from .tested_terms import Kernel, TestedTerms
 

@@ -38,9 +38,9 @@ from ..search.floating import Search
 from ..search.gram import GramScores
 from ..search.output_error import polish
 from ..settings import DiscoverySettings
+from .before_calibration import ROLLOUTS, groundwork
 from .beside_effects import calibrated
 from .folds import FOLDS, as_good, parted
-from .groundwork import ROLLOUTS, groundwork
 
 Method = Literal["weak form", "output error"]
 _ROUNDS = 6

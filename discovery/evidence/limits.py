@@ -7,7 +7,7 @@ from ...physics.vehicle import Vehicle
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
 from ..search.bootstrap import Interval
-from ..search.equivalents import one_too_many
+from ..search.equivalent_thruster_scales import one_too_many
 from .weighing import Evidence
 
 _TOGETHER = (

@@ -15,7 +15,7 @@ from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
-from ..search.equivalents import same_model
+from ..search.equivalent_thruster_scales import same_model
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
 

@@ -8,7 +8,7 @@ from ...physics.frames import Array
 from ...physics.laws.certificate import Exponents, control_matrices, corner_state, vehicle_degree, vehicle_power
 from ...physics.laws.damping_power import Envelope, State
 from ...physics.vehicle import Vehicle
-from .programme import solve_excess
+from .convex_program import solve_excess
 
 _ROUNDING = 1e-9
 """Share of the power scale below which a negative eigenvalue is rounding."""

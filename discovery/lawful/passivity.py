@@ -13,7 +13,7 @@ from ..candidates.candidate import Kind
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores
 from .certify import certify
-from .price import MostPower, Passivity, percent
+from .price_of_law import MostPower, Passivity, percent
 from .refit import LawfulFit, passive_refit
 
 

@@ -24,11 +24,12 @@ from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores
 from .certify import certify, least_eigenvalues, power_scale
-from .price import NOTHING, Binding, price_in_words
-from .programme import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown, solve_excess, solve_refit
+from .convex_program import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown, solve_excess, solve_refit
+from .price_of_law import NOTHING, Binding, price_in_words
 
 _TOLERANCE = 1e-6
-"""Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it (`programme`)."""
+"""Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it, see
+`convex_program`."""
 _MARGIN = 1e-6
 """Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
 _FLAT = 1e-9

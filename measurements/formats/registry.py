@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ...physics.errors import LogError
-from ...physics.members import objects_in
+from ...physics.registry_members import objects_in
 from .. import formats
 from .base import EXPECTED, Format, Head, Recording, Request, read_head
 

@@ -2,9 +2,8 @@
 
 from .checks.clocks import Clocks
 from .checks.commands import Commands
-from .checks.deviation import Deviation
+from .checks.compass_deviation import Deviation
 from .checks.drive import Drive
-from .checks.exchanged import Exchanged
 from .checks.excitation import Excitation
 from .checks.held import HeldFixes
 from .checks.late import LateFixes
@@ -16,6 +15,7 @@ from .checks.sides import Sides
 from .checks.spikes import Spikes
 from .checks.stamps import Stamps
 from .checks.stuck import Stuck
+from .checks.swapped_channels import Exchanged
 from .checks.tilt import Tilt
 from .checks.units import Units
 from .finding import Check

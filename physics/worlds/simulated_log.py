@@ -10,9 +10,9 @@ import numpy as np
 
 from ..averages import area_average
 from ..errors import RequestError
+from ..file_marks import in_stamps, parquet_data, remark
 from ..files import write_bytes
 from ..frames import Array, body_to_earth, wrap_angle
-from ..marks import in_stamps, parquet_data, remark
 from ..motion import Motion
 from ..vehicle import Vehicle
 
@@ -100,7 +100,7 @@ class SimulatedLog:
         Topic `odometry` has the fields x y psi u v r, topic `command` one field `<command>_<thruster>` each, and topic
         `anemometer`, if there is one, wind_u and wind_v. Gzip when the name ends in `.csv.gz`, Parquet when it ends in
         `.parquet`, CSV when it ends in `.csv` or has no ending. The same log gives the same bytes, with a mark of the
-        verb `simulate` (see `marks`).
+        verb `simulate` (see `file_marks`).
 
         Raises
         ------

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from ...physics.marks import at_end
-from ...physics.members import objects_in
+from ...physics.file_marks import at_end
+from ...physics.registry_members import objects_in
 from ..run_contents import RunFolder
 from . import chapters
 from .chapters.base import Chapter

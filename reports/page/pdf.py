@@ -7,8 +7,8 @@ import tempfile
 from pathlib import Path
 
 from ...physics.errors import RequestError
+from ...physics.file_marks import at_end
 from ...physics.files import write_bytes
-from ...physics.marks import at_end
 
 VERB = "report --pdf"
 VARIABLE = "CHROME"

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...discovery.findings import Advice, Calibrated, FoundEffect, FoundTerm, Left, Step
-from ...discovery.lawful.price import Passivity
+from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, unit_text, words

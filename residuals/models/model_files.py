@@ -18,9 +18,9 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError
 
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, VehicleError
+from ...physics.file_marks import on_top, written_by
 from ...physics.files import strict_json, write_bytes, write_text, yaml_text
 from ...physics.folders import finish, replace_folder
-from ...physics.marks import on_top, written_by
 from ...physics.printable import listed, shown
 from ...physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
 from ...physics.reading import Plain, parse_json, parse_yaml, read_bytes, read_yaml, reason

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 
 from ...physics.errors import RequestError
-from ...physics.members import classes_in
+from ...physics.registry_members import classes_in
 from .. import networks
 from .base import Network, Scaling
 

@@ -16,7 +16,7 @@ from verbs import call, done, refused
 from undertow.measurements.log_digests import log_digests
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError
-from undertow.physics.marks import remark
+from undertow.physics.file_marks import remark
 from undertow.reports.page.fleet import shared_effects, told
 from undertow.reports.page.fleet_page import fleet_page
 from undertow.reports.page.pdf import find_browser, print_pdf

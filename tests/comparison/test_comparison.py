@@ -315,7 +315,7 @@ def test_the_basis_of_a_discovery_serves_its_comparison(
 ):
     basis = choose(inputs.fitting, inputs.vehicle, DiscoverySettings())
     (anew,), _ = calibrated
-    monkeypatch.delattr("undertow.discovery.calibration.groundwork.choose")
+    monkeypatch.delattr("undertow.discovery.calibration.before_calibration.choose")
     (model,), _ = calibrated_model(inputs, basis)
     assert model.vehicle == anew.vehicle
 

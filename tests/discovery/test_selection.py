@@ -13,7 +13,7 @@ from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.inclusion import inclusion
 from undertow.discovery.search.bootstrap import profile_interval
-from undertow.discovery.search.equivalents import in_plain_words, same_model
+from undertow.discovery.search.equivalent_thruster_scales import in_plain_words, same_model
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
 from undertow.discovery.settings import DiscoverySettings

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.physics.batch_rates import Flattened
 from undertow.physics.effects import EFFECTS, Effect
 from undertow.physics.errors import LogError, RequestError
-from undertow.physics.flattened import Flattened
 from undertow.physics.forces import modelled_acceleration
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import SPEED_LIMIT, integrate, rollout, simulate_motion

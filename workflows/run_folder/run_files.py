@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from ...physics.file_marks import written_by
 from ...physics.files import strict_json, write_json
-from ...physics.marks import written_by
 from ...physics.reading import BLOCK, read_json
 
 RUN_SCHEMA = "undertow.run/1"

@@ -11,9 +11,9 @@ from typing import Any
 
 from ...measurements.collection import find_logs
 from ...physics.errors import LogError, RequestError
+from ...physics.file_marks import written_by
 from ...physics.files import is_device, real, stream_of, try_out
 from ...physics.folders import Own, check_folder
-from ...physics.marks import written_by
 from ...physics.reading import read_json
 from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES

@@ -12,8 +12,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ....physics.errors import LogError
+from ....physics.file_marks import is_mark
 from ....physics.frames import Array
-from ....physics.marks import is_mark
 from ....physics.printable import listed, shown
 from ..base import EXPECTED, TIME_COLUMNS, Head, Name, Recording, Stream, in_file
 from ..unpacking import TableText, check_table

@@ -13,7 +13,7 @@ from ..finding import Check, Finding, Reach
 from ..record import RATE, Record
 from ..response import Answer, Trials, answers, trials
 from ..resting import neutral_of
-from .exchanged import may_be_exchanged
+from .swapped_channels import may_be_exchanged
 
 _STEP = 1.0 / RATE
 _TURNING = (0.05, 1.0)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 
-from ...members import classes_in
+from ...registry_members import classes_in
 from .. import audit
 from .base import Law
 

@@ -11,7 +11,7 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.lawful import programme
+from undertow.discovery.lawful import convex_program
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.certify import certify
 from undertow.discovery.lawful.refit import passive_refit
@@ -146,7 +146,7 @@ def test_a_solution_that_breaks_the_law_is_an_error(monkeypatch: pytest.MonkeyPa
     scores, chosen = refit_problem(motion, nominal, ["sway_yaw_coupling"])
     solve = lawful.solve_refit
 
-    def careless(shape: programme.Shape, factor, target, limits, law=None):
+    def careless(shape: convex_program.Shape, factor, target, limits, law=None):
         found = solve(shape, factor, target, limits, law)
         assert found is not None
         return found if law is None else replace(found, values=found.values + 0.5)
@@ -170,12 +170,12 @@ def test_a_second_refit_of_the_same_shape_is_not_formulated_again():
     motion, nominal = driven()
     scores, chosen = refit_problem(motion, nominal, ["sway_yaw_coupling", "surge_turn_drag", "munk_moment"])
     box = envelope_of([motion], nominal)
-    programme._refit.cache_clear()
+    convex_program._refit.cache_clear()
     passive_refit(scores, chosen, nominal, box)
-    formulated = programme._refit.cache_info().misses
+    formulated = convex_program._refit.cache_info().misses
     passive_refit(scores, chosen, nominal, box)
-    assert programme._refit.cache_info().misses == formulated
-    assert programme._refit.cache_info().hits >= formulated
+    assert convex_program._refit.cache_info().misses == formulated
+    assert convex_program._refit.cache_info().hits >= formulated
 
 
 def test_a_refit_of_nothing_is_the_nominal_model():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from undertow.physics.batch_rates import Flattened
 from undertow.physics.effects import EFFECTS
-from undertow.physics.flattened import Flattened
 from undertow.physics.forces import ForceEquation, relative_velocity
 from undertow.physics.frames import body_to_earth
 from undertow.physics.vehicle import Vehicle, load_vehicle
