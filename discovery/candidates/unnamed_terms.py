@@ -1,18 +1,12 @@
-"""Monomials of velocity as a pysindy feature library, and the sparse shortlist of terms that nobody has named.
+"""Monomials of velocity along a log, and the sparse shortlist of terms that nobody has named.
 
-The library is a `pysindy` feature library of its own because `CustomLibrary` cannot express |r| v. Sparse selection is
-pysindy's forward orthogonal regression (Billings 2013, chapter 3) on the compressed weak form: the rows of
-[Theta y] are replaced by the R factor of their QR, which gives the same answer on as many rows as columns.
+Sparse selection is pysindy's forward orthogonal regression (Billings 2013, chapter 3) on the compressed weak form: the
+rows of [Theta y] are replaced by the R factor of their QR, which gives the same answer on as many rows as columns.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import pysindy
-from pysindy.feature_library.base import BaseFeatureLibrary, x_sequence_or_item
-from pysindy.utils import AxesArray, comprehend_axes
-from sklearn.utils.validation import check_is_fitted
 
 from ...physics.effects import Effect, Parameter
 from ...physics.forces import relative_velocity
@@ -38,48 +32,6 @@ def _same(form: Form) -> tuple[tuple[int, ...], tuple[int, ...]]:
 _NAMED_KEYS = {(axis, _same(form)) for _, axis, form in HYDRODYNAMIC}
 
 
-class TermLibrary(BaseFeatureLibrary):
-    """Every distinct monomial of u, v, r and their moduli up to a degree, as pysindy features.
-
-    Parameters
-    ----------
-    degree : highest degree, 1 to 3
-    """
-
-    def __init__(self, degree: int = 3) -> None:
-        self.degree = degree
-
-    @x_sequence_or_item
-    def fit(self, x_full: Any, y: object = None) -> "TermLibrary":
-        """Check that the state is u, v, r and count the features."""
-        width = x_full[0].shape[-1]
-        if width != 3:
-            raise ValueError(f"TermLibrary: expected three states u, v, r, got {width}")
-        self.n_features_in_ = width
-        self.forms_ = monomials(self.degree)
-        self.n_output_features_ = len(self.forms_)
-        return self
-
-    @x_sequence_or_item
-    def transform(self, x_full: Sequence[AxesArray]) -> list[AxesArray]:
-        """Values of every monomial, (..., features)."""
-        check_is_fitted(self)
-        out = []
-        for x in x_full:
-            values = self.values(np.asarray(x))
-            out.append(AxesArray(values, comprehend_axes(values)))
-        return out
-
-    def values(self, velocity: Array) -> Array:
-        """Values of every monomial at velocities (..., 3) [m/s, m/s, rad/s], as a plain array (..., features)."""
-        return np.stack([form(*np.moveaxis(velocity, -1, 0)) for form in self.forms_], axis=-1)
-
-    def get_feature_names(self, input_features: Sequence[str] | None = None) -> list[str]:
-        """The monomials as written in a vehicle file, for example `u|u|`."""
-        check_is_fitted(self)
-        return [form.text for form in self.forms_]
-
-
 def term_candidate(symbol: str, vehicle: Vehicle) -> Candidate:
     """An unnamed term (`axis:form`) as a candidate like any effect of the catalogue."""
     axis, form = symbol.split(":", 1)
@@ -101,11 +53,12 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
     columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
     """
-    library, features = features_along(weak, vehicle, degree)
+    import pysindy  # here, because it takes a third of a second and few logs ask for terms
+
+    forms, features = features_along(weak, vehicle, degree)
     balance = weak.balance(vehicle)
     found: list[str] = []
     for axis, name in enumerate(AXES):
-        forms = list(library.forms_)
         order = sorted(
             range(len(forms)), key=lambda k: ((axis, _same(forms[k])) not in _NAMED_KEYS, forms[k].degree, k)
         )
@@ -133,8 +86,8 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
     """
     if not symbols:
         return ()
-    library, features = features_along(weak, vehicle, degree)
-    names = [form.text for form in library.forms_]
+    forms, features = features_along(weak, vehicle, degree)
+    names = [form.text for form in forms]
     norms = np.maximum(np.sqrt((features**2).sum(axis=0)), 1e-300)
     found: list[str] = []
     for symbol in symbols:
@@ -142,20 +95,16 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
         k = names.index(text)
         alike = np.abs(features.T @ features[:, k]) / (norms * norms[k])
         near = [n for n in np.argsort(-alike, kind="stable") if n != k and alike[n] > _TWIN]
-        named = [(AXES.index(axis), _same(library.forms_[n])) in _NAMED_KEYS for n in near]
+        named = [(AXES.index(axis), _same(forms[n])) in _NAMED_KEYS for n in near]
         found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:most]
     return tuple(dict.fromkeys(s for s in found if s not in symbols))
 
 
-def features_along(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[TermLibrary, Array]:
-    """The library and its features along the log, averaged by the test functions, (tests, features)."""
-    library = TermLibrary(degree)
-    states = [
-        np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1)
-        for motion in weak.motions
-    ]
-    library.fit(states[0])
-    return library, weak.average([library.values(state) for state in states])
+def features_along(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[tuple[Form, ...], Array]:
+    """Monomials of the velocity through the water along the log, averaged by the test functions, (tests, forms)."""
+    forms = monomials(degree)
+    states = [relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)) for motion in weak.motions]
+    return forms, weak.average([np.stack([form(*state) for form in forms], axis=-1) for state in states])
 
 
 def _distinct(features: Array, order: Sequence[int]) -> list[int]:

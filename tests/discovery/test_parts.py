@@ -1,14 +1,13 @@
-"""The feature library, the lawful refit, intervals, the second judge, and what happens when a log cannot tell."""
+"""The shortlist of terms, the lawful refit, intervals, the second judge, and what happens when a log cannot tell."""
 
 import cvxpy
 import numpy as np
-import pysindy
 import pytest
 
 from undertow.discovery.balance.rollout_test import rollout_squares, rollouts_object
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.candidates.unnamed_terms import TermLibrary, shortlist
+from undertow.discovery.candidates.unnamed_terms import shortlist
 from undertow.discovery.discover import add_effects, find_missing
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
@@ -18,7 +17,6 @@ from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import simulate_motion
-from undertow.physics.terms import monomials
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
@@ -30,37 +28,6 @@ def draggy() -> Motion:
     """A world with hidden quadratic surge drag and a hidden yaw trim, with field noise."""
     hidden = {"surge_quadratic_damping": -6.0, "yaw_trim": 1.0}
     return simulate_world(HULL, hidden, duration=150.0, noise="field", seed=11).motion(0.05)
-
-
-def test_the_library_works_in_pysindy_alone():
-    rng = np.random.default_rng(0)
-    state = rng.normal(size=(400, 3))
-    u, v, r = state.T
-    rates = np.column_stack([-2.0 * u * np.abs(u), 3.0 * u * r - v, -1.5 * r * np.abs(v)])
-    model = pysindy.SINDy(feature_library=TermLibrary(2), optimizer=pysindy.STLSQ(threshold=0.1))
-    model.fit(state, t=0.1, x_dot=rates, feature_names=["u", "v", "r"])
-    found = {
-        (axis, name): value
-        for axis, row in enumerate(model.coefficients())
-        for name, value in zip(model.get_feature_names(), row, strict=True)
-        if value
-    }
-    assert {key: round(value, 6) for key, value in found.items()} == {
-        (0, "u|u|"): -2.0,
-        (1, "ur"): 3.0,
-        (1, "v"): -1.0,
-        (2, "r|v|"): -1.5,
-    }
-
-
-def test_the_library_refuses_other_states():
-    with pytest.raises(ValueError, match="expected three states u, v, r, got 2"):
-        TermLibrary().fit(np.zeros((10, 2)))
-
-
-def test_library_names_are_the_monomials_of_the_vehicle_file():
-    library = TermLibrary(3).fit(np.zeros((4, 3)))
-    assert library.get_feature_names() == [form.text for form in monomials(3)]
 
 
 def test_the_shortlist_holds_a_term_that_nobody_has_named():
