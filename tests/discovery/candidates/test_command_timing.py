@@ -34,6 +34,7 @@ def test_a_record_that_is_early_or_late_names_nothing_and_is_told(late, hold, ac
     assert (sensor.error, sensor.verdict) == ("channel_offset", "present")
     (term,) = sensor.terms
     assert term.value == pytest.approx(acts, abs=0.015)
+    assert term.ci95 is not None
     assert term.ci95.lower <= acts <= term.ci95.upper
 
 
@@ -49,6 +50,7 @@ def test_a_delay_is_named_and_as_vague_as_the_record():
     assert findings.sensors == ()  # the delay has taken its part
     (term,) = findings.candidates[0].terms
     assert term.value == pytest.approx(0.4, abs=0.02)
+    assert term.ci95 is not None
     assert term.ci95.lower < 0.4 - 0.9 * COMMAND_STEP
     assert term.ci95.upper > 0.4 + 0.9 * COMMAND_STEP
 
