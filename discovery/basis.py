@@ -87,6 +87,12 @@ _DEVIATES = (
 )
 
 
+LEAVES = (
+    "the effects and terms that the force balance of this log asks for leave more of it than white sensor noise; "
+    "effects are judged by open-loop rollouts instead"
+)
+
+
 def why_rollouts(weak: WeakForm, search: Search) -> str:
     """Why rollouts and not the force balance must decide on a log, in a sentence; empty where they need not.
 
@@ -98,7 +104,8 @@ def why_rollouts(weak: WeakForm, search: Search) -> str:
     left = unexplained(weak, search)
     if left.coloured.any():
         return left.sentence
-    return _DEVIATES if compass_of(weak.motions).plain else ""
+    # Forces that explain a log to its noise need no error of the compass: a weak thruster makes a boat drift, too.
+    return _DEVIATES if compass_of(weak.motions).plain and search.leaves_structure(search.run()) else ""
 
 
 def unexplained(weak: WeakForm, search: Search) -> Unexplained:
@@ -197,6 +204,11 @@ class Basis:
         if not self.rolls:
             return self.forces
         return Shooting(self.motions, about or self.nominal, shooting or self.settings.shooting, self.blind)
+
+    def rolling(self, why: str) -> "Basis":
+        """The same judged by rollouts after all."""
+        clear = nuisances(self.forces.motions)
+        return replace(self, motions=clear.motions, blind=clear.blind, notes=clear.notes, why=why)
 
     def trusting(self) -> "Basis":
         """The same for a compass that is taken to be right, see `choose`."""

@@ -90,12 +90,12 @@ def _find(
     basis = choose(motions, nominal, settings)
     if basis.why:
         say(basis.why)
-    return _conclude(basis, select(basis, say))
+    return _conclude(select(basis, say))
 
 
-def _conclude(basis: Basis, looked: Selected) -> Discovery:
+def _conclude(looked: Selected) -> Discovery:
     """Keep the effects that are sure, fit them under the laws, and say what was found."""
-    nominal, settings = basis.nominal, basis.settings
+    basis, nominal, settings = looked.basis, looked.basis.nominal, looked.basis.settings
     search, state = looked.search, looked.state
     evidence = _in_step(looked.evidence, search, state)
     kept = tuple(e.key for e in evidence if e.sure)

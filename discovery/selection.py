@@ -15,7 +15,7 @@ from ..physics.vehicle import Vehicle
 from .balance.rollout_test import worse_as_a_whole
 from .balance.shooting import ShootingSettings
 from .balance.weak_form import WeakForm
-from .basis import Basis
+from .basis import LEAVES, Basis
 from .calibration.beside_effects import Freed, freed
 from .candidates.candidate import Candidate, Kind, part_by_sight
 from .candidates.unnamed_terms import shortlist, term_candidate, twins
@@ -38,8 +38,6 @@ _SPHERE = 0.5
 """Added mass of a sphere as a share of the water that it displaces, see `slender`."""
 _ROUNDS = 3
 """Searches at most, each with weights about the model of the one before."""
-_STRUCTURE = 1.5
-"""A force error above this many times what sensor noise explains is structure that the model leaves."""
 
 Say = Callable[[str], None]
 
@@ -50,6 +48,7 @@ class Selected:
 
     Attributes
     ----------
+    basis : what it was judged on
     motions : the motions that were looked at, without what sensors add to them
     search, state : the search, and the model that it ended with
     evidence : on every candidate
@@ -61,6 +60,7 @@ class Selected:
     free : what is calibrated in every model, if anything
     """
 
+    basis: Basis
     motions: tuple[Motion, ...]
     search: Search
     state: State
@@ -87,7 +87,15 @@ def select(basis: Basis, say: Say) -> Selected:
     RequestError
         when the log is too short for a few blocks of rollouts.
     """
-    return _on_rollouts(basis, say) if basis.rolls else _on_forces(basis, say)
+    if basis.rolls:
+        return _on_rollouts(basis, say)
+    looked = _on_forces(basis, say)
+    if basis.forces.claimed or not looked.search.leaves_structure(looked.state):
+        return looked
+    # What no model explains is no white noise, and the names of such a model are those of stand-ins.
+    basis = basis.rolling(LEAVES)
+    say(basis.why)
+    return _on_rollouts(basis, say)
 
 
 def _on_forces(basis: Basis, say: Say) -> Selected:
@@ -104,7 +112,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     say(identify(search, nominal, search.nuisances, plausible).sentence)
     say("searching the catalogue of effects")
     state = search.run(progress=say)
-    if leaves_structure(search, state):
+    if search.leaves_structure(state):
         say("named effects leave structure: looking for terms that nobody has named")
         search, state = _with_terms(weak, search, state, say)
     else:
@@ -123,7 +131,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
         if worse_as_a_whole(weak.motions, base(search, state), corrected):
             evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
     forces = search, state
-    return Selected(weak.motions, search, state, tuple(evidence), known, plausible, rehearsal, forces, free=free)
+    return Selected(basis, weak.motions, search, state, tuple(evidence), known, plausible, rehearsal, forces, free=free)
 
 
 def _on_rollouts(basis: Basis, say: Say) -> Selected:
@@ -163,6 +171,7 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
     evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), False, dormant=True) for c in unseen]
     forces = Search(basis.cleared_forces(), nominal, seen, replace(settings, refinements=0))
     return Selected(
+        basis,
         basis.motions,
         search,
         state,
@@ -180,12 +189,6 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
 def base(search: Search, state: State) -> Vehicle:
     """The model without any effect: the nominal one, calibrated where its parameters are free."""
     return search.restrict(state, ()).vehicle if search.nuisances else search.nominal
-
-
-def leaves_structure(search: Search, state: State) -> bool:
-    """True when the force error on some axis is neither immaterial nor explained by sensor noise."""
-    error = np.sqrt(state.fit.held_out)
-    return bool((error > np.maximum(np.sqrt(search.floor), _STRUCTURE * search.noise_error)).any())
 
 
 def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[Search, State]:

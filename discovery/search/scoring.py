@@ -22,6 +22,8 @@ from .neighbours import apply_fit, present, reset, settled
 
 ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
+_STRUCTURE = 1.5
+"""A force error above this many times what sensor noise explains is structure that the model leaves."""
 _INERTIA = {p.symbol: p.inertia for p in PARAMETERS.values() if p.inertia is not None}
 
 
@@ -236,6 +238,11 @@ class Scoring:
     def unique_share(self, without: State, within: State) -> Array:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
         return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.share_scale
+
+    def leaves_structure(self, state: State) -> bool:
+        """True when the force error on some axis is neither immaterial nor explained by sensor noise."""
+        error = np.sqrt(state.fit.held_out)
+        return bool((error > np.maximum(np.sqrt(self.floor), _STRUCTURE * self.noise_error)).any())
 
     def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""
