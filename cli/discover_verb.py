@@ -85,6 +85,7 @@ def tell_discovery(
     show(terminal.missing_in_words(findings.candidates))
     if findings.unnamed:
         show(terminal.unnamed_table(findings.unnamed))
+    show(terminal.sensors_list(findings.sensors))
     if findings.calibrated:
         show(terminal.calibrated_table(findings.calibrated), terminal.left_list(findings.left, findings.absorbed))
     show_steps(findings.steps, findings.candidates)

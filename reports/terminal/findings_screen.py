@@ -6,7 +6,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...discovery.findings import Advice, Calibrated, FoundEffect, FoundTerm, Left, Step
+from ...discovery.findings import Advice, Calibrated, FoundEffect, FoundTerm, Left, SensorError, Step
 from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES
@@ -130,6 +130,12 @@ def missing_in_words(candidates: Sequence[FoundEffect]) -> RenderableType | None
     told = [item for item in candidates if item.sentence and _is_added(item)]
     pairs = [(effect_words(item), unit_text(item.sentence)) for item in told]
     return section("What is missing, in words", glossary(pairs)) if pairs else None
+
+
+def sensors_list(sensors: Sequence[SensorError]) -> RenderableType | None:
+    """What the sensors and their record do wrong, in sentences; None where they do nothing."""
+    told = [sensor.sentence for sensor in sensors if sensor.verdict != "no evidence"]
+    return section("What the log does wrong", bullets(told)) if told else None
 
 
 def _is_added(item: FoundEffect) -> bool:

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from undertow.comparison.facts import Comparison
-from undertow.discovery.findings import Findings, Step
+from undertow.discovery.findings import Findings, SensorError, Step
 from undertow.measurements.activity import Excitation
 from undertow.measurements.alignment import Alignment
 from undertow.measurements.inspection import ChannelSummary, Inspection, Plan, Segment
@@ -22,6 +22,7 @@ from undertow.reports.terminal.findings_screen import (
     error_left,
     missing_in_words,
     not_judged,
+    sensors_list,
     steps_table,
     unnamed_table,
 )
@@ -314,3 +315,15 @@ def test_two_weak_thrusters_are_told_apart_in_the_steps():
     text = " ".join(printed(steps_table([step, *added], FINDINGS.candidates), 120).split())
     assert "+ thruster asymmetry (port)" in text
     assert "(stbd)" in text
+
+
+def test_what_the_log_does_wrong_is_told_and_nothing_else():
+    sentence = "The commands act 0.06 s earlier than their record says."
+    late, sound = (
+        SensorError(error="channel_offset", verdict=verdict, sentence=text)
+        for verdict, text in (("present", sentence), ("no evidence", "All is well."))
+    )
+    assert sensors_list([sound]) is None
+    told = printed(sensors_list([sound, late]))
+    assert "The commands act 0.06 s earlier" in told
+    assert "All is well" not in told
