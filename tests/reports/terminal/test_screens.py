@@ -320,7 +320,7 @@ def test_two_weak_thrusters_are_told_apart_in_the_steps():
 def test_what_the_log_does_wrong_is_told_and_nothing_else():
     sentence = "The commands act 0.06 s earlier than their record says."
     late, sound = (
-        SensorError(error="channel_offset", verdict=verdict, sentence=text)
+        SensorError.model_validate({"error": "channel_offset", "verdict": verdict, "sentence": text})
         for verdict, text in (("present", sentence), ("no evidence", "All is well."))
     )
     assert sensors_list([sound]) is None
