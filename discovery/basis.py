@@ -133,8 +133,12 @@ def unexplained(weak: WeakForm, search: Search) -> Unexplained:
         left = rates[:, axis] - vectors @ (vectors.T @ rates[:, axis])
         error[axis] = np.sqrt((left**2).mean() * weak.independent / (weak.independent - rank))
     mass = np.diag(mass_matrix(search.nominal))
-    share, sensed = error * mass / search.share_scale, bool(weak.noise.max() >= _SENSED)
-    return Unexplained(error * mass, search.noise_error, share, weak.independent, sensed)
+    share = error * mass / search.share_scale
+    return Unexplained(error * mass, search.noise_error, share, weak.independent, _sensed(weak))
+
+
+def _sensed(weak: WeakForm) -> bool:
+    return bool(weak.noise.max() >= _SENSED)
 
 
 def _turned(weak: WeakForm) -> Array:
@@ -177,6 +181,11 @@ class Basis:
     def rolls(self) -> bool:
         """Whether rollouts judge."""
         return bool(self.why)
+
+    @property
+    def sensed(self) -> bool:
+        """Whether sensors made the log: the exact state of a simulator has no noise, white or coloured."""
+        return _sensed(self.forces)
 
     @property
     def told(self) -> tuple[str, ...]:

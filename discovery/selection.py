@@ -90,7 +90,7 @@ def select(basis: Basis, say: Say) -> Selected:
     if basis.rolls:
         return _on_rollouts(basis, say)
     looked = _on_forces(basis, say)
-    if basis.forces.claimed or not looked.search.leaves_structure(looked.state):
+    if not (basis.sensed and looked.search.leaves_structure(looked.state)):
         return looked
     # What no model explains is no white noise, and the names of such a model are those of stand-ins.
     basis = basis.rolling(LEAVES)
