@@ -142,7 +142,7 @@ def _conclude(looked: Selected) -> Discovery:
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
             headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
             findings = findings.but(verdict="undecided", headline=headline)
-    notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict == "present"))
+    notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes)
 
 

@@ -38,6 +38,12 @@ def test_a_record_that_is_early_or_late_names_nothing_and_is_told(late, hold, ac
     assert term.ci95.lower <= acts <= term.ci95.upper
 
 
+def test_a_record_that_is_later_than_its_step_is_only_suspected():
+    (sensor,) = find_missing([zigzag(0.3)], HULL).findings.sensors
+    assert sensor.verdict == "possible"
+    assert "by more than the 0.1 s" in sensor.sentence
+
+
 def test_a_record_in_step_is_not_accused():
     discovery = find_missing([zigzag(0.0)], HULL)
     assert [s.verdict for s in discovery.findings.sensors] == ["no evidence"]
