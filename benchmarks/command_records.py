@@ -123,12 +123,14 @@ def judged(name: str, drive: str, noise: str, hidden: str | None, duration: floa
     rng = np.random.default_rng([seed, 22])
     for _ in range(50):
         try:
-            hull = random_hull(load_vehicle(VEHICLES[seed % len(VEHICLES)]), rng)
+            hull = random_hull(load_vehicle(VEHICLES[seed // 2 % len(VEHICLES)]), rng)
             true = apply_effects(hull, {} if hidden is None else typical_effect(hidden, hull, rng))
             log = motion(true, KINDS[name], drive, noise, duration, seed)
             break
         except RequestError:
             continue
+    else:
+        raise RequestError(f"seed {seed}: no sound world in fifty draws")
     begun = time.process_time()
     findings = find_missing([log], hull).findings
     named = [c.effect for c in findings.candidates if c.verdict == "missing"] + [u.form for u in findings.unnamed]

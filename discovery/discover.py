@@ -17,17 +17,17 @@ from .balance.sensor_errors import misalignment
 from .basis import Basis, choose
 from .calibration.beside_effects import with_calibration
 from .candidates.candidate import Candidate, Kind, candidates, measurable, part_by_sight
-from .candidates.nuisance import CALIBRATED
+from .candidates.nuisance import CALIBRATED, command_timing
 from .candidates.unnamed_terms import term_candidate
 from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
 from .evidence.limits import as_timed, believed, doubts
-from .evidence.record_errors import record_errors
+from .evidence.record_errors import beside, record_errors
 from .evidence.verdicts import Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
 from .findings import Findings
-from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps
+from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps, without_offset
 from .lawful.passivity import lawful_model
 from .search.bootstrap import Interval, intervals
 from .search.floating import Search, State
@@ -132,7 +132,7 @@ def _conclude(looked: Selected) -> Discovery:
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))
     sensors = record_errors(search, final.vehicle, final.active, found)
-    findings = findings.but(sensors=sensors)
+    findings = beside(findings, sensors)
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, lawful, found)
     error = np.sqrt(final.fit.held_out)
@@ -212,12 +212,14 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     nominal, settings, motions, form = basis.nominal, basis.settings, basis.motions, basis.balance()
     notes = (*basis.told, _KEPT)
     pool = list(dict.fromkeys(candidate for group in groups for candidate in group))
+    if not basis.forces.claimed:
+        pool.insert(0, command_timing(motions))
     search = Search(form, nominal, pool, replace(settings.search, refinements=6))
     state = search.evaluate(nominal, ())
     steps: list[tuple[str | None, Vehicle]] = [(None, nominal)]
     for group in groups:
         state = min((_with(search, state, candidate) for candidate in group), key=lambda s: s.score)
-        steps.append((state.active[-1], state.vehicle))
+        steps.append((state.active[-1], without_offset(state.vehicle)))
     state = search.reshape(state)
     if basis.rolls:
         form = form.refreshed(state.vehicle)
@@ -244,7 +246,8 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     added = [e for e in evidence if e.selected]
     sure = [e.key for e in added if e.sure]
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
-    findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.")
+    sensors = record_errors(search, state.vehicle, state.active, told)
+    findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.", sensors=sensors)
     return Discovery(nominal, corrected, tuple(steps), findings, error, noise, basis, notes)
 
 

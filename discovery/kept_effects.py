@@ -61,4 +61,9 @@ def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> 
         best, key = min(trials, key=lambda pair: pair[0].score)
         chosen.append(key)
         found.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
-    return tuple((label, vehicle.with_values({COMMAND_OFFSET.symbol: 0.0})) for label, vehicle in found)
+    return tuple((label, without_offset(vehicle)) for label, vehicle in found)
+
+
+def without_offset(vehicle: Vehicle) -> Vehicle:
+    """A vehicle without what the record of the commands does wrong: the model's, not the log's."""
+    return vehicle.with_values({COMMAND_OFFSET.symbol: 0.0})

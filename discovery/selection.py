@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import worse_as_a_whole
@@ -93,9 +94,13 @@ def select(basis: Basis, say: Say) -> Selected:
     if not (basis.sensed and looked.search.leaves_structure(looked.state)):
         return looked
     # What no model explains is no white noise, and the names of such a model are those of stand-ins.
-    basis = basis.rolling(LEAVES)
-    say(basis.why)
-    return _on_rollouts(basis, say)
+    rolling = basis.rolling(LEAVES)
+    try:
+        rolling.balance()
+    except RequestError:  # too short for that
+        return looked
+    say(rolling.why)
+    return _on_rollouts(rolling, say)
 
 
 def _on_forces(basis: Basis, say: Say) -> Selected:
@@ -239,11 +244,14 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
         or any(search.nominal.value(p.symbol) != p.null for p in c.parameters)
     ]
     form = search.balance
+    limits = {p.symbol: (p.lower, p.upper) for c in search.pool if c.kind is Kind.SENSOR for p in c.parameters}
     for group in dict.fromkeys((tuple(fitted), tuple(static))):
         symbols = [s for c in search.pool if c in group or c.fitted(()) for s in c.symbols]
         if symbols:
-            begun = polish(form.motions, search.nominal, symbols, shooting, blind=form.blind, rounds=_POLISHES).vehicle
-            yield search.evaluate(begun, tuple(c.key for c in group))
+            begun = polish(
+                form.motions, search.nominal, symbols, shooting, blind=form.blind, limits=limits, rounds=_POLISHES
+            )
+            yield search.evaluate(begun.vehicle, tuple(c.key for c in group))
 
 
 def lean(search: Search, state: State) -> State:

@@ -412,10 +412,10 @@ EFFECTS: tuple[Effect, ...] = (
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in EFFECTS}
 
 COMMAND_OFFSET = Parameter("command_offset", "thrusters", "s", lower=-2.0, upper=2.0, step=0.01, nonlinear=True)
-"""How much earlier than it acted a command was recorded; later where it is negative."""
+"""How much earlier than it acted a command was recorded; later where it is negative. An error of a log: no vehicle has
+it."""
 
 EXTRA_PARAMETERS: tuple[Parameter, ...] = (
-    COMMAND_OFFSET,
     Parameter("Y_rdot", "added_mass", "kg m"),
     Parameter("mass", "top", "kg"),
     Parameter("inertia_z", "top", "kg m^2"),

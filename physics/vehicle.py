@@ -231,6 +231,8 @@ class Vehicle(BaseModel):
         """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own."""
         if symbol in PARAMETERS:
             return PARAMETERS[symbol]
+        if symbol == COMMAND_OFFSET.symbol:
+            return COMMAND_OFFSET
         if symbol in {f"{t.name}_scale" for t in self.thrusters}:
             return PARAMETERS["{thruster}_scale"]
         if ":" in symbol:

@@ -18,6 +18,7 @@ from .candidate import Candidate, Kind
 RIGID_BODY = ("mass", "inertia_z", "x_g")
 """What a scale and a drawing tell; held unless the user frees x_g."""
 _WHY_NOT = {
+    COMMAND_OFFSET.symbol: "it is an error of the log, and discovery fits it; a boat that answers late has a delay",
     "mass": "free X_udot and Y_vdot: of mass and added mass a log shows the sum",
     "inertia_z": "free N_rdot: of inertia and added inertia a log shows the sum",
 }
@@ -102,7 +103,7 @@ def command_timing(motions: Sequence[Motion]) -> Candidate:
     reach = max(max(motion.command_step, motion.time_step) for motion in motions)
     parameter = replace(COMMAND_OFFSET, lower=-reach, upper=reach)
     entry = Effect(parameter.symbol, "record", (parameter,), "", "Commands act earlier or later than the log says.")
-    return Candidate(parameter.symbol, entry, (parameter,), Kind.SENSOR, part_of=("input_delay",))
+    return Candidate(parameter.symbol, entry, (parameter,), Kind.SENSOR, part_of=("input_delay", "calibrated delay"))
 
 
 def beside(pool: Sequence[Candidate], freed: Sequence[str]) -> tuple[Candidate, ...]:

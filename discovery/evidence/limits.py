@@ -67,7 +67,8 @@ def doubts(
 
 def _of_nothing(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> str:
     """Doubt about an effect of which every interval contains the value in the file."""
-    known = [(symbol, intervals[symbol]) for symbol in candidate.symbols if symbol in intervals]
+    sizes = [p.symbol for p in candidate.parameters if not p.grid] or candidate.symbols
+    known = [(symbol, intervals[symbol]) for symbol in sizes if symbol in intervals]
     if not known or not all(low <= nominal.value(symbol) <= high for symbol, (low, high) in known):
         return ""
     names = " and ".join(symbol for symbol, _ in known)

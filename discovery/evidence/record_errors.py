@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from typing import Literal
 
+from ...physics.effects import BY_NAME
 from ...physics.vehicle import Vehicle
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Kind
-from ..findings import SensorError
+from ..findings import Findings, FoundEffect, SensorError
+from ..reason import Reason
 from ..search.bootstrap import Interval
 from ..search.scoring import Scoring
 from .verdicts import found_terms
@@ -49,3 +51,17 @@ def record_errors(
             )
         found.append(SensorError(error="channel_offset", verdict=verdict, sentence=sentence, terms=terms))
     return tuple(found)
+
+
+def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
+    """Findings with the errors of the record, and the delay that would look like one as its look-alike."""
+    late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in sensors)
+    candidates = tuple(_alike(c) if late and c.effect == "input_delay" else c for c in findings.candidates)
+    ranked = sorted(candidates, key=lambda c: ("missing", "possible", "no evidence").index(c.verdict))
+    return findings.but(sensors=sensors, candidates=tuple(ranked))
+
+
+def _alike(delay: FoundEffect) -> FoundEffect:
+    told = Reason.LOOK_ALIKES.tell(BY_NAME[delay.effect].meaning, "commands that are recorded early")
+    alike = (*delay.indistinguishable_from, "channel_offset")
+    return delay.but(verdict="possible", reason=Reason.LOOK_ALIKES, sentence=told, indistinguishable_from=alike)

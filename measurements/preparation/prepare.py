@@ -34,6 +34,8 @@ LEAST_SEGMENT = 5.0
 """A stretch between two gaps shorter than this [s] is dropped."""
 FASTEST_NATIVE = 20.0
 """Cap of the native rate [Hz]."""
+_AT_PACE = 0.2
+"""Share by which a record's own step may differ from the grid's, for their differences to have the same noise."""
 _WIND = ("wind_u", "wind_v")
 
 
@@ -227,10 +229,20 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         source=str(log.path),
         run_up=commands[:steps_back] if steps_back else None,
         air=air,
-        derived=("u" not in part, "v" not in part, "r" not in part),
+        derived=_derived(log, part, step),
         command_step=command_step(channels),
         out_of_step=log.out_of_step,
     )
+
+
+def _derived(log: Log, part: dict[str, tuple[Array, Array]], step: float) -> tuple[bool, bool, bool]:
+    """Which velocities are differences of records at the steps of the grid; those of faster records are not."""
+
+    def at_pace(name: str) -> bool:
+        return name in log.channels and abs(log.channels[name].period / step - 1.0) <= _AT_PACE
+
+    place, heading = at_pace("x"), at_pace("psi")
+    return "u" not in part and place, "v" not in part and place, "r" not in part and heading
 
 
 def _body_velocity(part: dict[str, tuple[Array, Array]], grid: Array, heading: Array) -> tuple[Array, Array]:

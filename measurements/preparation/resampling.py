@@ -40,7 +40,7 @@ def command_step(channels: Iterable[Channel]) -> float:
 
     Steps of more than a second are no rate but manoeuvres, of which only the changes were logged.
     """
-    return max((c.period for c in channels if c.period <= _SLOWEST), default=0.0)
+    return max((c.period for c in channels if c.period <= _SLOWEST and not is_logged_on_change(c)), default=0.0)
 
 
 def gaps(channel: Channel, limit: float) -> list[Span]:

@@ -48,7 +48,8 @@ def speed_unit(records: Sequence[Record], units: Mapping[float, str]) -> list[Fi
         unit = next((name for one, name in units.items() if abs(factor / one - 1.0) <= _FINE), "")
         if unit:
             text = f"{' and '.join(channels)} are in {unit}: {witness} moves {factor:.3g} times as fast as they say"
-            remedy = f"map them with 'scale: {factor:g}'"
+            scale = next(one for one in units if abs(factor / one - 1.0) <= _FINE)
+            remedy = f"map them with 'scale: {scale:g}', or mend the vehicle's mass or thrust if speeds are right"
             wrong = "drag and thrust come out wrong by powers of this factor"
             return [
                 Finding(

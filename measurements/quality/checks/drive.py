@@ -129,8 +129,11 @@ def _mirrored(records: Sequence[Record], names: list[str]) -> list[tuple[int, in
 
 
 def _idle(records: Sequence[Record], name: str) -> bool:
-    """Whether the value at which a command mostly stands is one at which its thruster does not push."""
-    usual = float(np.median(np.concatenate([r.log.channels[name].value for r in records if name in r.log.channels])))
+    """Whether the value at which a command stands longest is one at which its thruster does not push."""
+    channels = [r.log.channels[name] for r in records if name in r.log.channels]
+    values, places = np.unique(np.concatenate([c.value for c in channels]), return_inverse=True)
+    lasting = np.concatenate([np.diff(c.time, append=c.time[-1] + c.period) for c in channels])
+    usual = float(values[np.argmax(np.bincount(places, lasting))])
     thruster = next(t for r in records if r.vehicle for t in r.vehicle.thrusters if t.channel == name)
     low, high = resting_commands(thruster) or (np.inf, -np.inf)
     slack = _ALIKE * abs(float(np.diff(command_of(thruster, np.array([0.0, 1.0])))[0]))

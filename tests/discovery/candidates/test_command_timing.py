@@ -5,13 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.discovery.discover import find_missing
+from undertow.discovery.candidates.nuisance import calibratable
+from undertow.discovery.discover import add_effects, find_missing
+from undertow.discovery.settings import DiscoverySettings
+from undertow.measurements.canonical import Channel
 from undertow.measurements.log import read_log
 from undertow.measurements.preparation.dataset import WEAK
 from undertow.measurements.preparation.prepare import prepare
+from undertow.measurements.preparation.resampling import command_step
 from undertow.physics.averages import area_average
-from undertow.physics.errors import VehicleError
+from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
+from undertow.physics.worlds.hidden_effects import parse_effect
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP
 from undertow.physics.worlds.world import simulate_world
 
@@ -85,3 +90,31 @@ def test_the_time_between_two_records_is_read_from_the_log(tmp_path):
     sparse = replace(log, command_time=log.command_time[rows], commands=log.commands[rows])
     (motion,) = prepare(read_log(sparse.write(tmp_path / "changes.csv")), HULL, WEAK).motions
     assert motion.command_step == 0.0
+
+
+def test_what_is_added_by_name_is_fitted_beside_the_timing():
+    found = add_effects([zigzag(0.06)], HULL, ["yaw_added_mass"], DiscoverySettings())
+    (term,) = found.findings.candidates[0].terms
+    assert abs(term.value) < 0.06  # without it, a third of the boat's own
+    assert all(vehicle.value("command_offset") == 0.0 for _, vehicle in found.steps)
+    with pytest.raises(RequestError, match="an error of the log"):
+        calibratable(HULL, ("command_offset",))
+    with pytest.raises(RequestError, match="command_offset"):
+        parse_effect("command_offset=0.3")
+
+
+def test_changes_that_were_logged_are_exact_however_often_they_come():
+    rng = np.random.default_rng(2)
+    time = np.array([0.05, 0.06, 0.4, 1.5] * 50, dtype=float).cumsum()
+    changes = Channel("newton_port", time, rng.uniform(-20.0, 20.0, 200), "command")
+    at_a_rate = Channel("newton_port", 0.1 * np.arange(200), np.repeat(rng.uniform(-20.0, 20.0, 10), 20), "command")
+    assert command_step([changes]) == 0.0
+    assert command_step([changes, at_a_rate]) == pytest.approx(0.1)
+
+
+def test_a_delay_within_the_step_of_the_record_is_its_look_alike():
+    findings = find_missing([zigzag(0.0, effects={"input_delay": 0.08})], HULL).findings
+    assert "input_delay" not in findings.missing
+    assert [s.verdict for s in findings.sensors] == ["present"]
+    delay = next(c for c in findings.candidates if c.effect == "input_delay")
+    assert (delay.verdict, delay.indistinguishable_from) == ("possible", ("channel_offset",))
