@@ -107,7 +107,9 @@ def test_changes_that_were_logged_are_exact_however_often_they_come():
     rng = np.random.default_rng(2)
     time = np.array([0.05, 0.06, 0.4, 1.5] * 50, dtype=float).cumsum()
     changes = Channel("newton_port", time, rng.uniform(-20.0, 20.0, 200), "command")
-    at_a_rate = Channel("newton_port", 0.1 * np.arange(200), np.repeat(rng.uniform(-20.0, 20.0, 10), 20), "command")
+    at_a_rate = Channel(
+        "newton_port", np.linspace(0.0, 19.9, 200), np.repeat(rng.uniform(-20.0, 20.0, 10), 20), "command"
+    )
     assert command_step([changes]) == 0.0
     assert command_step([changes, at_a_rate]) == pytest.approx(0.1)
 
