@@ -56,7 +56,10 @@ def record_errors(
 def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
     """Findings with the errors of the record, and the delay that would look like one as its look-alike."""
     late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in sensors)
-    candidates = tuple(_alike(c) if late and c.effect == "input_delay" else c for c in findings.candidates)
+    candidates = tuple(
+        _alike(c) if late and (c.effect, c.verdict) == ("input_delay", "no evidence") else c
+        for c in findings.candidates
+    )
     ranked = sorted(candidates, key=lambda c: ("missing", "possible", "no evidence").index(c.verdict))
     return findings.but(sensors=sensors, candidates=tuple(ranked))
 
