@@ -14,7 +14,7 @@ from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import SEEING, Balance
-from .balance.sensor_errors import Nuisances, nuisances
+from .balance.sensor_errors import nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
 from .candidates.candidate import Candidate, candidates, measurable
@@ -215,7 +215,7 @@ class Basis:
         return Shooting(self.motions, about or self.nominal, shooting or self.settings.shooting, self.blind)
 
     def rolling(self, why: str) -> "Basis":
-        """The same judged by rollouts after all."""
+        """The same judged by rollouts, for a reason in words, on motions that are cleared of what sensors add."""
         clear = nuisances(self.forces.motions)
         return replace(self, motions=clear.motions, blind=clear.blind, notes=clear.notes, why=why)
 
@@ -261,7 +261,6 @@ def choose(
         every = (command_timing(motions), *every)
     instant = Search(forces, nominal, every, settings.search)
     why = "" if forces.claimed else why_rollouts(forces, instant)
-    clear = Nuisances(tuple(motions), SEEING, ())
-    if why and (not trusting or compass_of(motions).deviates):
-        clear = nuisances(motions)
-    return Basis(nominal, settings, clear.motions, clear.blind, clear.notes, forces, instant, why)
+    basis = Basis(nominal, settings, forces.motions, SEEING, (), forces, instant, why)
+    cleared = why and (not trusting or compass_of(motions).deviates)
+    return basis.rolling(why) if cleared else basis

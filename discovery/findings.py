@@ -1,7 +1,7 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import (
     BeforeValidator,
@@ -85,6 +85,11 @@ class FoundEffect(Record):
     error_drop: Number
     indistinguishable_from: tuple[str, ...] = ()
     terms: tuple[FoundTerm, ...] = ()
+
+    @property
+    def rank(self) -> int:
+        """Place of its verdict among all, the best first."""
+        return get_args(Verdict).index(self.verdict)
 
     @property
     def cannot_tell(self) -> bool:

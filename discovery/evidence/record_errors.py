@@ -60,8 +60,7 @@ def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
         _alike(c) if late and (c.effect, c.verdict) == ("input_delay", "no evidence") else c
         for c in findings.candidates
     )
-    ranked = sorted(candidates, key=lambda c: ("missing", "possible", "no evidence").index(c.verdict))
-    return findings.but(sensors=sensors, candidates=tuple(ranked))
+    return findings.but(sensors=sensors, candidates=tuple(sorted(candidates, key=lambda c: c.rank)))
 
 
 def _alike(delay: FoundEffect) -> FoundEffect:

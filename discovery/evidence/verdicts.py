@@ -74,8 +74,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     found += others
     added = [key for key in g.order if key in kept and key is not None and pool[key].kind is Kind.EFFECT]
     missing = tuple(dict.fromkeys(pool[key].effect.name for key in added if key not in doubtful))
-    rank = {"missing": 0, "possible": 1, "no evidence": 2}
-    found.sort(key=lambda f: (rank[f.verdict], missing.index(f.effect) if f.effect in missing else len(missing)))
+    found.sort(key=lambda f: (f.rank, missing.index(f.effect) if f.effect in missing else len(missing)))
     unnamed = tuple(
         term.but(inclusion=g.included.get(e.key, 0.0) if g.included else None)
         for e in g.evidence
