@@ -107,7 +107,7 @@ def test_a_run_folder_is_judged_along_its_own_logs(log: Path, here: Path):
     without = undertow.check("run")
     assert without.envelope_from == "the run folder: the speeds of its log"
     assert without.ruling("energy balance").verdict == "not applicable"
-    assert "Judged without the logs of the run: run was made from gone.csv, which is not there" in without.notes[0]
+    assert "Judged without the logs of the run: run was made from 'gone.csv', which is not there" in without.notes[0]
 
 
 def test_a_network_is_judged_where_it_was_trained(here: Path, monkeypatch: pytest.MonkeyPatch):

@@ -205,9 +205,9 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
             "'undertow discover' to write the folder anew"
         )
     for path in logs:
-        if not Path(path).exists():
+        if not os.path.exists(path):  # a name too long for any file is none, where Path raises
             raise RequestError(
-                f"{folder} was made from {path}, which is not there (seen from {Path.cwd()}); run this where "
+                f"{folder} was made from {shown(path)}, which is not there (seen from {Path.cwd()}); run this where "
                 "'undertow discover' was run, or put the log back"
             )
     reading = Reading(frame, channel_map, namespace, record.get("as_is") is True)

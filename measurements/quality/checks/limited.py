@@ -2,7 +2,8 @@
 
 While no command moves, the thrusters' force is constant, whatever it is, and the rest of the motion is hull, waves and
 noise, wherever the commands stand. Where accelerations change much while they stand at their extremes and little while
-they stand elsewhere, thrusters worked beyond their record.
+they stand elsewhere, thrusters worked beyond their record. So they did where accelerations change by fits while commands stand at
+their extremes, and are still there between: a hidden step of a thruster is over in a moment, and waves never rest.
 """
 
 from collections.abc import Sequence
@@ -38,6 +39,11 @@ _PART, _TIMES, _NOISE = 0.15, 2.0, 2.0
 """Share of the boat's accelerations, times what is left elsewhere, and times the sensors' noise, from which it is sure:
 records cut at a third of full thrust leave 0.2 to 0.35 in yaw, and 2.5 to 5 times as much as elsewhere; sound ones,
 that lack effects too, up to 0.02 in calm water, and in waves the same everywhere."""
+_FITFUL, _PIECES, _BURST = 0.2, 20, 0.1
+"""Share of all that is left, its own noise apart, below which the quietest quarter of straight lines is still, how many
+lines it takes to see that, and the share of the boat's accelerations from which fits are sure: waves leave 0.33 or more
+in the quietest quarter, records cut at a third 0.00 to 0.26."""
+_CUT = "their record is cut at a limit, and the thrusters worked beyond it"
 
 
 @final
@@ -63,7 +69,8 @@ class Limited(Check):
         usual = np.sqrt((np.concatenate([part.rates for part in parts]) ** 2).mean(axis=0))
         noise = np.max([part.noise for part in parts], axis=0)
         size = np.sqrt([(left[extreme[:, k]] ** 2).mean(axis=0) for k in at])
-        beyond = (size > _PART * usual) & (size > _NOISE * noise)
+        fitful = np.array([_by_fits(left[extreme[:, k]], noise) for k in at]) & (size > _BURST * usual)
+        beyond = ((size > _PART * usual) | fitful) & (size > _NOISE * noise)
         share = float(np.max((size / np.where(usual > 0.0, usual, np.inf))[beyond], initial=0.0))
         seconds = float(extreme.any(axis=1).sum()) * STEP
         if not beyond.any():
@@ -77,17 +84,18 @@ class Limited(Check):
         calm = np.sqrt((left[elsewhere] ** 2).mean(axis=0)) if pieces else np.zeros(2)
         many = extreme[:, at].sum(axis=0)[:, None] // _ROWS
         ratio = np.sqrt(f_distribution.isf(_CHANCE, _FREE * many, _FREE * max(pieces, 1)))
-        surely = beyond & (size >= np.maximum(_TIMES, ratio) * calm)
+        surely = beyond & (fitful | (size >= np.maximum(_TIMES, ratio) * calm))
         if not surely.any():
             text = f"{told}, and no less while they stand elsewhere: waves, or a model that lacks much"
             return [
                 Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=tuple(names))
             ]
-        cause = (
-            "much less while they stand elsewhere: their record is cut at a limit, and the thrusters worked beyond it"
-            if pieces
-            else "they push nowhere else: their record is cut at a limit, or waves throw the boat about as much"
-        )
+        if (surely & fitful).any():
+            cause = "it comes by fits, with stillness between: " + _CUT
+        elif pieces:
+            cause = "much less while they stand elsewhere: " + _CUT
+        else:
+            cause = "they push nowhere else: their record is cut at a limit, or waves throw the boat about as much"
         return [
             Finding(
                 check=self.name,
@@ -121,6 +129,15 @@ def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:
             pieces = table[first:whole].reshape(-1, _ROWS, table.shape[1])
             table[first:whole] = detrend(pieces, axis=1).reshape(whole - first, -1)
     return replace(part, left=left, states=states), stands
+
+
+def _by_fits(left: Array, noise: Array) -> NDArray[np.bool_]:
+    """Whether what is left (n, 2) while a command stands comes by fits, (2,): a quarter of its lines is still."""
+    lines = (left[: left.shape[0] // _ROWS * _ROWS].reshape(-1, _ROWS, 2) ** 2).mean(axis=1)
+    if lines.shape[0] < _PIECES:
+        return np.zeros(2, dtype=bool)
+    still = np.sqrt(np.maximum(np.quantile(lines, 0.25, axis=0) - noise**2, 0.0))
+    return np.asarray(still < _FITFUL * np.sqrt(lines.mean(axis=0)))
 
 
 def _extreme(commands: Array, parts: Sequence[Part], rests: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -96,7 +96,7 @@ def test_commands_that_know_only_their_extremes_are_refused_only_where_the_boat_
     zigzag = study.simulated(1, 120.0)[0]  # its commands have ten values, and three where they are cut
     path, _ = spoilt(study, zigzag, "commands clipped", tmp_path)
     (found,) = [f for f in inspect_log(read_log(path), zigzag.vehicle).quality if f.check == "limited"]
-    assert (found.verdict, "push nowhere else" in found.sentence) == ("defect", True)
+    assert (found.verdict, "comes by fits" in found.sentence) == ("defect", True)
     path, _ = spoilt(study, zigzag, "untouched", tmp_path)
     assert not [f for f in inspect_log(read_log(path), zigzag.vehicle).quality if f.check == "limited"]
 
@@ -107,6 +107,20 @@ def test_real_commands_that_stand_at_their_largest_are_not_cut(run: str):
     folder = ROOT / "tests" / "data"
     quality = inspect_log(read_log(folder / f"{run}.csv.gz"), load_vehicle(folder / "vehicle_linear.yaml")).quality
     assert [f.verdict for f in quality if f.check == "limited"] == ["ok"]
+
+
+def test_steps_behind_commands_that_stand_come_by_fits_and_waves_do_not(tmp_path: Path):
+    """What stands elsewhere is too little to compare with, and need not be."""
+    folder, table = ROOT / "tests" / "data", pd.read_csv(ROOT / "tests" / "data" / "A_2.csv.gz")
+    commands = table["topic"].str.endswith("cmd_thrust")
+    table.loc[commands, "value"] = table.loc[commands, "value"].clip(-12.2, 12.2)
+    table.to_csv(tmp_path / "cut.csv", index=False)
+    quality = inspect_log(read_log(tmp_path / "cut.csv"), load_vehicle(folder / "vehicle_linear.yaml")).quality
+    (found,) = [f for f in quality if f.check == "limited"]
+    assert (found.verdict, "comes by fits" in found.sentence) == ("defect", True)
+    hull = load_vehicle("blueboat")
+    path = simulate_world(hull, {}, duration=200.0, noise="clean", waves=0.2, seed=6).write(tmp_path / "waves.csv")
+    assert not [f for f in inspect_log(read_log(path), hull).quality if f.check == "limited" and f.verdict != "note"]
 
 
 def test_a_resampled_log_is_told_of(study: ModuleType, case, tmp_path: Path):

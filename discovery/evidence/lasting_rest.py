@@ -1,0 +1,98 @@
+"""What no model takes: force that lasts for seconds, is material, and is left by everything that was found.
+
+Sensor noise and waves have no mean over some seconds. What a record of the commands that is cut, a cause outside the
+catalogue or anything that changes during a log leaves behind has one. Beside such a rest a name is a stand-in's: of the
+models that were tried it is the least wrong, and the blocks of the log agree on that.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...physics.frames import AXES, Array
+from ...physics.vehicle import Vehicle
+from ..search.floating import Search
+
+_SECONDS = 5.0
+"""Time over which noise and waves vanish in the mean [s]: the longest period of waves in which such boats are driven."""
+_MATERIAL = 0.1
+"""Share of the force at work from which a rest is material. What waves of 0.2 m/s leave in surge and yaw over 5 s is
+0.05 or less, what commands leave that are cut at a third 0.15 to 0.5."""
+_LASTING = 0.5
+"""Share of a rest that its means over 5 s hold, from which it lasts: of white noise it is 0.3, of waves 0.02 to 0.3."""
+_LEFT = 0.4
+"""Share of what the nominal model leaves, from which nothing found explains it: less is what is left in the field by
+weather, where the effects that are missing take the rest."""
+_LEAST = 8
+"""Means below which their size is chance."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastingRest:
+    """What is left on one axis.
+
+    Attributes
+    ----------
+    axis : its name
+    force : root mean square of its means over 5 s [`unit`]
+    share : the same as a share of the force at work
+    unit : of the force
+    """
+
+    axis: str
+    force: float
+    share: float
+    unit: str
+
+    @property
+    def sentence(self) -> str:
+        """The finding, as the end of a sentence."""
+        return (
+            f"{self.force:.2g} {self.unit} of the {self.axis} force at work, {100.0 * self.share:.0f} % of it, last "
+            "for seconds and are explained by nothing that was looked for"
+        )
+
+
+def lasting_rest(forces: Search, found: Vehicle, blind: tuple[bool, ...]) -> LastingRest | None:
+    """The largest rest that lasts, is material, and that the model found hardly takes; None where there is none.
+
+    Parameters
+    ----------
+    forces : the search on the force balance, with the nominal vehicle
+    found : the model with everything that the search selected, sure or not
+    blind : (3,) True for an axis that the log does not show
+    """
+    balance = forces.balance
+    after, before = (balance.balance(vehicle) for vehicle in (found, forces.nominal))
+    pieces = _pieces(balance.time)
+    if pieces[-1] + 1 < _LEAST:
+        return None
+    lasting, usual = (_size(_means(rest, pieces)) for rest in (after, before))
+    share = lasting / forces.force_scale
+    seen = ~np.array(blind) & ~forces.quiet & (share > _MATERIAL)
+    left = seen & (lasting > _LASTING * _size(after)) & (lasting > _LEFT * usual)
+    if not left.any():
+        return None
+    axis = int(np.argmax(np.where(left, share, 0.0)))
+    return LastingRest(AXES[axis], float(lasting[axis]), float(share[axis]), balance.unit[axis])
+
+
+def _pieces(time: Array) -> NDArray[np.int64]:
+    """Numbers of the pieces of 5 s that tests belong to; a piece ends where the time leaps or begins anew."""
+    step = np.diff(time, prepend=time[0])
+    leaps = (step < 0.0) | (step > _SECONDS)
+    begun = time[np.maximum.accumulate(np.where(leaps, np.arange(time.size), 0))]
+    within = ((time - begun) / _SECONDS).astype(np.int64)
+    return np.cumsum((np.diff(within, prepend=0) != 0) | leaps)
+
+
+def _means(rest: Array, pieces: NDArray[np.int64]) -> Array:
+    """Means of a rest (tests, 3) over its pieces, without those that are hardly begun, (pieces, 3)."""
+    tests = np.bincount(pieces)
+    sums = np.column_stack([np.bincount(pieces, column) for column in rest.T])
+    return (sums / np.maximum(tests, 1)[:, None])[tests > 0.5 * tests.max()]
+
+
+def _size(rest: Array) -> Array:
+    return np.sqrt((rest**2).mean(axis=0))
