@@ -21,7 +21,7 @@ from .candidates.nuisance import CALIBRATED, command_timing
 from .candidates.unnamed_terms import term_candidate
 from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
-from .evidence.lasting_rest import lasting_rest
+from .evidence.lasting_rest import beside_rests, lasting_rests
 from .evidence.limits import as_timed, believed, doubts
 from .evidence.record_errors import beside, record_errors
 from .evidence.verdicts import Grounds, conclude, unmeasured
@@ -114,11 +114,8 @@ def _conclude(looked: Selected) -> Discovery:
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     forces, there = looked.forces
-    # What a limit holds, or rollouts object to, explains nothing.
-    credible = [e.key for e in evidence if e.selected and not (e.at_limit or e.rollouts_object)]
-    rest = lasting_rest(forces, search.restrict(state, credible).vehicle, basis.blind)
-    if rest is not None:
-        doubtful = dict.fromkeys((key for key in kept if key not in search.nuisances), rest.sentence) | doubtful
+    rests = lasting_rests(forces, search.balance, state.vehicle)
+    doubtful = beside_rests(search.pool, kept, rests) | doubtful
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     terms = search.of_kind(state.active, Kind.TERM)
     rehearsal = None if search.named(state.active) else looked.rehearsal
@@ -134,7 +131,7 @@ def _conclude(looked: Selected) -> Discovery:
         inclusion(search, state, settings.seed) if terms else {},
         looked.unseen,
         doubtful,
-        rest,
+        rests,
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))

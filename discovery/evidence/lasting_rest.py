@@ -5,6 +5,7 @@ catalogue or anything that changes during a log leaves behind has one. Beside su
 models that were tried it is the least wrong, and the blocks of the log agree on that.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,18 +13,20 @@ from numpy.typing import NDArray
 
 from ...physics.frames import AXES, Array
 from ...physics.vehicle import Vehicle
+from ..balance.base import Balance
+from ..candidates.candidate import Candidate, Kind
 from ..search.floating import Search
 
 _SECONDS = 5.0
-"""Time over which noise and waves vanish in the mean [s]: the longest period of waves in which such boats are driven."""
+"""Time over which noise and waves vanish in the mean [s]: the longest period of waves in which such boats sail."""
 _MATERIAL = 0.1
 """Share of the force at work from which a rest is material. What waves of 0.2 m/s leave in surge and yaw over 5 s is
 0.05 or less, what commands leave that are cut at a third 0.15 to 0.5."""
 _LASTING = 0.5
 """Share of a rest that its means over 5 s hold, from which it lasts: of white noise it is 0.3, of waves 0.02 to 0.3."""
-_LEFT = 0.4
-"""Share of what the nominal model leaves, from which nothing found explains it: less is what is left in the field by
-weather, where the effects that are missing take the rest."""
+_LEFT = 0.5
+"""Share of what the nominal model leaves, in these means and in rollouts where those judge, from which what was found
+explains little: weather leaves less in the field where the effects that are missing take the rest."""
 _LEAST = 8
 """Means below which their size is chance."""
 
@@ -54,28 +57,45 @@ class LastingRest:
         )
 
 
-def lasting_rest(forces: Search, found: Vehicle, blind: tuple[bool, ...]) -> LastingRest | None:
-    """The largest rest that lasts, is material, and that the model found hardly takes; None where there is none.
+def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[LastingRest, ...]:
+    """What lasts, is material, and is hardly less with the model found than with the nominal one, by axis.
 
     Parameters
     ----------
     forces : the search on the force balance, with the nominal vehicle
+    judge : the balance that judged, of forces or of rollouts; on an axis to which it is blind nothing is told
     found : the model with everything that the search selected, sure or not
-    blind : (3,) True for an axis that the log does not show
     """
     balance = forces.balance
     after, before = (balance.balance(vehicle) for vehicle in (found, forces.nominal))
     pieces = _pieces(balance.time)
     if pieces[-1] + 1 < _LEAST:
-        return None
+        return ()
     lasting, usual = (_size(_means(rest, pieces)) for rest in (after, before))
     share = lasting / forces.force_scale
-    seen = ~np.array(blind) & ~forces.quiet & (share > _MATERIAL)
-    left = seen & (lasting > _LASTING * _size(after)) & (lasting > _LEFT * usual)
-    if not left.any():
-        return None
-    axis = int(np.argmax(np.where(left, share, 0.0)))
-    return LastingRest(AXES[axis], float(lasting[axis]), float(share[axis]), balance.unit[axis])
+    little = lasting > _LEFT * usual
+    if not judge.forces:
+        little &= _size(judge.balance(found)) > _LEFT * _size(judge.balance(forces.nominal))
+    seen = ~np.array(judge.blind) & ~forces.quiet
+    left = seen & little & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
+    return tuple(
+        LastingRest(AXES[axis], float(lasting[axis]), float(share[axis]), balance.unit[axis])
+        for axis in sorted(np.flatnonzero(left).tolist(), key=lambda axis: -share[axis])
+    )
+
+
+def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], rests: Sequence[LastingRest]) -> dict[str, str]:
+    """Why effects that act where a rest lasts are not certain, by key, as the end of a sentence.
+
+    One without an axis of its own acts on all of them.
+    """
+    found = {}
+    for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
+        own = {AXES[p.axis] for p in candidate.parameters if p.axis is not None} or set(AXES)
+        why = [rest.sentence for rest in rests if rest.axis in own]
+        if why:
+            found[candidate.key] = "beside it, " + " and ".join(why)
+    return found
 
 
 def _pieces(time: Array) -> NDArray[np.int64]:

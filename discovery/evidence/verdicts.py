@@ -45,7 +45,7 @@ class Grounds:
     included : share of block ensembles in which a term without a name is selected, by symbol
     unseen : candidates that the search could not judge
     doubtful : why kept effects are not certain all the same, by key: they stay in the model, and are not called missing
-    rest : what lasts and is explained by nothing: beside it no effect is called missing
+    rests : what lasts and is explained by nothing: what acts there is not called missing
     """
 
     search: Search
@@ -59,7 +59,7 @@ class Grounds:
     included: Mapping[str, float] = field(default_factory=dict)
     unseen: Sequence[Candidate] = ()
     doubtful: Mapping[str, str] = field(default_factory=dict)
-    rest: LastingRest | None = None
+    rests: Sequence[LastingRest] = ()
 
 
 def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
@@ -86,11 +86,11 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     )
     open_ends = [e for e in g.evidence if (e.selected and e.key not in kept) or e.faint or e.key in doubtful]
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
-    unsure = bool(open_ends) or bool(unnamed) or still or g.rest is not None
+    unsure = bool(open_ends) or bool(unnamed) or still or bool(g.rests)
     verdict = "missing" if missing else "undecided" if unsure else "nothing missing"
     return Findings(
         verdict=verdict,
-        headline=_STILL if still and not missing else _headline(missing, unnamed, open_ends, doubtful, g.rest),
+        headline=_STILL if still and not missing else _headline(missing, unnamed, open_ends, doubtful, g.rests),
         missing=missing,
         candidates=tuple(found),
         unnamed=unnamed,
@@ -216,7 +216,7 @@ def _headline(
     unnamed: Sequence[FoundTerm],
     open_ends: Sequence[Evidence],
     doubtful: Mapping[str, str],
-    rest: LastingRest | None,
+    rests: Sequence[LastingRest],
 ) -> str:
     words = [name.replace("_", " ") for name in missing]
     if words:
@@ -224,9 +224,10 @@ def _headline(
         more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
         perhaps = f", and perhaps {_listed(doubtful)}" if doubtful else ""
         return f"The model is missing {listed}{more}{perhaps}."
-    if rest is not None:
+    if rests:
         perhaps = f" (perhaps {_listed(e.key for e in open_ends)})" if open_ends else ""
-        return f"Undecided: {rest.sentence}; beside that, no effect can be named{perhaps}."
+        told = "; ".join(rest.sentence for rest in rests)
+        return f"Undecided: {told}; beside that, no effect can be named{perhaps}."
     if unnamed:
         return "No named effect is missing for sure, but the log asks for terms that nobody has named."
     if open_ends:

@@ -129,7 +129,7 @@ def test_a_network_is_no_run_to_add_to(here: Path) -> None:
 def test_a_run_whose_log_is_gone(copy: Path) -> None:
     spoil(copy / "run.json", "logs", value=["gone.csv"])
     match = (
-        r"run was made from 'gone\.csv', which is not there \(seen from .*\); run this where 'undertow discover' was run"
+        r"run was made from 'gone\.csv', which is not there \(seen from .*\); run this where 'undertow discover' was"
     )
     refused("add", HIDDEN, "--run", "run", match=match)
 

@@ -2,8 +2,8 @@
 
 While no command moves, the thrusters' force is constant, whatever it is, and the rest of the motion is hull, waves and
 noise, wherever the commands stand. Where accelerations change much while they stand at their extremes and little while
-they stand elsewhere, thrusters worked beyond their record. So they did where accelerations change by fits while commands stand at
-their extremes, and are still there between: a hidden step of a thruster is over in a moment, and waves never rest.
+they stand elsewhere, thrusters worked beyond their record. So they did where accelerations change by fits while they
+stand at their extremes, with stillness between: a hidden step of a thruster is over in a moment, and waves never rest.
 """
 
 from collections.abc import Sequence

@@ -7,9 +7,10 @@ import pytest
 
 from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
+from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.lasting_rest import LastingRest, lasting_rest
+from undertow.discovery.evidence.lasting_rest import LastingRest, lasting_rests
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
@@ -17,7 +18,6 @@ from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
 HULL = load_vehicle("blueboat")
-SEEING = (False, False, False)
 
 
 def world(noise: str = "clean", waves: float = 0.0, hidden: float = 0.0) -> Motion:
@@ -31,42 +31,48 @@ def cut(motion: Motion, share: float = 0.35) -> Motion:
     return replace(motion, commands=motion.commands.clip(-limit, limit))
 
 
-def rest_of(motion: Motion, found: Vehicle = HULL, blind: tuple[bool, ...] = SEEING) -> LastingRest | None:
-    return lasting_rest(Search(WeakForm([motion], WeakSettings()), HULL, (), SearchSettings()), found, blind)
+def rest_of(motion: Motion, found: Vehicle = HULL) -> tuple[LastingRest, ...]:
+    form = WeakForm([motion], WeakSettings())
+    return lasting_rests(Search(form, HULL, (), SearchSettings()), form, found)
 
 
 @pytest.mark.parametrize(("noise", "waves"), [("clean", 0.0), ("rough", 0.0), ("field", 0.2)])
 def test_noise_and_waves_leave_nothing_that_lasts(noise: str, waves: float):
-    assert rest_of(world(noise, waves)) is None
+    assert rest_of(world(noise, waves)) == ()
 
 
 def test_commands_cut_in_the_record_leave_what_no_model_takes():
-    rest = rest_of(cut(world("field", 0.1)))
-    assert rest is not None
-    assert rest.axis in {"surge", "yaw"}
-    assert 0.1 < rest.share < 1.0
-    assert f"{100.0 * rest.share:.0f} % of it, last for seconds" in rest.sentence
+    rests = rest_of(cut(world("field", 0.1)))
+    assert {rest.axis for rest in rests} == {"surge", "yaw"}
+    for rest in rests:
+        assert 0.1 < rest.share < 1.0
+        assert f"{100.0 * rest.share:.0f} % of it, last for seconds" in rest.sentence
 
 
 def test_what_an_effect_takes_is_no_rest():
     missing = world(hidden=-30.0)
-    assert rest_of(missing) is not None
-    assert rest_of(missing, HULL.with_values({"X_uu": HULL.value("X_uu") - 30.0})) is None
+    assert [rest.axis for rest in rest_of(missing)] == ["surge"]
+    assert rest_of(missing, HULL.with_values({"X_uu": HULL.value("X_uu") - 30.0})) == ()
 
 
-def test_an_axis_that_the_log_does_not_show_is_not_judged():
-    assert rest_of(world(hidden=-30.0), blind=(True, False, False)) is None
+def test_an_axis_that_the_judge_does_not_see_is_not_told_of():
+    missing = world(hidden=-30.0)
+    forces = Search(WeakForm([missing], WeakSettings()), HULL, (), SearchSettings())
+    judge = Shooting([missing], HULL, ShootingSettings(), (True, False, False))
+    assert lasting_rests(forces, judge, HULL) == ()
 
 
-def test_beside_a_rest_nothing_is_called_missing(monkeypatch: pytest.MonkeyPatch):
+def test_what_acts_where_a_rest_lasts_is_not_called_missing(monkeypatch: pytest.MonkeyPatch):
     motion = world("field", hidden=-30.0)
     assert find_missing([motion], HULL).findings.missing == ("surge_quadratic_damping",)
-    rest = LastingRest("yaw", 4.2, 0.31, "N m")
-    monkeypatch.setattr(discover, "lasting_rest", lambda *_: rest)
+    rests = [LastingRest("yaw", 4.2, 0.31, "N m")]
+    monkeypatch.setattr(discover, "lasting_rests", lambda *_: tuple(rests))
+    assert find_missing([motion], HULL).findings.missing == ("surge_quadratic_damping",)
+    assert find_missing([world()], HULL).findings.verdict == "undecided"
+    rests.append(LastingRest("surge", 5.1, 0.2, "N"))
     findings = find_missing([motion], HULL).findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
     assert findings.headline.startswith("Undecided: 4.2 N m of the yaw force at work, 31 % of it, last for seconds")
     assert "(perhaps surge quadratic damping)" in findings.headline
     (effect,) = [c for c in findings.candidates if c.effect == "surge_quadratic_damping"]
-    assert (effect.verdict, rest.sentence in effect.sentence) == ("possible", True)
-    assert find_missing([world()], HULL).findings.verdict == "undecided"
+    assert (effect.verdict, rests[1].sentence in effect.sentence) == ("possible", True)
