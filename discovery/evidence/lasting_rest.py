@@ -20,8 +20,8 @@ from ..search.floating import Search
 _SECONDS = 5.0
 """Time over which noise and waves vanish in the mean [s]: the longest period of waves in which such boats sail."""
 _MATERIAL = 0.1
-"""Share of the force at work from which a rest is material. What waves of 0.2 m/s leave in surge and yaw over 5 s is
-0.05 or less, what commands leave that are cut at a third 0.15 to 0.5."""
+"""Share of the force at work from which a rest is material. Waves of 0.2 m/s leave 0.07 or less in surge and yaw
+over 5 s where the model is right, commands that are cut at a third 0.15 to 0.5."""
 _LASTING = 0.5
 """Share of a rest that its means over 5 s hold, from which it lasts: of white noise it is 0.3, of waves 0.02 to 0.3."""
 _LEFT = 0.5
