@@ -1,7 +1,7 @@
 """All models on the same rows, as `comparison.json` has them: errors, laws, domain, and what is more than chance."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -49,6 +49,11 @@ class Judged:
     def verdict(self) -> str:
         """What the laws say, in a word."""
         return "not run" if self.audit is None else self.audit.verdict
+
+    def called(self, model: Model) -> "Judged":
+        """The same of a model that differs by its name and kind alone."""
+        audit = None if self.audit is None else replace(self.audit, model=model.name, kind=model.kind)
+        return Judged(model, self.errors, audit)
 
 
 def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:

@@ -1,13 +1,11 @@
 """Are two channels in step? The delay between two records of the same quantity."""
 
-from functools import lru_cache
-
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from ..physics.file_records import Number, Record
 from ..physics.frames import Array
 from .statistics.peak import turning_point
+from .statistics.zero_phase import band_pass
 
 LEAST_CORRELATION = 0.7
 """Correlation from which two records tell of the same motion, or, negative, of opposite ones: half of the variance of
@@ -87,19 +85,14 @@ def drift_free(rate: Array, step: float) -> Array:
 def band_passed(values: Array, step: float, band: tuple[float, float]) -> Array:
     """Keep a band [Hz] of records (n, ...) sampled every `step` [s], without moving them in time."""
     padding = min(values.shape[0] - 1, round(5.0 / step))
-    found, sections = np.empty(values.shape), _sections(band, step)
+    found = np.empty(values.shape)
     # Long records one after the other: the filter makes several copies of what it is given.
     columns, mean = values.reshape(values.shape[0], -1), np.atleast_1d(values.mean(axis=0))
     passed, width = found.reshape(columns.shape), max(1, _AT_ONCE // values.shape[0])
     for begin in range(0, columns.shape[1], width):
         few = slice(begin, begin + width)
-        passed[:, few] = sosfiltfilt(sections, columns[:, few] - mean[few], axis=0, padlen=padding)
+        passed[:, few] = band_pass(columns[:, few] - mean[few], step, band, 2, padding)
     return found
-
-
-@lru_cache(maxsize=16)
-def _sections(band: tuple[float, float], step: float) -> Array:
-    return np.asarray(butter(2, band, "bandpass", fs=1.0 / step, output="sos"), dtype=float)
 
 
 def _correlation(a: Array, b: Array, lag: int) -> float:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import cache
 from reprlib import Repr
 from typing import Annotated, Any, ClassVar, Self
 
@@ -40,6 +41,12 @@ def absent() -> Any:
     return Field(default=None, exclude_if=lambda value: value is None)
 
 
+@cache
+def _needed(record: type[BaseModel]) -> frozenset[str]:
+    """The fields without a default."""
+    return frozenset(name for name, field in record.model_fields.items() if field.is_required())
+
+
 class Record(BaseModel):
     """One fact of a file, or all of it.
 
@@ -57,8 +64,7 @@ class Record(BaseModel):
     def _null_is_absent(cls, content: Any) -> Any:
         if not isinstance(content, Mapping):
             return content
-        needed = {name for name, field in cls.model_fields.items() if field.is_required()}
-        return {key: value for key, value in content.items() if value is not None or key in needed}
+        return {key: value for key, value in content.items() if value is not None or key in _needed(cls)}
 
     def but(self, **changes: Any) -> Self:
         """The same with other values in some fields, checked."""

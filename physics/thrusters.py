@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from scipy.signal import lfilter
+from scipy.linalg.blas import dtbsv
 
 from .errors import RequestError
 from .frames import Array
@@ -335,6 +335,9 @@ def first_order_lag(series: Array, time_constant: float, time_step: float) -> Ar
     a = np.exp(-ratio)
     slope = (1.0 - a) / ratio
     b0, b1 = slope - a, 1.0 - slope
-    start = np.array([series[0] * (b0 + a)])
-    filtered, _ = lfilter([b1, b0], [1.0, -a], series, zi=start)
-    return np.asarray(filtered, dtype=float)
+    driven = b1 * series
+    driven[1:] += b0 * series[:-1]
+    driven[0] = series[0]
+    recursion = np.empty((2, series.size), order="F")  # the two diagonals of y[k] - a y[k-1]
+    recursion[0], recursion[1] = 1.0, -a
+    return np.asarray(dtbsv(1, recursion, driven, lower=1, diag=1, overwrite_x=1))

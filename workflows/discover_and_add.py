@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..comparison.comparison import comparison, judge, reference_models, score_step
+from ..comparison.comparison import Judged, comparison, judge, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
 from ..discovery.discover import Discovery, add_effects, find_missing
 from ..discovery.findings import LogFacts, Unexplained
@@ -76,7 +76,12 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     corrected = models[-1] if len(models) > 1 else _renamed(models[0])
     known = {models[0].name: errors[0], corrected.name: errors[-1]}
     every, notes = reference_models(inputs, [corrected], found.basis)
-    judged = [judge(model, inputs.parts, known.get(model.name)) for model in every]
+    judged: list[Judged] = []
+    for model in every:
+        if model is corrected and corrected.vehicle == inputs.vehicle:
+            judged.append(judged[0].called(corrected))
+        else:
+            judged.append(judge(model, inputs.parts, known.get(model.name)))
     audit = next(each.audit for each in judged if each.audit is not None and each.model is corrected)
     compared = comparison(judged, inputs, table, notes=notes)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from ...measurements.statistics.blocks import block_draws, block_scores, sandwich
 from .rows import EDGE, Array, Scene
@@ -50,7 +50,7 @@ class Fitted:
 
     def interval(self, k: int) -> list[float]:
         """The 95 % interval of a coefficient."""
-        reach = float(student_t.ppf(0.975, max(self.blocks - 2, 2))) * self.errors[k]
+        reach = float(stdtrit(max(self.blocks - 2, 2), 0.975)) * self.errors[k]
         return [float(self.values[k] - reach), float(self.values[k] + reach)]
 
 
@@ -79,7 +79,7 @@ def fit_beside(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitt
     if not used[:k].all():
         return None
     kept = columns[:, used] / scale[used]
-    beside_alone = _span(kept[:, k:])
+    beside_alone = span(kept[:, k:])
     inside = kept[:, :k] - beside_alone @ (beside_alone.T @ kept[:, :k])
     free = (inside**2).sum(axis=0)
     wanted = np.where(rows, target, 0.0)
@@ -99,12 +99,13 @@ def fit_beside(stage: Scene, target: Array, asked: Array, beside: Array) -> Fitt
     return Fitted(values / unit, covariance / np.outer(unit, unit), (values + wild) / unit, blocks.size, free, residual)
 
 
-def _span(columns: Array) -> Array:
+def span(columns: Array) -> Array:
     """An orthonormal basis of some columns, (n, rank)."""
     if not columns.shape[1]:
         return columns
-    left, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return left[:, size > 1e-8 * size[0]]
+    base, triangle = np.linalg.qr(columns)  # a third of the time of the singular vectors of all rows
+    left, size, _ = np.linalg.svd(triangle)
+    return np.asarray(base @ left[:, size > 1e-8 * size[0]])
 
 
 def static_columns(stage: Scene, *, sway: bool = True) -> Array:

@@ -87,13 +87,15 @@ def where_they_fail(
         stage = scene(table[judged], which)
         first = which == "before"
         fate = _Fate(whole, judged, effects if first else None, later if first else None)
-        looks = structure_of(stage, along.thrust(model.vehicle)[judged], model.name, rows_of)
-        heard = [looks.frequency[axis].verdict not in NOISE for axis in AXES]
-        for found in (place for place in worst_places(stage) if heard[place.axis]):
+        if first or model.vehicle != before.vehicle:  # they are equal where nothing is missing
+            looks = structure_of(stage, along.thrust(model.vehicle)[judged], model.name, rows_of)
+            heard = [k for k, axis in enumerate(AXES) if looks.frequency[axis].verdict not in NOISE]
+            places, worst = worst_places(stage, axes=heard), segments(stage)
+        for found in places:
             told = found.told(stage, model.name).but(rows_of=rows_of)
             failures.append(fate.of(told, found.place.inside, found.axis))
-        seconds = [fate.of(one.told(stage), one.rows, one.axis) for one in segments(stage) if heard[one.axis]]
-        structure.append(looks.but(segments=tuple(seconds)))
+        seconds = [fate.of(one.told(stage), one.rows, one.axis) for one in worst if one.axis in heard]
+        structure.append(looks.but(model=model.name, segments=tuple(seconds)))
     return tuple(failures), tuple(structure)
 
 

@@ -5,8 +5,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
-from scipy.signal import detrend
-from scipy.signal.windows import hann
 
 from ...physics.file_records import Number, Record
 from ...physics.frames import AXES
@@ -83,7 +81,7 @@ def against_frequency(stage: Scene) -> dict[str, Frequency]:
     error, measured = (_transformed(np.nan_to_num(values), windows) for values in (stage.error, stage.measured))
     others = _transformed(np.column_stack(list(signals.values())), windows)
     shown = (hz > 0.0) & (hz <= _HIGHEST)
-    scale = 2.0 * stage.step / (hann(windows.shape[1], False) ** 2).sum()
+    scale = 2.0 * stage.step / (_taper(windows.shape[1]) ** 2).sum()
     told = {}
     for k, axis in enumerate(AXES):
         power = (np.abs(error[..., k]) ** 2).mean(axis=0)
@@ -174,5 +172,10 @@ def _signals(stage: Scene) -> dict[str, Array]:
 
 def _transformed(values: Array, windows: NDArray[np.intp]) -> NDArray[np.complex128]:
     """Fourier transforms of every window, (windows, frequencies, columns)."""
-    taper = hann(windows.shape[1], False)[None, :, None]
-    return np.fft.rfft(detrend(values[windows], axis=1, type="constant") * taper, axis=1)
+    taper = _taper(windows.shape[1])[None, :, None]
+    return np.fft.rfft((values[windows] - values[windows].mean(axis=1, keepdims=True)) * taper, axis=1)
+
+
+def _taper(rows: int) -> Array:
+    """A Hann window of whole periods, (rows,)."""
+    return np.hanning(rows + 1)[:-1]

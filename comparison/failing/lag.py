@@ -7,7 +7,7 @@ from ...physics.file_records import Number, Record
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent
 from ...physics.thrusters import first_order_lag
-from .block_fit import contiguous, draws, earth_columns, static_columns
+from .block_fit import contiguous, draws, earth_columns, span, static_columns
 from .rows import Array, Scene
 
 _REACH = (-0.6, 1.5)
@@ -66,8 +66,7 @@ def against_lag(stage: Scene, thrust: Array) -> dict[str, Lag]:
     if not usable.size or blocks.max() + 1 < _FEWEST:
         return dict.fromkeys(AXES, Lag())
     beside = np.column_stack([static_columns(stage), earth_columns(stage)])[usable]
-    base, size, _ = np.linalg.svd(beside / np.maximum(np.linalg.norm(beside, axis=0), 1e-12), full_matrices=False)
-    base = base[:, size > 1e-8 * size[0]]
+    base = span(beside / np.maximum(np.linalg.norm(beside, axis=0), 1e-12))
     pushed = np.sqrt((thrust[usable] ** 2).mean(axis=0)) > _MATERIAL * stage.spread
     told = {}
     for k, axis in enumerate(AXES):

@@ -147,7 +147,7 @@ def failures(series: pd.DataFrame, model: str = "before", *, limit: int = LIMIT)
     return [found.told(stage, model) for found in worst_places(stage, limit)]
 
 
-def worst_places(stage: Scene, limit: int = LIMIT) -> list[Failure]:
+def worst_places(stage: Scene, limit: int = LIMIT, axes: Sequence[int] = (0, 1, 2)) -> list[Failure]:
     """The places where a model fails, worst first.
 
     A place is a node of a shallow tree grown on the squared error, or a range of surge speed or yaw rate, a state of
@@ -157,6 +157,11 @@ def worst_places(stage: Scene, limit: int = LIMIT) -> list[Failure]:
     half agrees: the 95 % interval of the mean square error there, from a bootstrap of its blocks in the place, lies
     above the mean square of that half. Axes that the model predicts badly come first, and a place that repeats an
     earlier one is passed over.
+
+    Parameters
+    ----------
+    limit : most of them
+    axes : that are looked at
     """
     if not len(stage.table) or stage.block[-1] + 1 < 2 * _FEWEST_BLOCKS:
         return []
@@ -167,7 +172,7 @@ def worst_places(stage: Scene, limit: int = LIMIT) -> list[Failure]:
         badness = np.minimum(np.sqrt(mean_square(stage.error)) / np.maximum(stage.spread, 1e-12), 1.0)
     plain = list(_plain_places(stage))
     trials: list[tuple[float, int, Place]] = []
-    for axis in range(3):
+    for axis in axes:
         if squares[:, axis].any():
             places = [*plain, *_grown(stage, axis, squares[:, axis], chooses & usable[:, axis])]
             trials += _best(places, squares[:, axis], usable[:, axis], chooses, axis, float(badness[axis]))

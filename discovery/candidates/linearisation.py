@@ -22,6 +22,8 @@ _FAINT = 0.05
 """Share of a general effect's strongest column below which one of its parameters keeps its value."""
 _FINER = (0.6, 0.75, 0.87, 0.93, 0.97, 1.03, 1.07, 1.15, 1.3, 1.6)
 """Factors about a value that moves in steps, closer and closer to it: an optimum between the grid's values is met."""
+_ROUGH = 0.02
+"""To which a model near by is rounded [m/s, s, 1]: columns change by some two per cent, which ranks no neighbour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +64,8 @@ class Linearisation:
     pool : candidates that get options
     active : keys of those that stand in the vehicle
     standing : what is active gets no other option than as it stands
+    roughly : what is not active gets its columns about a model near by, whose columns may be at hand: enough to choose
+        what to try next
 
     Attributes
     ----------
@@ -79,8 +83,10 @@ class Linearisation:
         pool: Sequence[Candidate],
         active: Sequence[str],
         standing: bool = False,
+        roughly: bool = False,
     ) -> None:
         self.vehicle = vehicle
+        near_by = _near_by(vehicle) if roughly else vehicle
         self._near = balance.about(vehicle)
         self._base = self._near.balances(vehicle)
         self._columns: list[Array] = []
@@ -100,9 +106,9 @@ class Linearisation:
             else:
                 nothing = _absent(candidate, absent)
                 if candidate.effect.shapes:
-                    present = self._shapes(candidate, vehicle, absent)
+                    present = self._shapes(candidate, near_by, absent)
                 else:
-                    present = (self._present(candidate, vehicle, tuple(absent.values()), -1),)
+                    present = (self._present(candidate, near_by, tuple(absent.values()), -1),)
                 self.options[candidate.key] = (nothing, *present)
         # Laid out with the tests last, for whoever sums over them; each column is one stride of memory.
         copies, tests, axes = self._base.shape
@@ -203,6 +209,13 @@ class Linearisation:
         if parameter.section == "memory":
             return (*current, p["memory_time"], *((p["memory_sway"], p["memory_yaw"]) if parameter.grid else ()))
         return current
+
+
+def _near_by(vehicle: Vehicle) -> Vehicle:
+    """The vehicle with what other columns depend on rounded: current, and what makes forces of commands."""
+    symbols = ("current_north", "current_east", *SHARED, *(f"{t.name}_scale" for t in vehicle.thrusters))
+    values = {symbol: vehicle.value(symbol) for symbol in symbols}
+    return vehicle.with_values({symbol: _ROUGH * round(value / _ROUGH) for symbol, value in values.items()})
 
 
 def _absent(candidate: Candidate, values: dict[str, float], offset: int = -1) -> Option:

@@ -8,7 +8,6 @@ from ...physics.frames import Array
 from ...physics.laws.certificate import Exponents, control_matrices, corner_state, vehicle_degree, vehicle_power
 from ...physics.laws.damping_power import Envelope, State
 from ...physics.vehicle import Vehicle
-from .convex_program import solve_excess
 
 _ROUNDING = 1e-9
 """Share of the power scale below which a negative eigenvalue is rounding."""
@@ -49,6 +48,8 @@ def certify(vehicle: Vehicle, envelope: Envelope) -> Certificate:
     eigenvalues = least_eigenvalues(power / scale, None, degree)
     short = eigenvalues.min(axis=1) < -1e-13
     if short.any():
+        from .convex_program import solve_excess  # here, because it takes half a second, and most vehicles need none
+
         slack = solve_excess(power[short] / scale[short], degree)
         eigenvalues[short] = least_eigenvalues(power[short] / scale[short], slack, degree)
     watts = eigenvalues * scale

@@ -6,8 +6,6 @@ depends on a model's shape only (how many parameters, which have limits, the deg
 """
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from threading import Lock
@@ -18,8 +16,8 @@ import numpy as np
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.laws.certificate import Basis, Exponents, basis
+from .program_data import NO_OPTIMUM, LawNumbers, Shape, Solution
 
-NO_OPTIMUM = "lawful refit: expected an optimal solution, the solver says {!r}; try fewer effects"
 _LOCK = Lock()
 """A compiled problem holds its numbers, so that one caller at a time may use it."""
 _INSIDE = 1e-6
@@ -27,61 +25,6 @@ _INSIDE = 1e-6
 _COARSER = {"tol_gap_abs": 1e-6, "tol_gap_rel": 1e-6, "tol_feas": 1e-7}
 """Tolerances of a second attempt where the finer ones are beyond rounding; every constraint is checked again."""
 _NONE = (cvxpy.INFEASIBLE, cvxpy.INFEASIBLE_INACCURATE)
-
-
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """What a compiled refit depends on.
-
-    Attributes
-    ----------
-    below, above : for each parameter, True where it has a lower or upper limit
-    orthants : number of orthants of the envelope, 0 for no law of dissipation
-    degree : of the certificate's matrices in each velocity
-    mass : True when the mass matrix depends on a parameter
-    """
-
-    below: tuple[bool, ...]
-    above: tuple[bool, ...]
-    orthants: int = 0
-    degree: Exponents = (1, 1, 1)
-    mass: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class LawNumbers:
-    """The numbers of the laws, in units of order one.
-
-    Attributes
-    ----------
-    power : (orthants, m) coefficients of the power with all n parameters at zero
-    slope : (orthants, m, n) their change with each parameter
-    allowance : (orthants, K, 3, 3) S + allowance must be positive semidefinite at each control point
-    mass : (3, 3) mass matrix with all parameters at zero, less its margin
-    mass_slope : (n, 3, 3) its change with each parameter
-    """
-
-    power: Array
-    slope: Array
-    allowance: Array
-    mass: Array
-    mass_slope: Array
-
-
-@dataclass(frozen=True, slots=True)
-class Solution:
-    """What a programme returned.
-
-    Attributes
-    ----------
-    values : (n,) parameters
-    slack : (orthants, s) exchanges of the certificate
-    pull : (orthants, K, 3, 3) multipliers of the matrix inequalities: loss saved for each unit of relief
-    """
-
-    values: Array
-    slack: Array
-    pull: Array
 
 
 class _Refit:
@@ -178,26 +121,6 @@ def solve_refit(
             pull = np.array([np.asarray(rule.dual_value, dtype=float) for rule in p.matrices])
             pull = pull.reshape(shape.orthants, -1, 3, 3)
         return Solution(np.asarray(p.x.value, dtype=float), slack, pull)
-
-
-def check_shown(symbols: Sequence[str], power: Array) -> None:
-    """Refuse parameters of which the data show nothing.
-
-    Parameters
-    ----------
-    symbols, power : names, and squared size of the columns (n,) without what sensor noise makes of them
-
-    Raises
-    ------
-    RequestError
-        naming those without any.
-    """
-    silent = [symbol for symbol, own in zip(symbols, power, strict=True) if not own > 0.0]
-    if silent:
-        raise RequestError(
-            f"lawful refit: beyond sensor noise the log says nothing about {', '.join(silent)}; see with 'undertow "
-            "inspect' whether every thruster has its own command and every sensor works, or give a livelier log"
-        )
 
 
 def solve_excess(power: Array, degree: Exponents) -> Array:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cvxpy
 import numpy as np
 
 from ...physics.errors import RequestError
@@ -24,8 +23,8 @@ from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
 from ..search.gram import GramScores
 from .certify import certify, least_eigenvalues, power_scale
-from .convex_program import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown, solve_excess, solve_refit
 from .price_of_law import NOTHING, Binding, price_in_words
+from .program_data import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown
 
 _TOLERANCE = 1e-6
 """Share by which a returned number may break a limit or a law: the solver stops at a hundredth of it, see
@@ -72,8 +71,9 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
     """Least squares of the chosen parameters under their physical limits, by symbol (total values).
 
     Limits are those of the catalogue on nominal plus added value: damping never drives, thruster scales and lags
-    are not negative, added mass adds. The quadratic programme is solved by Clarabel through cvxpy on the R factor of
-    the compressed data, and each limit is checked again on the numbers that came back.
+    are not negative, added mass adds. Where least squares keep the limits by themselves, that is the answer; else the
+    quadratic programme is solved by Clarabel through cvxpy on the R factor of the compressed data. Each limit is
+    checked again on the numbers that came back.
 
     Raises
     ------
@@ -84,7 +84,18 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
     scaled = _scaled(scores, chosen)
     if not scaled.symbols:
         return values
-    return values | scaled.totals(solve_refit(scaled.shape(), scaled.factor, scaled.target, scaled.limits))
+    return values | scaled.totals(_within_limits(scaled))
+
+
+def _within_limits(scaled: "_Scaled") -> Solution | None:
+    """Least squares under the limits; None when nothing satisfies them."""
+    (lower, upper), n = scaled.limits, len(scaled.symbols)
+    found, _, rank, _ = np.linalg.lstsq(scaled.factor, scaled.target, rcond=_FLAT)
+    if rank == n and ((lower <= found) & (found <= upper)).all():
+        return Solution(found, np.zeros((0, 0)), np.zeros((0, 0, 3, 3)))
+    from .convex_program import solve_refit  # here, because cvxpy takes half a second to load
+
+    return solve_refit(scaled.shape(), scaled.factor, scaled.target, scaled.limits)
 
 
 def passive_refit(
@@ -162,7 +173,7 @@ class _Scaled:
     def totals(self, solution: Solution | None) -> dict[str, float]:
         """Total values by symbol, every limit checked again."""
         if solution is None:
-            raise RequestError(NO_OPTIMUM.format(cvxpy.INFEASIBLE))
+            raise RequestError(NO_OPTIMUM.format("infeasible"))
         (lower, upper), found = self.limits, solution.values
         slack = _TOLERANCE * (1.0 + np.abs(found))
         broken = (found < lower - slack) | (found > upper + slack)
@@ -239,6 +250,8 @@ class _Passive:
 
     def allow_nominal(self) -> None:
         """Ask at each control point for no more than the nominal model has: the negative part of its S is allowed."""
+        from .convex_program import solve_excess  # as below
+
         slack = solve_excess(self.before / self.scale, self.degree)
         size, vectors = np.linalg.eigh(control_matrices(self.before / self.scale, slack, self.degree))
         missing = np.einsum("...ik,...k,...jk->...ij", vectors, np.maximum(-size, 0.0), vectors)
@@ -248,6 +261,8 @@ class _Passive:
         """The refit with S + allowance + ease >= 0 at the control points; None when no values do that."""
         if not self.scaled.symbols:
             return None
+        from .convex_program import solve_refit
+
         law = replace(self.numbers, allowance=self.numbers.allowance + ease * np.eye(3))
         return solve_refit(self.shape, self.scaled.factor, self.scaled.target, self.scaled.limits, law)
 

@@ -107,7 +107,7 @@ class Search(Scoring):
         return bool((share >= np.where(self.quiet, self.settings.materiality, self.settings.least)).any())
 
     def _step(self, state: State, refused: set[frozenset[str]], pool: Sequence[Candidate]) -> State | None:
-        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool, roughly=True)
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True):
             neighbours = enumerate(changes(linear, scores, now, two_for_one, self.nuisances))

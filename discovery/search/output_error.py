@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.errors import RequestError
@@ -178,7 +178,7 @@ class _Problem:
             inverse = np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free], rcond=1e-12, hermitian=True)
             covariance[np.ix_(free, free)] = sandwich(inverse, scores[:, free]) / np.outer(size[free], size[free])
         if blocks > free.sum():
-            reach[free] = float(student.ppf(0.975, blocks - 1)) * np.sqrt(np.diag(covariance)[free])
+            reach[free] = float(stdtrit(blocks - 1, 0.975)) * np.sqrt(np.diag(covariance)[free])
         return covariance, reach
 
 

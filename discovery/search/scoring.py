@@ -109,10 +109,11 @@ class Scoring:
         error: Array | None = None,
         pool: Sequence[Candidate] | None = None,
         standing: bool = False,
+        roughly: bool = False,
     ) -> tuple[Linearisation, GramScores]:
         """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
         pool = self.pool if pool is None else pool
-        linear = Linearisation(self.balance, vehicle, self.nominal, pool, active, standing)
+        linear = Linearisation(self.balance, vehicle, self.nominal, pool, active, standing, roughly)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
         weight = 1.0 / (remains + self.floor)
         return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.motion import Motion
+from ..statistics import zero_phase
 
 
 def smooth(motion: Motion, cutoff: float, order: int = 4) -> Motion:
@@ -45,10 +45,9 @@ def low_pass(values: Array, step: float, cutoff: float, order: int = 4) -> Array
         raise RequestError(
             f"a low-pass at {cutoff:g} Hz needs a rate above {2 * cutoff:g} Hz, got {rate:g} Hz; lower the cutoff."
         )
-    sections = butter(order, cutoff, fs=rate, output="sos")
     # Three periods of the cutoff let the filter settle before the first row.
     padding = min(values.shape[0] - 1, int(np.ceil(3.0 * rate / cutoff)))
-    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding), dtype=float)
+    return zero_phase.low_pass(values, step, cutoff, order, padding)
 
 
 def accelerations(motion: Motion) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...physics.frames import Array
 from ..alignment import band_passed, drift_free
@@ -111,7 +111,7 @@ def lag_of(
         return None
     count = known.size
     error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
-    few = float(student.ppf(0.975, count - 1)) / CI
+    few = float(stdtrit(count - 1, 0.975)) / CI
     return Lag(seconds, few * error, 1.0 - left, slope, count)
 
 

@@ -12,8 +12,7 @@ from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import detrend
-from scipy.stats import f as f_distribution
+from scipy.special import fdtri
 
 from ....physics.frames import Array
 from ..finding import Check, Finding, Reach
@@ -83,7 +82,7 @@ class Limited(Check):
         pieces = int(elsewhere.sum()) // _ROWS
         calm = np.sqrt((left[elsewhere] ** 2).mean(axis=0)) if pieces else np.zeros(2)
         many = extreme[:, at].sum(axis=0)[:, None] // _ROWS
-        ratio = np.sqrt(f_distribution.isf(_CHANCE, _FREE * many, _FREE * max(pieces, 1)))
+        ratio = np.sqrt(fdtri(_FREE * many, _FREE * max(pieces, 1), 1.0 - _CHANCE))
         surely = beyond & (fitful | (size >= np.maximum(_TIMES, ratio) * calm))
         if not surely.any():
             text = f"{told}, and no less while they stand elsewhere: waves, or a model that lacks much"
@@ -118,6 +117,7 @@ def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:
 
     A constant is the thrusters' force, known or not; a slope is what a wake, a current or a filter makes of them.
     """
+    line = np.linalg.qr(np.vander(np.arange(_ROWS, dtype=float), 2))[0]
     left, states = part.left.copy(), tuple(table.copy() for table in part.states)
     stands = np.asarray(part.stands.all(axis=1))
     for first, last in np.flatnonzero(np.diff(stands, prepend=False, append=False)).reshape(-1, 2).tolist():
@@ -127,7 +127,7 @@ def _stand_by_stand(part: Part) -> tuple[Part, NDArray[np.bool_]]:
             continue
         for table in (left, *states):
             pieces = table[first:whole].reshape(-1, _ROWS, table.shape[1])
-            table[first:whole] = detrend(pieces, axis=1).reshape(whole - first, -1)
+            table[first:whole] = (pieces - line @ (line.T @ pieces)).reshape(whole - first, -1)
     return replace(part, left=left, states=states), stands
 
 
