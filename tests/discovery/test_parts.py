@@ -7,12 +7,14 @@ import pytest
 from undertow.discovery.balance.rollout_test import rollout_squares, rollouts_object
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import shortlist
 from undertow.discovery.discover import add_effects, find_missing
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.search.bootstrap import block_bootstrap
 from undertow.discovery.search.floating import Search, SearchSettings
+from undertow.discovery.search.gram import GramScores
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError
 from undertow.physics.motion import Motion
@@ -59,7 +61,8 @@ def test_the_lawful_refit_is_least_squares_where_no_limit_binds(draggy: Motion):
     assert lawful_refit(scores, chosen)["X_uu"] == pytest.approx(free, rel=1e-6)
 
 
-def test_the_lawful_refit_never_lets_damping_drive():
+def driving_drag() -> tuple[GramScores, list[Option]]:
+    """A refit of drag along a boat that drag drives: a limit binds."""
     lighter = HULL.with_values({"X_uu": 0.0})
     driven = simulate_motion(lighter.with_values({"X_uu": 1.5}), simulate_world(HULL, {}, duration=90.0, seed=5).truth)
     weak = WeakForm([driven], WeakSettings())
@@ -67,12 +70,16 @@ def test_the_lawful_refit_never_lets_damping_drive():
         weak, lighter, [c for c in candidates(HULL) if c.key == "surge_quadratic_damping"], SearchSettings()
     )
     linear, scores = search.linearise(lighter, ())
-    assert lawful_refit(scores, [linear.options["surge_quadratic_damping"][1]])["X_uu"] == pytest.approx(0.0, abs=1e-6)
+    return scores, [linear.options["surge_quadratic_damping"][1]]
+
+
+def test_the_lawful_refit_never_lets_damping_drive():
+    assert lawful_refit(*driving_drag())["X_uu"] == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("status", ["infeasible", "optimal_inaccurate", "user_limit"])
-def test_any_status_but_optimal_is_an_error(draggy: Motion, monkeypatch: pytest.MonkeyPatch, status: str):
-    scores, chosen = refit_of(draggy, "surge_quadratic_damping")
+def test_any_status_but_optimal_is_an_error(monkeypatch: pytest.MonkeyPatch, status: str):
+    scores, chosen = driving_drag()
     monkeypatch.setattr(cvxpy.Problem, "solve", lambda self, **_: None)
     monkeypatch.setattr(cvxpy.Problem, "status", property(lambda self: status))
     with pytest.raises(RequestError, match=f"expected an optimal solution, the solver says '{status}'"):

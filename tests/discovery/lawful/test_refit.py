@@ -14,6 +14,7 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.lawful import convex_program
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.certify import certify
+from undertow.discovery.lawful.program_data import Shape
 from undertow.discovery.lawful.refit import passive_refit
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
@@ -144,14 +145,14 @@ def test_free_damping_mends_a_nominal_model_that_breaks_the_law():
 def test_a_solution_that_breaks_the_law_is_an_error(monkeypatch: pytest.MonkeyPatch):
     motion, nominal = driven()
     scores, chosen = refit_problem(motion, nominal, ["sway_yaw_coupling"])
-    solve = lawful.solve_refit
+    solve = convex_program.solve_refit
 
-    def careless(shape: convex_program.Shape, factor, target, limits, law=None):
+    def careless(shape: Shape, factor, target, limits, law=None):
         found = solve(shape, factor, target, limits, law)
         assert found is not None
         return found if law is None else replace(found, values=found.values + 0.5)
 
-    monkeypatch.setattr(lawful, "solve_refit", careless)
+    monkeypatch.setattr(convex_program, "solve_refit", careless)
     with pytest.raises(RequestError, match="breaks dissipation"):
         passive_refit(scores, chosen, nominal, envelope_of([motion], nominal))
 

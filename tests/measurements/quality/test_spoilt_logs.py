@@ -123,6 +123,18 @@ def test_steps_behind_commands_that_stand_come_by_fits_and_waves_do_not(tmp_path
     assert not [f for f in inspect_log(read_log(path), hull).quality if f.check == "limited" and f.verdict != "note"]
 
 
+def test_knots_are_told_by_the_mass_beside_a_weak_thruster(study: ModuleType, tmp_path: Path):
+    hull = load_vehicle("blueboat")
+    path = simulate_world(hull, {"stbd_scale": 0.6}, duration=150.0, noise="field", seed=3).write(tmp_path / "log.csv")
+    table = study.table_of(read_log(path)).drop(columns=["x", "y"])
+    for name, scale, verdict in (("same", 1.0, "ok"), ("knots", 1.0 / 0.514444, "defect")):
+        table.assign(u=scale * table["u"], v=scale * table["v"]).to_csv(tmp_path / f"{name}.csv", index=False)
+        quality = inspect_log(read_log(tmp_path / f"{name}.csv"), hull).quality
+        (found,) = [f for f in quality if f.check == "units" and "mass" in f.sentence]
+        assert found.verdict == verdict
+        assert found.value == pytest.approx(1.0 / scale, rel=0.06)
+
+
 def test_a_resampled_log_is_told_of(study: ModuleType, case, tmp_path: Path):
     for name, words in (("interpolated to 200 Hz", "interpolated to 200 Hz from about 2"), ("held to 200 Hz", "held")):
         path, _ = spoilt(study, case, name, tmp_path)

@@ -267,13 +267,14 @@ def test_no_gain_is_invented_where_nothing_is_missing() -> None:
 def test_a_network_with_memory_learns_the_boat_and_not_the_noise_of_its_sensors() -> None:
     """Who sees the noise of past velocities predicts the noise of the acceleration made from them, and rolls out worse.
 
-    The nominal model is the true boat here, so that every gain on it is imaginary.
+    The nominal model is the true boat here, so that every gain on it is imaginary. Of four seeds of the training, the
+    rollouts of the honest one err 0.50, 0.52, 0.76 and 0.77 times as much as the other's.
     """
     otter = load_vehicle("otter")
     worlds = [simulate_world(otter, {}, duration=240.0, seed=k).motion(0.1) for k in range(2)]
     raw = tuple(replace(world, source=str(k)) for k, world in enumerate(worlds))
     parts = split(DataSet(tuple(smooth(motion, 1.2) for motion in raw), (), PAPER, raw))
-    settings = TrainingSettings(epochs=100, learning_rate=5e-3)
+    settings = TrainingSettings(epochs=100, learning_rate=5e-3, seed=2)
     blind, seeing = (
         train(
             parts, otter, Choice("tcn", {"units": 16, "layers": 2}), settings=replace(settings, sensor_noise=share)
