@@ -14,7 +14,7 @@ import typer
 from .cli.add_verb import add, catalogue
 from .cli.check_verb import check
 from .cli.compare_verb import compare
-from .cli.console import Verbs, check_here, open_streams, say, sending
+from .cli.console import Verbs, check_here, open_streams, say, sending, telling
 from .cli.demo_verb import demo
 from .cli.discover_verb import discover
 from .cli.explain_verb import explain
@@ -50,17 +50,17 @@ def options(
     """Find the physics your boat model is missing."""
 
 
-app.command()(demo)
-app.command()(inspect)
-app.command()(compare)
-app.command()(check)
-app.command()(discover)
-app.command()(fit)
-app.command(epilog=catalogue())(add)
-app.command()(train)
-app.command()(explain)
-app.command(epilog=amounts())(simulate)
-app.command()(report)
+app.command()(telling(demo))
+app.command()(telling(inspect))
+app.command()(telling(compare))
+app.command()(telling(check))
+app.command()(telling(discover))
+app.command()(telling(fit))
+app.command(epilog=catalogue())(telling(add))
+app.command()(telling(train))
+app.command()(telling(explain))
+app.command(epilog=amounts())(telling(simulate))
+app.command()(telling(report))
 
 
 def main() -> None:

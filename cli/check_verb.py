@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, progress, prose, say, show, tell_replaced
+from .console import failing_clearly, print_json, progress, prose, quiet, say, show, tell_replaced
 from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, SeedOption, earlier_files
 
 
@@ -41,7 +41,7 @@ def check(
         from ..workflows.check import check as judge
 
         earlier = earlier_files((("--out", "check", out),), (model, logs, vehicle, channels), force=force)
-        with reading_progress(progress) as told:
+        with reading_progress(progress, quiet()) as told:
             found = judge(model, logs or [], vehicle, Reading(frame, channels, namespace), seed=seed, progress=told)
         if out is not None:
             write_json(out, found.to_dict())

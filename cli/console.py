@@ -3,10 +3,14 @@
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import wraps
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
 import typer
 from typer.core import TyperGroup
@@ -20,6 +24,8 @@ if TYPE_CHECKING:
 
 WIDEST = 120
 """Columns beyond which nothing is spread out."""
+_WORTH_TELLING = 2.0
+"""Time from which a line of progress tells how long the work took so far [s]: less is no wait."""
 NARROWEST = 20
 """Columns below which nothing is squeezed: a name and a number beside each other need them; the terminal wraps."""
 
@@ -84,12 +90,31 @@ def _silence(stream: TextIO) -> None:
 def tell_replaced(paths: Iterable[Path]) -> None:
     """Say on stderr of which earlier files others took the place."""
     for path in paths:
-        progress(f"replaced the earlier {path}")
+        complain(f"  {shortened(one_line(f'replaced the earlier {path}'), MOST_TOLD)}")
+
+
+@dataclass(slots=True)
+class _Work:
+    """What is told of the work of a verb: nothing where quiet was asked for; and since when it goes on."""
+
+    quiet: bool = False
+    since: float = 0.0
+
+
+_work = _Work()
+
+
+def quiet() -> bool:
+    """Whether nothing is to be told of work that goes on."""
+    return _work.quiet
 
 
 def progress(line: str) -> None:
-    """Print a line about work that goes on, on stderr."""
-    complain(f"  {shortened(one_line(line), MOST_TOLD)}")
+    """Print a line about work that goes on, on stderr, with the time that it took so far."""
+    if not _work.quiet:
+        so_far = time.monotonic() - _work.since
+        after = f" [{so_far:.0f} s]" if so_far >= _WORTH_TELLING else ""
+        complain(f"  {shortened(one_line(line), MOST_TOLD)}{after}")
 
 
 def complain(text: str) -> None:
@@ -134,6 +159,29 @@ def print_json(data: dict[str, Any]) -> None:
     from ..physics.files import strict_json
 
     print(strict_json(data))
+
+
+QuietOption = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", "-q", help="Tell nothing of work that goes on; results, warnings and errors are told all the same."
+    ),
+]
+
+
+def telling(verb: Callable[..., None]) -> Callable[..., None]:
+    """A verb that takes --quiet beside its own options, and knows when it began."""
+
+    @wraps(verb)
+    def told(*words: Any, quiet: bool = False, **options: Any) -> None:
+        _work.quiet, _work.since = quiet, time.monotonic()
+        verb(*words, **options)
+
+    own = signature(verb)
+    option = Parameter("quiet", Parameter.KEYWORD_ONLY, default=False, annotation=QuietOption)
+    vars(told)["__signature__"] = own.replace(parameters=[*own.parameters.values(), option])
+    told.__annotations__ = {**verb.__annotations__, "quiet": QuietOption}
+    return told
 
 
 class Verbs(TyperGroup):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..measurements.log_options import AS_GUESSED, Reading
-from .console import progress
+from .console import progress, quiet
 
 if TYPE_CHECKING:
     from ..measurements.prepared_logs import Inputs
@@ -46,7 +46,7 @@ def read_logs(
     from ..reports.terminal.reading_progress import reading_progress
     from ..workflows.inputs import read_inputs
 
-    with reading_progress(progress) as told:
+    with reading_progress(progress, quiet()) as told:
         return read_inputs(logs, vehicle, reading, judge=judge, progress=told)
 
 

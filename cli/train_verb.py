@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
+from .console import failing_clearly, interrupted, print_json, progress, prose, quiet, say, show, warn
 from .options import (
     AsIsOption,
     ForceOption,
@@ -70,7 +70,7 @@ def train(
         choice = trained.Choice(residual, trained.parsed_options(option or []), pure, heading)
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         try:
-            with training_progress(settings.epochs, progress) as told:
+            with training_progress(settings.epochs, progress, quiet()) as told:
                 done = trained.train(
                     inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=told
                 )

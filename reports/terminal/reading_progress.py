@@ -12,9 +12,12 @@ EVERY = 5.0
 
 
 @contextmanager
-def reading_progress(say: Callable[[str], None]) -> Iterator[Callable[[int, int], None]]:
-    """A function that shows bytes done and bytes in all: in a bar on stderr where that is a terminal, else by `say`."""
-    if not sys.stderr.isatty():
+def reading_progress(say: Callable[[str], None], quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """A function that shows bytes done and bytes in all: in a bar on stderr where that is a terminal, else by `say`.
+
+    By `say`, too, where `quiet` says that nobody wants a bar.
+    """
+    if quiet or not sys.stderr.isatty():
         yield _lines(say)
         return
     from rich.console import Console

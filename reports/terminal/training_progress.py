@@ -13,9 +13,14 @@ EVERY = 10
 
 
 @contextmanager
-def training_progress(epochs: int, say: Callable[[str], None]) -> "Iterator[Callable[[Epoch], None]]":
-    """A function that shows an epoch: in a bar on stderr where that is a terminal, else through `say`."""
-    if not sys.stderr.isatty():
+def training_progress(
+    epochs: int, say: Callable[[str], None], quiet: bool = False
+) -> "Iterator[Callable[[Epoch], None]]":
+    """A function that shows an epoch: in a bar on stderr where that is a terminal, else through `say`.
+
+    Through `say`, too, where `quiet` says that nobody wants a bar.
+    """
+    if quiet or not sys.stderr.isatty():
 
         def told(epoch: "Epoch") -> None:
             if epoch.number == 1 or epoch.number % EVERY == 0:

@@ -17,6 +17,7 @@ from verbs import SCRIPT, call, done, files, inspected, process, refused, strict
 
 import undertow
 from undertow.__main__ import main
+from undertow.cli import console
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.scores import rollout_scores
@@ -79,6 +80,28 @@ print(sorted(heavy & set(sys.modules)), file=sys.stderr)
 """
     ran = process(sys.executable, "-c", code, cwd=tmp_path)
     assert (ran.returncode, ran.stderr.strip()) == (0, "[]")
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_can_be_quiet(verb: str) -> None:
+    assert "--quiet" in done(verb, "--help")
+
+
+def test_progress_tells_the_time_so_far_and_quiet_tells_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter([100.0, 101.0, 107.4, 200.0])
+    monkeypatch.setattr(console.time, "monotonic", lambda: next(clock))
+
+    def verb(words: str) -> None:
+        console.progress(words)
+        console.progress(words)
+        console.tell_replaced([Path("old.html")])
+
+    console.telling(verb)("looking")
+    assert capsys.readouterr().err == "  looking\n  looking [7 s]\n  replaced the earlier old.html\n"
+    console.telling(verb)("looking", quiet=True)
+    assert capsys.readouterr().err == "  replaced the earlier old.html\n"
 
 
 def test_version_and_the_names_of_the_effects() -> None:
