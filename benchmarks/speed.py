@@ -1,65 +1,171 @@
-"""How long the main job takes and how much memory it needs, from the command line, imports included.
+"""How long the command line takes and how much memory, imports included, against what is asked of it.
 
-Prints one line for each figure with its limit, and exits 1 when one is broken:
-`undertow discover` on a 5 minute, 20 Hz log under 8 s and 1 GB; `undertow compare` of seven models, an LSTM and a TCN
-among them, on a 4 minute log under 15 s; `undertow --help` under 0.5 s.
+    python benchmarks/speed.py [--growth MINUTES]... [--rows 1000000] [--networks] [--table docs/performance.md]
+
+Each figure is the better of two runs of the command line, each in a process of its own, and the largest memory of
+these. `--growth` adds `discover` on logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of
+a log of that many rows, `--networks` a comparison of seven models. Exit code 1 where a limit is broken.
 """
 
+import argparse
 import os
-import resource
+import platform
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from undertow.physics.vehicle import Vehicle, load_vehicle
+import numpy as np
+
+from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
 UNDERTOW = [sys.executable, "-m", "undertow"]
 HIDDEN = {"surge_quadratic_damping": -6.0, "thruster_asymmetry": 0.8, "steady_current": (0.2, -0.1), "sway_lift": 8.0}
+RATE = 20.0
 
 
-def timed(arguments: list[str], folder: Path) -> float:
-    """Wall time [s] of one run of the command line."""
+@dataclass(slots=True)
+class Figures:
+    """Rows of the table: what was measured, figure, limit (none: told only) and unit."""
+
+    rows: list[tuple[str, float, float | None, str]] = field(default_factory=list)
+
+    def tell(self, what: str, value: float, limit: float | None, unit: str) -> None:
+        """Keep a figure, and print it."""
+        self.rows.append((what, value, limit, unit))
+        print(self.line(self.rows[-1]), flush=True)
+
+    @staticmethod
+    def line(row: tuple[str, float, float | None, str]) -> str:
+        """A figure as a row of the table."""
+        what, value, limit, unit = row
+        verdict = "" if limit is None else "holds" if value < limit else "**broken**"
+        return f"| {what} | {value:.3g} {unit} | {'' if limit is None else f'{limit:g} {unit}'} | {verdict} |"
+
+    @property
+    def broken(self) -> bool:
+        """Whether a limit is broken."""
+        return any(limit is not None and value >= limit for _, value, limit, _ in self.rows)
+
+
+def run(arguments: Sequence[str], folder: Path) -> tuple[float, float]:
+    """Wall time [s] and largest memory [MB] of one run of the command line."""
     begun = time.perf_counter()
-    subprocess.run([*UNDERTOW, *arguments], cwd=folder, check=True, capture_output=True)
-    return time.perf_counter() - begun
+    child = subprocess.Popen([*UNDERTOW, *arguments], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    told = child.stderr.read() if child.stderr else b""
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode not in (0, 1):
+        raise SystemExit(f"undertow {' '.join(arguments)} failed:\n{told.decode()}")
+    return time.perf_counter() - begun, usage.ru_maxrss / (1024.0 if sys.platform != "darwin" else 1024.0**2)
 
 
-def compared(hull: Vehicle, folder: Path) -> float:
-    """Wall time [s] of a comparison with a corrected model and two networks; how well they are trained is no matter."""
-    log = str(simulate_world(hull, HIDDEN, duration=240.0, noise="field", seed=2).write(folder / "compared.csv"))
-    timed(["discover", log, "--vehicle", "blueboat", "--out", "corrected", "--no-report"], folder)
-    words = ["compare", log, "--vehicle", "blueboat", "--model", "corrected"]
+def best(arguments: Sequence[str], folder: Path, times: int = 2) -> tuple[float, float]:
+    """The better time and the larger memory of some runs."""
+    runs = [run(arguments, folder) for _ in range(times)]
+    return min(seconds for seconds, _ in runs), max(memory for _, memory in runs)
+
+
+def log_of(folder: Path, minutes: float, hidden: bool) -> str:
+    """A log at 20 Hz of that many minutes, and its name."""
+    name = f"{minutes:g}{'hidden' if hidden else 'none'}.csv"
+    world = simulate_world(load_vehicle("blueboat"), HIDDEN if hidden else {}, duration=60.0 * minutes, seed=1)
+    world.write(folder / name)
+    return name
+
+
+def answers(figures: Figures, folder: Path) -> None:
+    """`discover` on 5 minutes, with and without the page, `demo`, help and import."""
+    for hidden, limit, memory in ((False, 2.0, None), (True, 4.0, 300.0)):
+        what = f"discover, 5 min at 20 Hz, {'four effects' if hidden else 'nothing'} hidden"
+        words = ["discover", log_of(folder, 5.0, hidden), "-v", "blueboat", "--out", f"run{hidden}", "--force"]
+        seconds, peak = best([*words, "--no-report"], folder)
+        figures.tell(f"{what}, without page", seconds, limit, "s")
+        figures.tell("the same, memory", peak, memory, "MB")
+        figures.tell(f"{what}: what the page adds", best(words, folder)[0] - seconds, 3.0, "s")
+    figures.tell("demo", best(["demo", "--force"], folder)[0], 6.0, "s")
+    figures.tell("undertow --help", best(["--help"], folder, 3)[0], 0.3, "s")
+    begun = [_import(folder) for _ in range(3)]
+    figures.tell("import undertow, beside Python itself", min(begun), 0.05, "s")
+
+
+def _import(folder: Path) -> float:
+    code = "import time; t = time.perf_counter(); import undertow; print(time.perf_counter() - t)"
+    return float(subprocess.run([sys.executable, "-c", code], cwd=folder, check=True, capture_output=True).stdout)
+
+
+def growth(figures: Figures, folder: Path, minutes: Sequence[float]) -> None:
+    """`discover` on longer and longer logs, and the exponent of its time."""
+    seconds = []
+    for length in minutes:
+        words = ["discover", log_of(folder, length, True), "-v", "blueboat", "--out", "grown", "--force", "--no-report"]
+        took, peak = run(words, folder)
+        seconds.append(took)
+        figures.tell(f"discover, {length:g} min at 20 Hz, four effects hidden", took, None, "s")
+        figures.tell("the same, memory", peak, 600.0, "MB")
+    if len(minutes) > 1:
+        exponent = np.polyfit(np.log(minutes), np.log(seconds), 1)[0]
+        figures.tell("exponent of the time over the length", float(exponent), 1.1, "")
+
+
+def inspection(figures: Figures, folder: Path, rows: int) -> None:
+    """`inspect` of a log of that many rows."""
+    seconds, peak = run(["inspect", log_of(folder, rows / RATE / 60.0, False), "-v", "blueboat"], folder)
+    figures.tell(f"inspect, {rows:,} rows", seconds, 20.0, "s")
+    figures.tell("the same, memory", peak, 400.0, "MB")
+
+
+def networks(figures: Figures, folder: Path) -> None:
+    """A comparison with a corrected model and two networks; how well they are trained is no matter."""
+    log = log_of(folder, 4.0, True)
+    run(["discover", log, "-v", "blueboat", "--out", "corrected", "--no-report"], folder)
+    words = ["compare", log, "-v", "blueboat", "--model", "corrected"]
     for name in ("lstm", "tcn"):
-        timed(["train", log, "--vehicle", "blueboat", "--residual", name, "--epochs", "2", "--out", name], folder)
+        run(["train", log, "-v", "blueboat", "--residual", name, "--epochs", "2", "--out", name], folder)
         words += ["--model", name]
-    return min(timed(words, folder) for _ in range(2))
+    figures.tell("compare, 4 min, corrected, LSTM, TCN and the references", best(words, folder)[0], 15.0, "s")
+
+
+def page(figures: Figures) -> str:
+    """The text of docs/performance.md."""
+    return "\n".join(
+        (
+            "# How long it takes\n",
+            "Written by `python benchmarks/speed.py --table docs/performance.md`; do not edit. Wall time of the "
+            "command line, imports included, the better of two runs, and the largest memory that a run held, on "
+            f"{os.cpu_count()} cores (Python {platform.python_version()}, {platform.system()}).\n",
+            "| what | figure | asked | |",
+            "| --- | --- | --- | --- |",
+            *map(figures.line, figures.rows),
+            "",
+        )
+    )
 
 
 def main() -> int:
-    """Run, print, and say by the exit code whether the limits hold."""
-    figures: list[tuple[str, float, float, str]] = []
+    """Measure, print, and say by the exit code whether the limits hold."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--growth", type=float, nargs="+", default=[], metavar="MINUTES")
+    parser.add_argument("--rows", type=int, default=0)
+    parser.add_argument("--networks", action="store_true")
+    parser.add_argument("--table", type=Path)
+    chosen = parser.parse_args()
+    figures = Figures()
     with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        hull = load_vehicle("blueboat")
-        cases = {"nothing hidden": {}, "four effects hidden": HIDDEN}
-        for name, hidden in cases.items():
-            log = simulate_world(hull, hidden, duration=300.0, noise="field", seed=1).write(
-                folder / f"{len(hidden)}.csv"
-            )
-            arguments = ["discover", str(log), "--vehicle", "blueboat", "--out", str(folder / f"run{len(hidden)}")]
-            seconds = min(timed(arguments, folder) for _ in range(2))
-            figures.append((f"discover, 5 min at 20 Hz, {name}, with report", seconds, 8.0, "s"))
-        peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
-        figures.append(("discover, peak memory", peak, 1024.0, "MB"))
-        figures.append(("compare, 4 min, corrected, LSTM, TCN and the references", compared(hull, folder), 15.0, "s"))
-        figures.append(("undertow --help", min(timed(["--help"], folder) for _ in range(3)), 0.5, "s"))
-    print(f"{os.cpu_count()} cores")
-    for name, value, limit, unit in figures:
-        print(f"{name:58s} {value:8.2f} {unit:2s}  (limit {limit:g} {unit}) {'ok' if value < limit else 'BROKEN'}")
-    return int(any(value >= limit for _, value, limit, _ in figures))
+        answers(figures, Path(scratch))
+        if chosen.growth:
+            growth(figures, Path(scratch), chosen.growth)
+        if chosen.rows:
+            inspection(figures, Path(scratch), chosen.rows)
+        if chosen.networks:
+            networks(figures, Path(scratch))
+    if chosen.table:
+        chosen.table.write_text(page(figures), "utf-8")
+    return int(figures.broken)
 
 
 if __name__ == "__main__":

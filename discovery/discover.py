@@ -115,7 +115,7 @@ def _conclude(looked: Selected) -> Discovery:
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
-    doubtful = beside_rests(search.pool, kept, rests) | doubtful
+    held_back = beside_rests(search.pool, kept, rests)
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     terms = search.of_kind(state.active, Kind.TERM)
     rehearsal = None if search.named(state.active) else looked.rehearsal
@@ -132,6 +132,7 @@ def _conclude(looked: Selected) -> Discovery:
         looked.unseen,
         doubtful,
         rests,
+        held_back,
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))

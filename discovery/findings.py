@@ -236,6 +236,31 @@ class Unexplained(Record):
     unit: str
 
 
+class LastingRest(Record):
+    """Force on an axis that lasts for seconds, is material, and that nothing explains.
+
+    Attributes
+    ----------
+    axis : its name
+    force : root mean square of its means over 5 s [`unit`]
+    share : the same as a share of the force at work
+    unit : of the force
+    """
+
+    axis: str
+    force: Number
+    share: Number
+    unit: str
+
+    @property
+    def in_words(self) -> str:
+        """The finding, as a part of a sentence."""
+        return (
+            f"{self.force:.2g} {self.unit} of the {self.axis} force at work, {100.0 * self.share:.0f} % of it, last "
+            "for seconds and are explained by nothing that was looked for"
+        )
+
+
 class LogFacts(Record):
     """What was looked at: rows, length [s], how it was split, what stays unexplained by axis, and notes."""
 
@@ -258,6 +283,7 @@ class Findings(Record):
     candidates : every effect of the catalogue, best first
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
+    rests : force that lasts and that nothing explains, by axis: what acts there is not called missing
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same
@@ -279,6 +305,7 @@ class Findings(Record):
     candidates: tuple[FoundEffect, ...]
     unnamed: tuple[FoundTerm, ...] = ()
     sensors: tuple[SensorError, ...] = ()
+    rests: tuple[LastingRest, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
     left: tuple[Left, ...] = ()
     absorbed: tuple[str, ...] = ()

@@ -23,6 +23,7 @@ class Reason(Enum):
 
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
     DOUBTFUL_VALUE = ("doubtful_value", "In the corrected model, but not certain: {told}. ({meaning})")
+    LASTING_REST = ("lasting_rest", "In the corrected model, but not certain: on its axis, {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
     OUT_OF_STEP = (

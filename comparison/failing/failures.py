@@ -83,11 +83,13 @@ def where_they_fail(
     later = np.square(scene(table, "after").error) if after is not None else None
     failures: list[FailingPlace] = []
     structure: list[Structure] = []
+    known: Scene | None = None
     for model, which in names:
         stage = scene(table[judged], which)
         first = which == "before"
         fate = _Fate(whole, judged, effects if first else None, later if first else None)
-        if first or model.vehicle != before.vehicle:  # they are equal where nothing is missing
+        if known is None or not np.array_equal(stage.error, known.error, equal_nan=True):  # as where nothing is missing
+            known = stage
             looks = structure_of(stage, along.thrust(model.vehicle)[judged], model.name, rows_of)
             heard = [k for k, axis in enumerate(AXES) if looks.frequency[axis].verdict not in NOISE]
             places, worst = worst_places(stage, axes=heard), segments(stage)

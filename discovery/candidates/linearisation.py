@@ -86,8 +86,9 @@ class Linearisation:
         roughly: bool = False,
     ) -> None:
         self.vehicle = vehicle
-        near_by = _near_by(vehicle) if roughly else vehicle
         self._near = balance.about(vehicle)
+        # Rollouts keep no columns from one model to the next.
+        near_by = _near_by(vehicle) if roughly and self._near.linear else vehicle
         self._base = self._near.balances(vehicle)
         self._columns: list[Array] = []
         self.options: dict[str, tuple[Option, ...]] = {}
@@ -192,7 +193,8 @@ class Linearisation:
         symbol, step = parameter.symbol, parameter.step * self._near.step_share
         up = about.with_values({symbol: value + step})
         if not parameter.nonlinear or value - step < parameter.lower:
-            return self._near.difference(about, up) / step
+            here = about if about.value(symbol) == value else about.with_values({symbol: value})
+            return self._near.difference(here, up) / step
         return self._near.difference(about.with_values({symbol: value - step}), up) / (2.0 * step)
 
     def _depends(self, parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
@@ -212,7 +214,12 @@ class Linearisation:
 
 
 def _near_by(vehicle: Vehicle) -> Vehicle:
-    """The vehicle with what other columns depend on rounded: current, and what makes forces of commands."""
+    """The vehicle with what other columns depend on rounded: current, and what makes forces of commands.
+
+    The vehicle itself, where thrusters differ by more than their scales: what all share is one value.
+    """
+    if len({tuple(getattr(thruster, key) for key in SHARED) for thruster in vehicle.thrusters}) > 1:
+        return vehicle
     symbols = ("current_north", "current_east", *SHARED, *(f"{t.name}_scale" for t in vehicle.thrusters))
     values = {symbol: vehicle.value(symbol) for symbol in symbols}
     return vehicle.with_values({symbol: _ROUGH * round(value / _ROUGH) for symbol, value in values.items()})

@@ -6,7 +6,6 @@ models that were tried it is the least wrong, and the blocks of the log agree on
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from ...physics.frames import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate, Kind
+from ..findings import LastingRest
 from ..search.floating import Search
 
 _SECONDS = 5.0
@@ -29,32 +29,6 @@ _LEFT = 0.5
 explains little: weather leaves less in the field where the effects that are missing take the rest."""
 _LEAST = 8
 """Means below which their size is chance."""
-
-
-@dataclass(frozen=True, slots=True)
-class LastingRest:
-    """What is left on one axis.
-
-    Attributes
-    ----------
-    axis : its name
-    force : root mean square of its means over 5 s [`unit`]
-    share : the same as a share of the force at work
-    unit : of the force
-    """
-
-    axis: str
-    force: float
-    share: float
-    unit: str
-
-    @property
-    def sentence(self) -> str:
-        """The finding, as the end of a sentence."""
-        return (
-            f"{self.force:.2g} {self.unit} of the {self.axis} force at work, {100.0 * self.share:.0f} % of it, last "
-            "for seconds and are explained by nothing that was looked for"
-        )
 
 
 def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[LastingRest, ...]:
@@ -79,7 +53,7 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     seen = ~np.array(judge.blind) & ~forces.quiet
     left = seen & little & (share > _MATERIAL) & (lasting > _LASTING * _size(after))
     return tuple(
-        LastingRest(AXES[axis], float(lasting[axis]), float(share[axis]), balance.unit[axis])
+        LastingRest(axis=AXES[axis], force=float(lasting[axis]), share=float(share[axis]), unit=balance.unit[axis])
         for axis in sorted(np.flatnonzero(left).tolist(), key=lambda axis: -share[axis])
     )
 
@@ -92,9 +66,9 @@ def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], rests: Sequence
     found = {}
     for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
         own = {AXES[p.axis] for p in candidate.parameters if p.axis is not None} or set(AXES)
-        why = [rest.sentence for rest in rests if rest.axis in own]
+        why = [rest.in_words for rest in rests if rest.axis in own]
         if why:
-            found[candidate.key] = "beside it, " + " and ".join(why)
+            found[candidate.key] = " and ".join(why)
     return found
 
 

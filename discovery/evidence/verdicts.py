@@ -11,13 +11,12 @@ from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, WORSE
 from ..candidates.candidate import Candidate, Kind, measurable
-from ..findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, Verdict, axis_name
+from ..findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, LastingRest, Verdict, axis_name
 from ..identifiability.visible import Identifiability
 from ..lawful.passivity import Lawful
 from ..reason import Reason
 from ..search.bootstrap import Interval
 from ..search.floating import ALIVE, Search
-from .lasting_rest import LastingRest
 from .weighing import PERHAPS, Evidence, parameter_total
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
@@ -45,7 +44,8 @@ class Grounds:
     included : share of block ensembles in which a term without a name is selected, by symbol
     unseen : candidates that the search could not judge
     doubtful : why kept effects are not certain all the same, by key: they stay in the model, and are not called missing
-    rests : what lasts and is explained by nothing: what acts there is not called missing
+    rests : what lasts and is explained by nothing
+    beside : what of it stands beside kept effects, by key: they are not called missing either
     """
 
     search: Search
@@ -60,6 +60,7 @@ class Grounds:
     unseen: Sequence[Candidate] = ()
     doubtful: Mapping[str, str] = field(default_factory=dict)
     rests: Sequence[LastingRest] = ()
+    beside: Mapping[str, str] = field(default_factory=dict)
 
 
 def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
@@ -70,7 +71,8 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     advice : manoeuvres that would settle what the log leaves open
     others : findings on effects that were not searched for
     """
-    g, search, lawful, kept, doubtful = grounds, grounds.search, grounds.lawful, grounds.kept, grounds.doubtful
+    g, search, lawful, kept = grounds, grounds.search, grounds.lawful, grounds.kept
+    doubtful = {**grounds.beside, **grounds.doubtful}
     pool = {candidate.key: candidate for candidate in (*search.pool, *g.unseen)}
     what = _what(search)
     found = [_effect(g, pool[e.key], e, what) for e in _one_each(g.evidence, pool) if e.kind is Kind.EFFECT]
@@ -98,6 +100,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
         advice=advice,
         identifiability=g.known,
         passivity=lawful.passivity,
+        rests=tuple(g.rests),
     )
 
 
@@ -134,7 +137,8 @@ def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate]) -> li
 def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEffect:
     """One candidate in words and numbers, those of the corrected model where the effect is kept."""
     effect, nominal, kept, doubt = candidate.effect, g.search.nominal, e.key in g.kept, g.doubtful.get(e.key, "")
-    reason = Reason.DOUBTFUL_VALUE if doubt else None if kept else e.reason
+    beside = g.beside.get(e.key, "")
+    reason = Reason.DOUBTFUL_VALUE if doubt else Reason.LASTING_REST if beside else None if kept else e.reason
     verdict: Verdict = "missing" if reason is None else "possible" if _open(e, reason) else "no evidence"
     terms: tuple[FoundTerm, ...] = ()
     if e.selected:
@@ -146,7 +150,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         sentence = f"{effect.meaning} {_alone(candidate, e.share, what)}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
-        sentence = reason.tell(effect.meaning, doubt or _told(e, reason))
+        sentence = reason.tell(effect.meaning, doubt or beside or _told(e, reason))
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
     return FoundEffect(
         effect=effect.name,
@@ -165,7 +169,12 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
 def _open(e: Evidence, reason: Reason) -> bool:
     """Whether an effect that is not missing may be there: anything speaks for it, or nothing could speak at all."""
     hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
-    return hidden or reason in (Reason.DOUBTFUL_VALUE, Reason.WEAK) or e.selected or e.confidence >= PERHAPS
+    return (
+        hidden
+        or reason in (Reason.DOUBTFUL_VALUE, Reason.LASTING_REST, Reason.WEAK)
+        or e.selected
+        or e.confidence >= PERHAPS
+    )
 
 
 def _told(e: Evidence, reason: Reason) -> str:
@@ -223,11 +232,13 @@ def _headline(
         listed = _listed(words)
         more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
         perhaps = f", and perhaps {_listed(doubtful)}" if doubtful else ""
-        return f"The model is missing {listed}{more}{perhaps}."
+        left = "".join(f" Yet {rest.in_words}." for rest in rests)
+        return f"The model is missing {listed}{more}{perhaps}.{left}"
     if rests:
         perhaps = f" (perhaps {_listed(e.key for e in open_ends)})" if open_ends else ""
-        told = "; ".join(rest.sentence for rest in rests)
-        return f"Undecided: {told}; beside that, no effect can be named{perhaps}."
+        told = "; ".join(rest.in_words for rest in rests)
+        terms = " The log asks for terms that nobody has named, too." if unnamed else ""
+        return f"Undecided: {told}; beside that, no effect can be named{perhaps}.{terms}"
     if unnamed:
         return "No named effect is missing for sure, but the log asks for terms that nobody has named."
     if open_ends:

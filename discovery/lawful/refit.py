@@ -250,7 +250,7 @@ class _Passive:
 
     def allow_nominal(self) -> None:
         """Ask at each control point for no more than the nominal model has: the negative part of its S is allowed."""
-        from .convex_program import solve_excess  # as below
+        from .convex_program import solve_excess  # here, as in `_within_limits`
 
         slack = solve_excess(self.before / self.scale, self.degree)
         size, vectors = np.linalg.eigh(control_matrices(self.before / self.scale, slack, self.degree))
@@ -261,7 +261,7 @@ class _Passive:
         """The refit with S + allowance + ease >= 0 at the control points; None when no values do that."""
         if not self.scaled.symbols:
             return None
-        from .convex_program import solve_refit
+        from .convex_program import solve_refit  # here, as in `_within_limits`
 
         law = replace(self.numbers, allowance=self.numbers.allowance + ease * np.eye(3))
         return solve_refit(self.shape, self.scaled.factor, self.scaled.target, self.scaled.limits, law)

@@ -27,8 +27,10 @@ _FOLLOWS = 0.9
 hidden effect leave 0.99."""
 _CERTAIN = 12.0
 """Times its error that a factor must be: units lie a factor of 1.15 and more apart."""
-_OF_HULL = 3
-"""Columns of what slows and turns a hull, beside those of its thrusters."""
+_BESIDES = 4
+"""Columns beside those of the thrusters: drag and turning of the hull, and the wind of the vehicle file."""
+_PUSHES = 0.3
+"""Share of the strongest push ahead from which a thruster pushes ahead: one across the hull tells nothing."""
 
 
 def speed_unit(records: Sequence[Record], units: Mapping[float, str]) -> list[Finding]:
@@ -115,26 +117,28 @@ def _by_accelerometer(records: Sequence[Record]) -> tuple[float | None, str]:
 def _by_mass(records: Sequence[Record]) -> tuple[float | None, str]:
     """How much slower thrust changes the speeds than it should, by the vehicle's mass, whatever its drag may be.
 
-    Each thruster is asked, for one of them may be weak; the strongest tells.
+    Each thruster that pushes ahead is asked, for one of them may be weak; the strongest that can tell is heard.
     """
     rows, length = [], round(_PIECE * RATE)
     for vehicle, motion in _driven(records):
         still = replace(motion, velocity=np.zeros_like(motion.velocity))
         scales = [f"{thruster.name}_scale" for thruster in vehicle.thrusters]
-        alone = [dict.fromkeys(set(scales) - {one}, 0.0) for one in scales]
-        push = [modelled_acceleration(vehicle.with_values(others), still)[:, 0] for others in alone]
+        without = vehicle.with_values(dict.fromkeys(scales, 0.0))
+        weather = modelled_acceleration(without, still)[:, 0]
+        alone = [without.with_values({s: vehicle.value(s)}) for s in scales]
+        push = [modelled_acceleration(one, still)[:, 0] - weather for one in alone]
         surge, sway, rate = motion.velocity.T
-        besides = np.column_stack([*push, surge, surge * np.abs(surge), sway * rate])
+        besides = np.column_stack([*push, surge, surge * np.abs(surge), sway * rate, weather])
         total = np.concatenate([np.zeros((1, besides.shape[1])), np.cumsum(besides, axis=0) / RATE])[:-1]
         rows.append((np.diff(surge[::length]), np.diff(total[::length], axis=0)))
     fit = _fit(rows)
     if fit is None or fit.explained < _FOLLOWS:
         return None, ""
-    thrusters = len(fit.values) - _OF_HULL
-    best = int(np.argmax(fit.values[:thrusters]))
-    if not fit.certain(best, _CERTAIN) or fit.values[best] <= 0.0:
+    size = np.sqrt((np.concatenate([columns for _, columns in rows]) ** 2).mean(axis=0))[:-_BESIDES]
+    told = [float(fit.values[k]) for k in np.flatnonzero(size > _PUSHES * size.max()) if fit.certain(int(k), _CERTAIN)]
+    if not told or max(told) <= 0.0:
         return None, ""
-    return 1.0 / float(fit.values[best]), "the vehicle's mass, as its thrusters push it,"
+    return 1.0 / max(told), "the vehicle's mass, as its thrusters push it,"
 
 
 def _changes(surge: Array, besides: Sequence[Array], felt: Array, turning: Array) -> tuple[Array, Array]:

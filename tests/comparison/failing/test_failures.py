@@ -79,6 +79,18 @@ def test_no_failure_of_a_perfect_model_is_told_from_noise(folder: Path, programm
     assert {one.verdict for one in found[1][0].frequency.values()} <= {"like noise", "negligible"}
 
 
+def test_a_model_that_only_shares_the_vehicle_fails_where_it_fails_itself(two: Inputs, told_of_two):
+    """A network and a function bear the nominal vehicle, and are not that model."""
+    true = VehicleModel(apply_effects(HULL, TWO), "true", "symbolic")
+    other = VehicleModel(true.vehicle, "function", "hybrid")
+    other.vehicle = HULL
+    table = series(VehicleModel(HULL, "nominal"), true, two.parts, two.channels)
+    places, structure = where_they_fail(table, VehicleModel(HULL, "nominal"), other, parts(two), "test", link=False)
+    assert not own((places, structure), "function")
+    assert structure[1].frequency == told_of_two[0][1][1].frequency
+    assert structure[1].frequency != structure[0].frequency
+
+
 def test_each_failure_is_linked_to_the_effect_that_is_hidden_on_its_axis(told_of_two):
     found, _ = told_of_two
     places = own(found, "nominal")

@@ -10,7 +10,9 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.lasting_rest import LastingRest, lasting_rests
+from undertow.discovery.evidence.lasting_rest import lasting_rests
+from undertow.discovery.findings import LastingRest
+from undertow.discovery.reason import Reason
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
 from undertow.physics.motion import Motion
@@ -46,7 +48,7 @@ def test_commands_cut_in_the_record_leave_what_no_model_takes():
     assert {rest.axis for rest in rests} == {"surge", "yaw"}
     for rest in rests:
         assert 0.1 < rest.share < 1.0
-        assert f"{100.0 * rest.share:.0f} % of it, last for seconds" in rest.sentence
+        assert f"{100.0 * rest.share:.0f} % of it, last for seconds" in rest.in_words
 
 
 def test_what_an_effect_takes_is_no_rest():
@@ -65,14 +67,17 @@ def test_an_axis_that_the_judge_does_not_see_is_not_told_of():
 def test_what_acts_where_a_rest_lasts_is_not_called_missing(monkeypatch: pytest.MonkeyPatch):
     motion = world("field", hidden=-30.0)
     assert find_missing([motion], HULL).findings.missing == ("surge_quadratic_damping",)
-    rests = [LastingRest("yaw", 4.2, 0.31, "N m")]
+    rests = [LastingRest(axis="yaw", force=4.2, share=0.31, unit="N m")]
     monkeypatch.setattr(discover, "lasting_rests", lambda *_: tuple(rests))
-    assert find_missing([motion], HULL).findings.missing == ("surge_quadratic_damping",)
+    findings = find_missing([motion], HULL).findings
+    assert (findings.missing, findings.rests) == (("surge_quadratic_damping",), tuple(rests))
+    assert findings.headline.endswith("explained by nothing that was looked for.")
     assert find_missing([world()], HULL).findings.verdict == "undecided"
-    rests.append(LastingRest("surge", 5.1, 0.2, "N"))
+    rests.append(LastingRest(axis="surge", force=5.1, share=0.2, unit="N"))
     findings = find_missing([motion], HULL).findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
     assert findings.headline.startswith("Undecided: 4.2 N m of the yaw force at work, 31 % of it, last for seconds")
     assert "(perhaps surge quadratic damping)" in findings.headline
     (effect,) = [c for c in findings.candidates if c.effect == "surge_quadratic_damping"]
-    assert (effect.verdict, rests[1].sentence in effect.sentence) == ("possible", True)
+    assert (effect.verdict, effect.reason) == ("possible", Reason.LASTING_REST)
+    assert rests[1].in_words in effect.sentence
