@@ -53,8 +53,8 @@ def carried(target: Path, new: Collection[str], own: Own, *, force: bool = False
     folders = [name for name in lost if (target / name).is_dir()]
     if others and not mine and not force:
         raise RequestError(
-            f"cannot write {target}: the folder holds other files ({_some(others)}) and nothing that this verb "
-            "wrote; give a new one, or --force to write beside them"
+            f"cannot write {target}: the folder holds other files ({_some(others)}) and nothing that this verb wrote; "
+            f"give a new one, or --force to write beside them{f' and over {_some(lost)}' if lost else ''}"
         )
     if lost and not force:
         raise RequestError(

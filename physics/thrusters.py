@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from scipy.linalg.blas import dtbsv
+from scipy.linalg import get_blas_funcs
 
 from .errors import RequestError
 from .frames import Array
@@ -13,6 +13,8 @@ from .quantities import Number, Positive
 
 _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "starboard": "starboard", "right": "starboard"}
 """Words in a thruster's name that say on which side it sits."""
+_tbsv = get_blas_funcs(("tbsv",), dtype=np.float64)[0]
+"""Solves a triangular band: a recursion in one call."""
 _SLIGHT = 0.1
 """Share of a thruster's force, or of its arm, below which its sign says nothing: it is lost in what the file rounds."""
 CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
@@ -340,4 +342,4 @@ def first_order_lag(series: Array, time_constant: float, time_step: float) -> Ar
     driven[0] = series[0]
     recursion = np.empty((2, series.size), order="F")  # the two diagonals of y[k] - a y[k-1]
     recursion[0], recursion[1] = 1.0, -a
-    return np.asarray(dtbsv(1, recursion, driven, lower=1, diag=1, overwrite_x=1))
+    return np.asarray(_tbsv(1, recursion, driven, lower=1, diag=1, overwrite_x=1))

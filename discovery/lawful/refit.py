@@ -92,7 +92,7 @@ def _within_limits(scaled: "_Scaled") -> Solution | None:
     (lower, upper), n = scaled.limits, len(scaled.symbols)
     found, _, rank, _ = np.linalg.lstsq(scaled.factor, scaled.target, rcond=_FLAT)
     if rank == n and ((lower <= found) & (found <= upper)).all():
-        return Solution(found, np.zeros((0, 0)), np.zeros((0, 0, 3, 3)))
+        return Solution(np.asarray(found, dtype=float), np.zeros((0, 0)), np.zeros((0, 0, 3, 3)))
     from .convex_program import solve_refit  # here, because cvxpy takes half a second to load
 
     return solve_refit(scaled.shape(), scaled.factor, scaled.target, scaled.limits)

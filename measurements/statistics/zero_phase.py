@@ -52,7 +52,7 @@ def _kept(values: Array, step: float, padding: int, gain: Callable[[Array], Arra
     before, after = values[padding:0:-1], values[-2 : -2 - spare : -1]
     whole = np.concatenate([2.0 * values[0] - before, values, 2.0 * values[-1] - after])
     mirrored = np.concatenate([whole, whole[::-1]])  # so that its end meets its beginning
-    at = _warped(np.fft.rfftfreq(mirrored.shape[0], step), step)
+    at = _warped(np.asarray(np.fft.rfftfreq(mirrored.shape[0], step), dtype=float), step)
     share = gain(at).reshape(-1, *(1,) * (values.ndim - 1))
     found = np.fft.irfft(np.fft.rfft(mirrored, axis=0) * share, mirrored.shape[0], axis=0)
     return np.asarray(found[padding : padding + rows])

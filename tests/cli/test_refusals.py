@@ -230,6 +230,10 @@ BAD_REQUESTS: dict[str, tuple[str, str]] = {
         "discover LOG -v blueboat --out none/run",
         r"cannot write none/run: .*none does not exist; make it",
     ),
+    "out below a file": (
+        "discover LOG -v blueboat --out file/run",
+        r"cannot write file/run: .*file is a file; give a folder$",
+    ),
     "out is a file": (
         "discover LOG -v blueboat --out file",
         r"cannot write file: it is a file; give a folder that may be made",

@@ -107,7 +107,8 @@ def check_target_folder(
         raise RequestError(f"cannot write {target}: it is a file; give a folder that may be made")
     place = real(target)
     if not place.parent.is_dir():
-        raise RequestError(f"cannot write {target}: {place.parent} does not exist; make it")
+        cure = "is a file; give a folder" if place.parent.exists() else "does not exist; make it"
+        raise RequestError(f"cannot write {target}: {place.parent} {cure}")
     for path in inputs_of(reads):
         if real(path).is_relative_to(place):
             raise RequestError(f"{option} {target} holds {path}, which is read; give another folder, to keep it")
