@@ -90,7 +90,7 @@ def _silence(stream: TextIO) -> None:
 def tell_replaced(paths: Iterable[Path]) -> None:
     """Say on stderr of which earlier files others took the place."""
     for path in paths:
-        complain(f"  {shortened(one_line(f'replaced the earlier {path}'), MOST_TOLD)}")
+        _note(f"replaced the earlier {path}")
 
 
 @dataclass(slots=True)
@@ -114,7 +114,11 @@ def progress(line: str) -> None:
     if not _work.quiet:
         so_far = time.monotonic() - _work.since
         after = f" [{so_far:.0f} s]" if so_far >= _WORTH_TELLING else ""
-        complain(f"  {shortened(one_line(line), MOST_TOLD)}{after}")
+        _note(line, after)
+
+
+def _note(line: str, after: str = "") -> None:
+    complain(f"  {shortened(one_line(line), MOST_TOLD)}{after}")
 
 
 def complain(text: str) -> None:
