@@ -1,8 +1,8 @@
 """What no model takes: force that lasts for seconds, is material, and is left by everything that was found.
 
-Sensor noise and short waves have no mean over some seconds. What a record of the commands that is cut, a cause outside the
-catalogue or anything that changes during a log leaves behind has one. Beside such a rest a name is a stand-in's: of the
-models that were tried it is the least wrong, and the blocks of the log agree on that.
+Sensor noise and short waves have no mean over some seconds. What a record of the commands that is cut, a cause outside
+the catalogue or anything that changes during a log leaves behind has one. Beside such a rest a name is a stand-in's: of
+the models that were tried it is the least wrong, and the blocks of the log agree on that.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from ..findings import LastingRest
 from ..search.floating import Search
 
 _SECONDS = 5.0
-"""Time over which noise and the waves of sheltered water vanish in the mean [s]; long swell may leave some of itself."""
+"""Time over which noise and the waves of sheltered water vanish in the mean [s]; swell may leave some of itself."""
 _MATERIAL = 0.1
 """Share of the force at work from which a rest is material. Waves of 0.2 m/s leave 0.07 or less in surge and yaw
 over 5 s where the model is right, commands that are cut at a third 0.15 to 0.5."""
