@@ -20,6 +20,7 @@ from .balance.weak_form import WeakForm
 from .candidates.candidate import Candidate, candidates, measurable
 from .candidates.nuisance import command_timing
 from .candidates.unnamed_terms import features_along
+from .search.command_resolution import leaves_structure
 from .search.floating import Search
 from .settings import DiscoverySettings
 
@@ -105,7 +106,7 @@ def why_rollouts(weak: WeakForm, search: Search) -> str:
     if left.coloured.any():
         return left.sentence
     # Forces that explain a log to its noise need no error of the compass: a weak thruster makes a boat drift, too.
-    return _DEVIATES if compass_of(weak.motions).plain and search.leaves_structure(search.run()) else ""
+    return _DEVIATES if compass_of(weak.motions).plain and leaves_structure(search, search.run()) else ""
 
 
 def unexplained(weak: WeakForm, search: Search) -> Unexplained:

@@ -31,6 +31,7 @@ from .findings import Findings
 from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps, without_offset
 from .lawful.passivity import lawful_model
 from .search.bootstrap import Interval, intervals
+from .search.command_resolution import within_resolution
 from .search.floating import Search, State
 from .selection import Selected, select, slender
 from .settings import DiscoverySettings
@@ -113,6 +114,7 @@ def _conclude(looked: Selected) -> Discovery:
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
+    doubtful = within_resolution(search, final) | doubtful
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
     held_back = beside_rests(search.pool, kept, rests)

@@ -26,6 +26,7 @@ from .evidence.weighing import TELL_APART, Evidence, modest, weigh
 from .identifiability.identifiable_effects import identify
 from .identifiability.rehearsal import Rehearsal, plausible_amounts, rehearse
 from .identifiability.visible import Identifiability
+from .search.command_resolution import leaves_structure
 from .search.equivalent_thruster_scales import in_plain_words
 from .search.floating import Search, State
 from .search.output_error import polish
@@ -91,7 +92,7 @@ def select(basis: Basis, say: Say) -> Selected:
     if basis.rolls:
         return _on_rollouts(basis, say)
     looked = _on_forces(basis, say)
-    if not (basis.sensed and looked.search.leaves_structure(looked.state)):
+    if not (basis.sensed and leaves_structure(looked.search, looked.state)):
         return looked
     # What no model explains is no white noise, and the names of such a model are those of stand-ins.
     rolling = basis.rolling(LEAVES)
@@ -117,7 +118,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     say(identify(search, nominal, search.nuisances, plausible).sentence)
     say("searching the catalogue of effects")
     state = search.run(progress=say)
-    if search.leaves_structure(state):
+    if leaves_structure(search, state):
         say("named effects leave structure: looking for terms that nobody has named")
         search, state = _with_terms(weak, search, state, say)
     else:

@@ -1,7 +1,7 @@
 """What a search works on: a balance between measured and modelled motion, and how it changes near a model."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -94,6 +94,10 @@ class Balance(ABC):
     @abstractmethod
     def balances(self, vehicle: Vehicle) -> Array:
         """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3)."""
+
+    @abstractmethod
+    def commanded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
+        """The balance (tests, 3) of the same motions under other commands."""
 
     @abstractmethod
     def about(self, vehicle: Vehicle) -> Neighbourhood:

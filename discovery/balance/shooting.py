@@ -120,6 +120,10 @@ class Shooting(Balance):
         """
         return self.with_noise(self.balance(vehicle))
 
+    def commanded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
+        """The balance (tests, 3) of the same rollouts under other commands [m/s, m/s, rad/s]."""
+        return self.finished(self._errors(self._data.commanded(motions).states(vehicle)))
+
     def with_noise(self, balance: Array) -> Array:
         """A balance and its noisier copy, (2, tests, 3); a single one for a log without noise."""
         return np.stack([balance, balance + self._noise] if self._noise.any() else [balance])

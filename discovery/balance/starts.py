@@ -1,7 +1,7 @@
 """Rollouts laid over motions: starts, what was measured along them, and all that no model changes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -107,6 +107,10 @@ class Rollings:
 
         force, load = self.kept.of((index, *unit.shape), along)
         return force, load
+
+    def commanded(self, motions: Sequence[Motion]) -> "Rollings":
+        """The same rollouts of the same motions, under other commands."""
+        return replace(self, motions=tuple(motions), kept=Remembered(_KEPT))
 
     def states(self, vehicle: Vehicle) -> Array:
         """Open-loop states along all rollouts, (starts, steps + 1, 6)."""

@@ -240,10 +240,9 @@ class Scoring:
         """Root of the held-out squared force error that a model removes, as a share of each axis' force scale (3,)."""
         return np.sqrt(np.maximum(without.fit.held_out - within.fit.held_out, 0.0)) / self.share_scale
 
-    def leaves_structure(self, state: State) -> bool:
-        """True when the force error on some axis is neither immaterial nor explained by sensor noise."""
-        error = np.sqrt(state.fit.held_out)
-        return bool((error > np.maximum(np.sqrt(self.floor), _STRUCTURE * self.noise_error)).any())
+    def leaves_structure(self, error: Array) -> bool:
+        """True when a mean square error (3,) is on some axis neither immaterial nor explained by sensor noise."""
+        return bool((np.sqrt(error) > np.maximum(np.sqrt(self.floor), _STRUCTURE * self.noise_error)).any())
 
     def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""
