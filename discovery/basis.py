@@ -14,6 +14,7 @@ from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import SEEING, Balance
+from .balance.long_logs import digest
 from .balance.sensor_errors import nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
@@ -167,6 +168,7 @@ class Basis:
     forces : the force balance of the log as it came
     instant : a search of all that the log can show, on that balance
     why : why rollouts judge, in a sentence; empty where the force balance does
+    part : of a long log, which part is searched; else empty
     """
 
     nominal: Vehicle
@@ -177,6 +179,7 @@ class Basis:
     forces: WeakForm
     instant: Search
     why: str
+    part: str = ""
 
     @property
     def rolls(self) -> bool:
@@ -190,8 +193,8 @@ class Basis:
 
     @property
     def told(self) -> tuple[str, ...]:
-        """What judges where it is not the force balance, and what was done to the motions, in words."""
-        return (*filter(None, [self.why]), *self.notes)
+        """What is judged of a long log, what judges where it is not the force balance, and what was done, in words."""
+        return (*filter(None, [self.part, self.why]), *self.notes)
 
     @property
     def pool(self) -> tuple[Candidate, ...]:
@@ -256,12 +259,15 @@ def choose(
     RequestError
         when the log is too short for the weak form.
     """
+    told = ""
+    if claims is None:
+        motions, told = digest(motions, settings.weak)
     forces = WeakForm(motions, settings.weak, claims)
     every = candidates(nominal, measurable(motions)) if pool is None else pool
     if pool is None and not forces.claimed:
         every = (command_timing(motions), *every)
     instant = Search(forces, nominal, every, settings.search)
     why = "" if forces.claimed else why_rollouts(forces, instant)
-    basis = Basis(nominal, settings, forces.motions, SEEING, (), forces, instant, why)
+    basis = Basis(nominal, settings, forces.motions, SEEING, (), forces, instant, why, told)
     cleared = why and (not trusting or compass_of(motions).deviates)
     return basis.rolling(why) if cleared else basis

@@ -90,8 +90,8 @@ def _find(
     motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, say: Callable[[str], None]
 ) -> Discovery:
     basis = choose(motions, nominal, settings)
-    if basis.why:
-        say(basis.why)
+    for told in filter(None, (basis.part, basis.why)):
+        say(told)
     return _conclude(select(basis, say))
 
 

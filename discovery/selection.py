@@ -136,8 +136,19 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
         # A force balance can ask for effects that wreck predictions; then none of them is called missing.
         if worse_as_a_whole(weak.motions, base(search, state), corrected):
             evidence = [replace(e, rollouts_object=e.selected) for e in evidence]
-    forces = search, state
-    return Selected(basis, weak.motions, search, state, tuple(evidence), known, plausible, rehearsal, forces, free=free)
+    return Selected(
+        basis,
+        weak.motions,
+        search,
+        state,
+        tuple(evidence),
+        known,
+        plausible,
+        rehearsal,
+        (search, state),
+        notes=basis.told,
+        free=free,
+    )
 
 
 def _on_rollouts(basis: Basis, say: Say) -> Selected:

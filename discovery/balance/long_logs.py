@@ -1,0 +1,96 @@
+"""What a long log is searched on: pieces that hold its manoeuvres, and others as time goes by.
+
+Beyond half an hour more of the same tells nothing new, and takes time and memory all the same. Half of the pieces are
+those that tell most beside each other (a D-optimal design, built up greedily; Fedorov 1972), so that what is done once
+in a day is among them; the others are spread evenly over the rest, so that what changes in a day is among them, too.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from .base import WeakSettings
+
+MOST_TESTS = 7_500
+"""Test functions that a search works on: at the usual stride, 25 minutes."""
+_PIECE = 500
+"""Test functions of a piece: 100 s hold a few manoeuvres from beginning to end; each piece costs time of its own."""
+_RIDGE = 1e-6
+"""Of the mean square of a signal: what has never been seen tells much, but not without end."""
+
+
+def digest(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Motion, ...], str]:
+    """The stretches of a long log that it is searched on, in the order of time, and what to say of it.
+
+    A log of no more than `MOST_TESTS` test functions is itself, and there is nothing to say.
+    """
+    pieces = [piece for number, motion in enumerate(motions) for piece in _cut(number, motion, settings)]
+    tests = sum(motion.time.size // _stride(motion, settings) for motion in motions)
+    if tests <= MOST_TESTS:
+        return tuple(motions), ""
+    wanted = MOST_TESTS // _PIECE
+    grams = np.stack([_gram(motions[number].slice(start, stop)) for number, start, stop in pieces])
+    size = np.sqrt(np.einsum("kii->i", grams) / len(grams))
+    size[size == 0.0] = 1.0
+    grams /= size[:, None] * size
+    telling = _most_telling(grams, wanted // 2)
+    others = np.setdiff1d(np.arange(len(pieces)), telling)
+    evenly = others[np.linspace(0, others.size - 1, wanted - len(telling)).round().astype(int)]
+    chosen = [pieces[k] for k in sorted({*telling, *evenly.tolist()})]
+    found = tuple(motions[number].slice(start, stop) for number, start, stop in _joined(chosen))
+    told = (
+        f"effects are searched for on {len(chosen)} pieces of this long log, "
+        f"{sum(m.duration for m in found) / 60.0:.0f} of its {sum(m.duration for m in motions) / 60.0:.0f} min: those "
+        "that tell most, and others spread evenly; errors of predictions are those of all rows that judge"
+    )
+    return found, told
+
+
+def _stride(motion: Motion, settings: WeakSettings) -> int:
+    return max(1, round(settings.stride / motion.time_step))
+
+
+def _cut(number: int, motion: Motion, settings: WeakSettings) -> Iterator[tuple[int, int, int]]:
+    """Pieces of a motion (number, first row, last row but one), all but the last of one length."""
+    rows = _PIECE * _stride(motion, settings)
+    edges = [*range(0, motion.time.size - rows // 2, rows), motion.time.size] if motion.time.size > rows else []
+    for start, stop in pairwise(edges):
+        yield number, start, stop
+
+
+def _gram(piece: Motion) -> Array:
+    """Mean products of what forces are made of: speeds, their squares, their changes, commands, the heading."""
+    u, v, r = piece.velocity.T
+    turned = [f(piece.heading) for f in (np.cos, np.sin)]
+    signals = [
+        *(u, v, r, u * abs(u), v * abs(v), r * abs(r), u * v, u * r, v * r, abs(u), *turned, u * turned[0]),
+        *(u * turned[1], *np.gradient(piece.velocity, axis=0).T),
+        *(c for k in piece.commands.T for c in (k, k * abs(k), k * abs(k) * k)),
+    ]
+    columns = np.column_stack(signals)
+    return np.asarray(columns.T @ columns / len(columns))
+
+
+def _most_telling(grams: Array, count: int) -> list[int]:
+    """Pieces (pieces, n, n) that raise the determinant of the sum of their products most, one after the other."""
+    total = _RIDGE * np.eye(grams.shape[1])
+    found: list[int] = []
+    for _ in range(min(count, len(grams))):
+        gains = np.linalg.slogdet(total + grams)[1]
+        gains[found] = -np.inf
+        found.append(int(gains.argmax()))
+        total = total + grams[found[-1]]
+    return found
+
+
+def _joined(pieces: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
+    """Pieces in the order of time, those that follow each other as one."""
+    found: list[tuple[int, int, int]] = []
+    for number, start, stop in pieces:
+        if found and found[-1][0] == number and found[-1][2] == start:
+            start = found.pop()[1]
+        found.append((number, start, stop))
+    return found
