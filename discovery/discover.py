@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
 from ..physics.frames import Array
@@ -62,6 +62,7 @@ class Discovery:
     notes: tuple[str, ...] = ()
 
 
+@single_threaded
 def find_missing(
     motions: Sequence[Motion],
     nominal: Vehicle,
@@ -82,8 +83,7 @@ def find_missing(
         when the log is too short for the weak form, or a solver fails.
     """
     settings = settings or DiscoverySettings()
-    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        return _find(motions, nominal, settings, progress or (lambda text: None))
+    return _find(motions, nominal, settings, progress or (lambda text: None))
 
 
 def _find(
@@ -150,6 +150,7 @@ def _conclude(looked: Selected) -> Discovery:
             headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
             findings = findings.but(verdict="undecided", headline=headline)
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
+    basis.forces.forget()
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes)
 
 
@@ -168,6 +169,7 @@ def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list
 _KEPT = "the nominal model's own parameters stay as its file has them: none is calibrated beside the effects"
 
 
+@single_threaded
 def add_effects(
     motions: Sequence[Motion], nominal: Vehicle, names: Sequence[str], settings: DiscoverySettings
 ) -> Discovery:
@@ -195,9 +197,8 @@ def add_effects(
     groups = [_candidates(name, nominal) for name in names]
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
-    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        basis = choose(motions, nominal, settings)
-        return _add(basis, _visible(basis, names, groups) if basis.rolls else groups)
+    basis = choose(motions, nominal, settings)
+    return _add(basis, _visible(basis, names, groups) if basis.rolls else groups)
 
 
 def _visible(basis: Basis, names: Sequence[str], groups: Sequence[list[Candidate]]) -> list[list[Candidate]]:

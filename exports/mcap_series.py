@@ -5,7 +5,6 @@ path and the frame `boat` alone are turned to the ENU/FLU axes (z up) in which 3
 the log's own, so that the file lies over the log in a viewer.
 """
 
-import io
 import json
 import os
 import re
@@ -22,7 +21,7 @@ from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_
 from ..measurements.prepared_logs import Parts
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
-from ..physics.files import write_bytes
+from ..physics.files import writing
 from ..physics.frames import Array, heading_from_enu
 from ..physics.matrices import mass_matrix
 from ..physics.printable import one_line
@@ -132,41 +131,41 @@ def write_series(
     logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
     exact = in_order([stretch.frame() for stretch in stretches(parts)], rounded=False)
     definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
-    content = io.BytesIO()
-    writer = Writer(content)  # in chunks, compressed by zstandard
-    writer.start(library="undertow")
-    schemas: dict[str, int] = {}
-    recorded: list[Iterator[tuple[int, int, bytes]]] = []
-    about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
-    for log, source in sorted(logs.items()):
-        rows = (table["log"] == log).to_numpy()
-        prefix = f"/log{log}" if len(logs) > 1 else ""
-        start = starts[source]
-        clock = _Clock.of(exact.loc[rows, "time"].to_numpy(), start)
-        about[f"log{log}"] = one_line(source)
-        if start:
-            about[f"log{log}_starts_at_ns"] = str(start)
-        if clock.shift:
-            about[f"log{log}_stamps_moved_by_s"] = str(clock.shift)
-        taken: set[str] = set()
-        running: list[tuple[int, Iterator[str]]] = []
-        for topic in _topics(predictions, channels, rows, clock, f"{prefix}/{BOAT}".removeprefix("/")):
-            if topic.schema not in schemas:
-                definition = json.dumps(definitions[topic.schema]).encode()
-                schemas[topic.schema] = writer.register_schema(topic.schema, "jsonschema", definition)
-            name = topic.name
-            while name in taken:  # two models whose names differ in no letter
-                name += "_"
-            taken.add(name)
-            told = {key: one_line(text) for key, text in topic.about.items()}
-            channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], told)
-            running.append((channel, topic.texts))
-        recorded.append(_in_turn(clock, running))
-    for stamp, channel, data in merge(*recorded, key=lambda message: message[:2]):
-        writer.add_message(channel, stamp, data, stamp)
-    writer.add_metadata("undertow", about)
-    writer.finish()
-    return write_bytes(path, content.getvalue())
+    with writing(path) as content:
+        writer = Writer(content)  # in chunks, compressed by zstandard
+        writer.start(library="undertow")
+        schemas: dict[str, int] = {}
+        recorded: list[Iterator[tuple[int, int, bytes]]] = []
+        about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
+        for log, source in sorted(logs.items()):
+            rows = (table["log"] == log).to_numpy()
+            prefix = f"/log{log}" if len(logs) > 1 else ""
+            start = starts[source]
+            clock = _Clock.of(exact.loc[rows, "time"].to_numpy(), start)
+            about[f"log{log}"] = one_line(source)
+            if start:
+                about[f"log{log}_starts_at_ns"] = str(start)
+            if clock.shift:
+                about[f"log{log}_stamps_moved_by_s"] = str(clock.shift)
+            taken: set[str] = set()
+            running: list[tuple[int, Iterator[str]]] = []
+            for topic in _topics(predictions, channels, rows, clock, f"{prefix}/{BOAT}".removeprefix("/")):
+                if topic.schema not in schemas:
+                    definition = json.dumps(definitions[topic.schema]).encode()
+                    schemas[topic.schema] = writer.register_schema(topic.schema, "jsonschema", definition)
+                name = topic.name
+                while name in taken:  # two models whose names differ in no letter
+                    name += "_"
+                taken.add(name)
+                told = {key: one_line(text) for key, text in topic.about.items()}
+                channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], told)
+                running.append((channel, topic.texts))
+            recorded.append(_in_turn(clock, running))
+        for stamp, channel, data in merge(*recorded, key=lambda message: message[:2]):
+            writer.add_message(channel, stamp, data, stamp)
+        writer.add_metadata("undertow", about)
+        writer.finish()
+    return Path(path)
 
 
 @dataclass(frozen=True, slots=True)

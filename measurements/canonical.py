@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -89,7 +90,7 @@ class Lost:
         return self.backward > 0 or any(by < 0.0 for _, by in self.sets)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Channel:
     """One canonical channel of a log.
 
@@ -108,7 +109,7 @@ class Channel:
     origin: str
     lost: Lost = Lost()
 
-    @property
+    @cached_property
     def period(self) -> float:
         """Usual step of the time stamps [s], gaps and jitter averaged out; zero for a single sample."""
         if self.time.size < 2:

@@ -32,7 +32,15 @@ def write_text(path: str | os.PathLike[str], text: str) -> Path:
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
-    """Write bytes atomically (temporary name, then rename); the folder must exist.
+    """Write bytes as `writing` does."""
+    with writing(path) as stream:
+        stream.write(data)
+    return Path(path)
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """A stream of bytes that become a file atomically (temporary name, then rename); the folder must exist.
 
     A link stays a link: the file that it leads to is replaced. A device or a stream such as /dev/stdout, where nothing
     can be renamed, is written to directly. What a killed process left unfinished beside the file goes.
@@ -47,17 +55,16 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> Path:
         handle = stream_of(target)
         if handle is not None or is_device(target):
             with os.fdopen(os.dup(handle), "wb") if handle is not None else target.open("wb") as stream:
-                stream.write(data)
-            return target
+                yield stream
+            return
         place = real(target)
         clear_left(place)
         with _unfinished(place) as (stream, temporary):
-            stream.write(data)
+            yield stream
             stream.flush()
             os.fsync(stream.fileno())  # or a full disk may be noticed after the rename
             _keep_mode(place, temporary)
             os.replace(temporary, place)
-    return target
 
 
 def try_out(path: str | os.PathLike[str], size: int = _TRIED) -> None:

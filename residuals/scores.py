@@ -21,6 +21,8 @@ HORIZONS = (2.0, 10.0, 30.0)
 """Rollout lengths [s]."""
 SPACING = 0.5
 """Distance between rollout starts [s]."""
+_AT_ONCE = 512
+"""Rollouts of one batch: enough for arrays to pay, and few enough for 50 MB whatever the log's length."""
 
 
 ACCELERATION_UNITS = {"surge": "m/s^2", "sway": "m/s^2", "yaw": "rad/s^2"}
@@ -220,16 +222,17 @@ def rollout_errors(
             counted.update(starts.tolist())
             if starts.size == 0:
                 continue
-            result = model.rollout(motion, starts, steps)
-            window = starts[:, None] + np.arange(steps + 1)
-            error = result.states - truth[window]
-            per_row = np.concatenate([error[..., 3:] ** 2, (error[..., :2] ** 2).sum(axis=-1, keepdims=True)], axis=-1)
-            for name, length in lengths.items():
-                if length <= steps:
-                    begun.setdefault(name, []).append(starts)
-                    squares.setdefault(name, []).append(per_row[:, 1 : length + 1].mean(axis=1))
-                    speeds = np.abs(result.states[:, 1 : length + 1, 3:]).max(axis=(1, 2))
-                    lost[name] = lost.get(name, 0) + int((speeds >= SPEED_LIMIT).sum())
+            for batch in (starts[k : k + _AT_ONCE] for k in range(0, starts.size, _AT_ONCE)):
+                states = model.rollout(motion, batch, steps).states
+                error = states - truth[batch[:, None] + np.arange(steps + 1)]
+                place = (error[..., :2] ** 2).sum(axis=-1, keepdims=True)
+                per_row = np.concatenate([error[..., 3:] ** 2, place], axis=-1)
+                for name, length in lengths.items():
+                    if length <= steps:
+                        begun.setdefault(name, []).append(batch)
+                        squares.setdefault(name, []).append(per_row[:, 1 : length + 1].mean(axis=1))
+                        speeds = np.abs(states[:, 1 : length + 1, 3:]).max(axis=(1, 2))
+                        lost[name] = lost.get(name, 0) + int((speeds >= SPEED_LIMIT).sum())
         for name, parts in squares.items():
             order = np.argsort(np.concatenate(begun[name]))
             found.setdefault(name, []).append((np.concatenate(parts)[order], every * step))

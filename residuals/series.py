@@ -66,12 +66,11 @@ def stretches(parts: Parts) -> list[Stretch]:
 
 
 def in_order(frames: Sequence[pd.DataFrame], rounded: bool = True) -> pd.DataFrame:
-    """The rows of all stretches in one table, sorted by log and time, and `rounded` as `series.csv` holds them."""
-    table = pd.concat(frames, ignore_index=True).sort_values(["log", "time"], kind="stable", ignore_index=True)
-    if not rounded:
-        return table
-    numeric = [c for c in table.columns if c not in ("log", "part")]
-    return table.round(dict.fromkeys(numeric, _DIGITS))
+    """The rows of all stretches in one table, by log and time, and `rounded` as `series.csv` holds them."""
+    ordered = sorted(frames, key=lambda frame: (frame["log"].iloc[0], frame["time"].iloc[0]))
+    if rounded:
+        ordered = [frame.round(_DIGITS) for frame in ordered]
+    return pd.concat(ordered, ignore_index=True)
 
 
 def _measured(stretch: Stretch, channels: Sequence[str]) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from ..comparison.models_by_name import CORRECTED, check_commands, fitted_number
 from ..comparison.overlap import fitted_notes
 from ..exports.mcap_series import compared, require_mcap, write_series
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike
+from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models.base import Model, VehicleModel
@@ -70,6 +71,7 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
     return _compared(inputs, (corrected,), models)
 
 
+@single_threaded
 def _compared(
     inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike], series_file: PathLike | None = None
 ) -> Comparison:

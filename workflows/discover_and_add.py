@@ -9,6 +9,7 @@ from ..discovery.discover import Discovery, add_effects, find_missing
 from ..discovery.findings import LogFacts, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.sources import with_sources
@@ -61,6 +62,7 @@ def add(
     return replace(assess(inputs, found, settings, progress), verb=("add", *effects))
 
 
+@single_threaded
 def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
     """Score every step of a discovery on held-out data, and find where the models fail."""
     how = f"identified by undertow from {inputs.log_names}"

@@ -17,6 +17,7 @@ from ..measurements.preparation.split import split
 from ..measurements.prepared_logs import Inputs, Parts, PathLike
 from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
+from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.vehicle import Vehicle, load_vehicle
 from .soundness import sound
@@ -25,6 +26,7 @@ Judge = Literal["train", "validation", "test", "all"]
 _JUDGES = ("train", "validation", "test", "all")
 
 
+@single_threaded
 def read_inputs(
     logs: Iterable[PathLike] | PathLike,
     vehicle: Vehicle | PathLike,

@@ -37,6 +37,11 @@ class Remembered(Generic[T]):
             self._bytes -= _size(self._kept.popitem(last=False)[1])
         return value
 
+    def clear(self) -> None:
+        """Keep nothing."""
+        self._kept.clear()
+        self._bytes = 0
+
 
 def room(many: int, shape: tuple[int, ...]) -> int:
     """Bytes of many arrays of a shape; of a long log, fewer are kept."""

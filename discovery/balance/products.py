@@ -74,6 +74,12 @@ class Products(ABC):
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
         """Force [N] and load [N s/m] of a thruster along the rows."""
 
+    def forget(self) -> None:
+        """Keep no products: they are worked out again where they are asked for."""
+        self._still.clear()
+        self._flowing.clear()
+        self._waters.clear()
+
     def forces(self, vehicle: Vehicle) -> Array:
         """The whole force of a vehicle, its three axes first [N, N, N m]."""
         return self.summed(gathered(self.force_parts(balances(vehicle), vehicle)))

@@ -102,6 +102,11 @@ class WeakForm(Balance):
         covered = sum(motion.duration for motion in self.motions)
         self.independent = covered / settings.half_width
 
+    def forget(self) -> None:
+        """Keep no columns and no products: they are most of the memory of a search, and made again where asked for."""
+        self._near.memo.clear()
+        self._terms.forget()
+
     def about(self, vehicle: Vehicle) -> Neighbourhood:
         """The same for every vehicle."""
         return self._near

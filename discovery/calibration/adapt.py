@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from ...measurements.statistics.single_threaded import single_threaded
 from ...physics.effects import Parameter, effect_named
 from ...physics.errors import RequestError, expect
 from ...physics.frames import Array
@@ -102,6 +102,7 @@ class Adapted:
         return self.step * np.cumsum(self.excited)
 
 
+@single_threaded
 def adapt(
     motions: Sequence[Motion] | Motion, vehicle: Vehicle, effects: Sequence[str], settings: AdaptSettings | None = None
 ) -> Adapted:
@@ -132,12 +133,11 @@ def adapt(
     expect("adapt: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("adapt: settings", settings, AdaptSettings, "undertow.AdaptSettings(...) makes them")
     pool = _linear(runs, vehicle, effects)
-    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        weak = WeakForm(runs, settings.weak)
-        search = Search(weak, vehicle, pool, SearchSettings(materiality=settings.materiality))
-        amounts = plausible_amounts(search, rehearse(search, vehicle, ()))
-        linear = Linearisation(weak, vehicle, vehicle, pool, ())
-        return _replayed(search, linear, amounts, settings)
+    weak = WeakForm(runs, settings.weak)
+    search = Search(weak, vehicle, pool, SearchSettings(materiality=settings.materiality))
+    amounts = plausible_amounts(search, rehearse(search, vehicle, ()))
+    linear = Linearisation(weak, vehicle, vehicle, pool, ())
+    return _replayed(search, linear, amounts, settings)
 
 
 def _linear(motions: Sequence[Motion], vehicle: Vehicle, names: Sequence[str]) -> tuple[Candidate, ...]:

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from ...measurements.statistics.single_threaded import single_threaded
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.laws.damping_power import mass_margin
@@ -100,6 +100,7 @@ class Fitted:
     intervals: dict[str, Interval]
 
 
+@single_threaded
 def calibrate(
     motions: Sequence[Motion],
     nominal: Vehicle,
@@ -124,25 +125,24 @@ def calibrate(
     """
     settings = settings or DiscoverySettings()
     say = progress or (lambda text: None)
-    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        ground = groundwork(motions, nominal, settings, free, hold)
-        motions, known, basis = ground.basis.motions, ground.known, ground.basis
-        say(f"calibrating {', '.join(known.symbols)}")
-        pool = nuisance_candidates(nominal, known.symbols)
-        long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
-        horizon = WHOLE_HORIZON if long else HORIZON
-        fitted = convex_step(motions, nominal, pool, settings)
+    ground = groundwork(motions, nominal, settings, free, hold)
+    motions, known, basis = ground.basis.motions, ground.known, ground.basis
+    say(f"calibrating {', '.join(known.symbols)}")
+    pool = nuisance_candidates(nominal, known.symbols)
+    long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
+    horizon = WHOLE_HORIZON if long else HORIZON
+    fitted = convex_step(motions, nominal, pool, settings)
+    _demand_lawful(fitted.lawful, known.symbols)
+    held_out = _held_out(motions, nominal, pool, settings, horizon, basis.blind if basis.rolls else None, say)
+    best: Method = "weak form"
+    overlap = overlap_of(horizon, _SPACING)
+    if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
+        start = nominal if basis.rolls else fitted.lawful.vehicle
+        best, fitted = "output error", rollout_step(motions, start, nominal, pool, basis.blind)
         _demand_lawful(fitted.lawful, known.symbols)
-        held_out = _held_out(motions, nominal, pool, settings, horizon, basis.blind if basis.rolls else None, say)
-        best: Method = "weak form"
-        overlap = overlap_of(horizon, _SPACING)
-        if held_out and as_good(held_out["weak form"], held_out["output error"], overlap):
-            start = nominal if basis.rolls else fitted.lawful.vehicle
-            best, fitted = "output error", rollout_step(motions, start, nominal, pool, basis.blind)
-            _demand_lawful(fitted.lawful, known.symbols)
-        fitted = _rounded(fitted, nominal, known.symbols)
-        search = Search(ground.weak, nominal, (), settings.search)
-        error = np.sqrt((ground.weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
+    fitted = _rounded(fitted, nominal, known.symbols)
+    search = Search(ground.weak, nominal, (), settings.search)
+    error = np.sqrt((ground.weak.balance(fitted.lawful.vehicle) ** 2).mean(axis=0))
     return Calibration(
         nominal,
         fitted.lawful,
@@ -159,6 +159,7 @@ def calibrate(
     )
 
 
+@single_threaded
 def calibrate_once(
     motions: Sequence[Motion],
     nominal: Vehicle,
@@ -182,17 +183,16 @@ def calibrate_once(
         as `calibrate` does.
     """
     settings = settings or DiscoverySettings()
-    with threadpool_limits(limits=1, user_api="blas"):
-        ground = groundwork(motions, nominal, settings, basis=basis)
-        pool = nuisance_candidates(nominal, ground.known.symbols)
-        convex = convex_step(ground.basis.motions, nominal, pool, settings)
-        start = nominal if ground.basis.rolls else convex.lawful.vehicle
-        try:
-            fitted = rollout_step(ground.basis.motions, start, nominal, pool, ground.basis.blind)
-        except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
-            fitted = convex
-        _demand_lawful(fitted.lawful, ground.known.symbols)
-        return _rounded(fitted, nominal, ground.known.symbols).lawful.vehicle, ground.known.symbols
+    ground = groundwork(motions, nominal, settings, basis=basis)
+    pool = nuisance_candidates(nominal, ground.known.symbols)
+    convex = convex_step(ground.basis.motions, nominal, pool, settings)
+    start = nominal if ground.basis.rolls else convex.lawful.vehicle
+    try:
+        fitted = rollout_step(ground.basis.motions, start, nominal, pool, ground.basis.blind)
+    except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
+        fitted = convex
+    _demand_lawful(fitted.lawful, ground.known.symbols)
+    return _rounded(fitted, nominal, ground.known.symbols).lawful.vehicle, ground.known.symbols
 
 
 def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from ...measurements.statistics.single_threaded import single_threaded
 from ...physics.effects import Effect
 from ...physics.errors import RequestError
 from ...physics.forces import modelled_acceleration
@@ -32,6 +32,7 @@ from .distilled import AxisShare, Distilled, NamedPart
 from .memory import past_of
 
 
+@single_threaded
 def distil_model(
     model: Model,
     motions: Sequence[Motion],
@@ -58,8 +59,7 @@ def distil_model(
     claims = [np.asarray(model.acceleration(motion), dtype=float) for motion in motions]
     if not all(np.isfinite(claim).all() for claim in claims):
         raise RequestError(f"distil {model.name}: expected finite accelerations, got some that are not; train it again")
-    with threadpool_limits(limits=1, user_api="blas"):  # the matrices are small: threads only wait for each other
-        return _distilled(model, motions, claims, nominal, settings, say)
+    return _distilled(model, motions, claims, nominal, settings, say)
 
 
 def _distilled(

@@ -21,7 +21,7 @@ from ...physics.matrices import mass_matrix
 from ...physics.terms import parse_form
 from ...physics.vehicle import Vehicle
 from ..candidates.linearisation import Option
-from ..search.gram import GramScores
+from ..search.gram import GramScores, bounded_solve
 from .certify import certify, least_eigenvalues, power_scale
 from .price_of_law import NOTHING, Binding, price_in_words
 from .program_data import NO_OPTIMUM, LawNumbers, Shape, Solution, check_shown
@@ -31,6 +31,8 @@ _TOLERANCE = 1e-6
 `convex_program`."""
 _MARGIN = 1e-6
 """Share of the power scale by which every control matrix is kept positive, so that rounding breaks no law."""
+_PULL = 1e-9
+"""Gradient that is none, in units in which every number is of order one."""
 _FLAT = 1e-9
 """Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
 _LEAST_MASS = 1e-3
@@ -71,9 +73,9 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
     """Least squares of the chosen parameters under their physical limits, by symbol (total values).
 
     Limits are those of the catalogue on nominal plus added value: damping never drives, thruster scales and lags
-    are not negative, added mass adds. Where least squares keep the limits by themselves, that is the answer; else the
-    quadratic programme is solved by Clarabel through cvxpy on the R factor of the compressed data. Each limit is
-    checked again on the numbers that came back.
+    are not negative, added mass adds. What keeps them, and is held only where it would go beyond them, is the answer;
+    where none is found so, the quadratic programme is solved by Clarabel through cvxpy on the R factor of the
+    compressed data. Each limit is checked again on the numbers that came back.
 
     Raises
     ------
@@ -89,13 +91,18 @@ def lawful_refit(scores: GramScores, chosen: Sequence[Option]) -> dict[str, floa
 
 def _within_limits(scaled: "_Scaled") -> Solution | None:
     """Least squares under the limits; None when nothing satisfies them."""
-    (lower, upper), n = scaled.limits, len(scaled.symbols)
-    found, _, rank, _ = np.linalg.lstsq(scaled.factor, scaled.target, rcond=_FLAT)
-    if rank == n and ((lower <= found) & (found <= upper)).all():
-        return Solution(np.asarray(found, dtype=float), np.zeros((0, 0)), np.zeros((0, 0, 3, 3)))
+    (lower, upper), r, d = scaled.limits, scaled.factor, scaled.target
+    if np.linalg.matrix_rank(r, rtol=_FLAT) == len(scaled.symbols):
+        x, held = bounded_solve(r.T @ r, r.T @ d, lower, upper)
+        x[~held] = np.linalg.lstsq(r[:, ~held], d - r[:, held] @ x[held], rcond=None)[0]
+        pull = r.T @ (d - r @ x)
+        outwards = np.where(x <= lower, pull <= _PULL, pull >= -_PULL)
+        # What keeps the limits, and is held only where it would go beyond them, is the optimum (Karush, Kuhn, Tucker).
+        if ((lower <= x) & (x <= upper)).all() and outwards[held].all():
+            return Solution(x, np.zeros((0, 0)), np.zeros((0, 0, 3, 3)))
     from .convex_program import solve_refit  # here, because cvxpy takes half a second to load
 
-    return solve_refit(scaled.shape(), scaled.factor, scaled.target, scaled.limits)
+    return solve_refit(scaled.shape(), r, d, scaled.limits)
 
 
 def passive_refit(

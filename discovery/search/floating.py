@@ -11,6 +11,10 @@ from .scoring import ALIVE, Scoring, SearchSettings, State
 __all__ = ["ALIVE", "Search", "SearchSettings", "State"]
 
 
+_FAR_BEHIND = 50.0
+"""Log-likelihood by which a model is far worse than another: it would need ten parameters more to make it good."""
+
+
 class Search(Scoring):
     """A floating search over candidates (Pudil, Novovicova and Kittler 1994, doi:10.1016/0167-8655(94)90127-9)."""
 
@@ -29,7 +33,7 @@ class Search(Scoring):
             crowd = self.named(best.active)
             if len(crowd) < self.settings.crowd:
                 break
-            others = (self._climb(self.without(best, key), _silent, key) for key in crowd)
+            others = (self._climb(self.without(best, key), _silent, key, best) for key in crowd)
             other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
             if other.score >= best.score - self.settings.margin:
                 break
@@ -38,18 +42,25 @@ class Search(Scoring):
             best = other
         return best
 
-    def _climb(self, state: State, say: Callable[[str], None], barred: str | None = None) -> State:
-        """Change a model, never adding what is barred, until no change improves it."""
+    def _climb(
+        self, state: State, say: Callable[[str], None], barred: str | None = None, best: State | None = None
+    ) -> State:
+        """Change a model, never adding what is barred, until no change improves it or it will not reach the best."""
         refused: set[frozenset[str]] = set()
         pool = [c for c in self.pool if c.key != barred]
         for _ in range(self.settings.rounds):
-            improved = self._step(state, refused, pool)
+            improved = None if best and self._behind(state, best) else self._step(state, refused, pool)
             if improved is None:
                 break
             self.trail.append(difference(state.active, improved.active))
             say(self.trail[-1])
             state = improved
         return state
+
+    def _behind(self, state: State, best: State) -> bool:
+        """Whether a model has more effects than the best one and is far worse all the same: it gathers stand-ins."""
+        more = len(self.named(state.active)) > len(self.named(best.active))
+        return more and state.score > best.score + _FAR_BEHIND
 
     def _simplest(self, state: State, say: Callable[[str], None]) -> State:
         """Replace general effects by simpler ones, as many as it takes, if that is no worse.

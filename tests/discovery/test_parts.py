@@ -80,6 +80,7 @@ def test_the_lawful_refit_never_lets_damping_drive():
 @pytest.mark.parametrize("status", ["infeasible", "optimal_inaccurate", "user_limit"])
 def test_any_status_but_optimal_is_an_error(monkeypatch: pytest.MonkeyPatch, status: str):
     scores, chosen = driving_drag()
+    monkeypatch.setattr(lawful, "_FLAT", 2.0)  # as with columns that are one: then the programme decides
     monkeypatch.setattr(cvxpy.Problem, "solve", lambda self, **_: None)
     monkeypatch.setattr(cvxpy.Problem, "status", property(lambda self: status))
     with pytest.raises(RequestError, match=f"expected an optimal solution, the solver says '{status}'"):

@@ -13,7 +13,7 @@ from ...measurements.inspection import Inspections
 from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, expect
-from ...physics.files import write_json, write_text
+from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
 from .provenance import command, seen_from, versions
 from .read import read_run
@@ -95,7 +95,8 @@ def _write_files(run: Run, folder: Path, target: Path) -> None:
     write_json(folder / "audit.json", run.audit.to_dict())
     run.discovery.nominal.save(folder / "nominal.yaml")
     run.discovery.corrected.save(folder / "model.yaml")
-    write_text(folder / "series.csv", run.series.to_csv(index=False, lineterminator="\n"))
+    with writing(folder / "series.csv") as stream:
+        run.series.to_csv(stream, index=False, lineterminator="\n")
     Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
     write_json(folder / "inspection.json", Inspections(logs=run.inputs.inspections).to_dict())
 
