@@ -102,13 +102,23 @@ class SensorError(Record):
 
     Attributes
     ----------
-    error : "channel_offset" for commands that are recorded early or late
+    error : "channel_offset" for commands, speeds or positions that are recorded early or late; the others say what
+        they are of: a scale, a bias, a compass deviation, a record through the water, an antenna that is elsewhere
     verdict : "present", "possible" or "no evidence"
     sentence : the finding in words
     terms : its numbers
     """
 
-    error: Literal["channel_offset"]
+    error: Literal[
+        "compass_deviation",
+        "gyro_scale",
+        "gyro_bias",
+        "velocity_scale",
+        "velocity_latency",
+        "antenna_arm",
+        "water_speed",
+        "channel_offset",
+    ]
     verdict: Literal["present", "possible", "no evidence"]
     sentence: str = ""
     terms: tuple[FoundTerm, ...] = ()

@@ -1,12 +1,14 @@
 """What every verb works on: logs read and prepared once for a vehicle, and the part that judges."""
 
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .inspection import Inspection, inspect_log
+from .kinematics import Kinematics
 from .log import Log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import DataSet
@@ -56,6 +58,7 @@ class Inputs:
     notes : what reading and preparing had to say
     reading : how the logs were read
     warnings : what is wrong with the logs, to be told above every result
+    sensors : what the records of each log say of its sensors, by the source of its motions; they are corrected for it
     inspected : the vehicle for which each log was inspected, and what was seen; see `inspections`
     """
 
@@ -67,6 +70,7 @@ class Inputs:
     notes: tuple[str, ...]
     reading: Reading = AS_GUESSED
     warnings: tuple[str, ...] = ()
+    sensors: Mapping[str, Kinematics] = field(default_factory=dict)
     inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
 
     @property

@@ -6,6 +6,7 @@ from dataclasses import replace
 from ..comparison.comparison import Judged, comparison, judge, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
 from ..discovery.discover import Discovery, add_effects, find_missing
+from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import LogFacts, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
@@ -99,6 +100,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
         warnings=tuple(inputs.warnings),
+        sensors=(*found.findings.sensors, *sensor_errors(inputs.sensors)),
     )
     return Run(inputs, found, findings, compared, table, settings, audit)
 

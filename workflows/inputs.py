@@ -1,7 +1,7 @@
 """Inputs of every verb: logs read and prepared once for a vehicle."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -9,10 +9,11 @@ from typing import Literal
 from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
+from ..measurements.kinematics import Kinematics, kinematics_of
 from ..measurements.log import read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
-from ..measurements.preparation.prepare import prepare
+from ..measurements.preparation.prepare import prepare, without_sensor_errors
 from ..measurements.preparation.split import split
 from ..measurements.prepared_logs import Inputs, Parts, PathLike
 from ..measurements.quality.examination import examine, pool
@@ -73,19 +74,35 @@ def read_inputs(
     opposed = [text for _, texts in told_of for text in texts]
     together = pool(examinations) if len(read) > 1 else ()
     warnings = (*opposed, *sound(inspections, together, model, reading.as_is))
-    weak = prepare(read, model, WEAK)
-    paper = prepare(read, model, PAPER)
+    weak, paper = prepare(read, model, WEAK), prepare(read, model, PAPER)
+    sensors: dict[str, Kinematics] = {}
+    if not reading.as_is:
+        sources = {motion.source for motion in weak.motions}
+        sensors = {source: kinematics_of([m for m in weak.motions if m.source == source]) for source in sources}
+        errors = {source: found.errors for source, found in sensors.items()}
+        weak, paper = (without_sensor_errors(data, errors) for data in (weak, paper))
     return Inputs(
         paths=names,
         logs=read,
         vehicle=model,
         weak=split(weak),
         parts=Parts(split(paper), judge),
-        notes=(*told, *weak.notes, *out_of_step),
+        notes=(*told, *weak.notes, *out_of_step, *_sensor_notes(sensors)),
         reading=reading,
         warnings=warnings,
+        sensors=sensors,
         inspected=(model, inspections),
     )
+
+
+def _sensor_notes(sensors: Mapping[str, Kinematics]) -> list[str]:
+    """What the sensors of the logs do wrong, and that it is mended."""
+    names = {source: f"{Path(source).name}: " if len(sensors) > 1 else "" for source in sorted(sensors)}
+    return [
+        f"{name}{sentence}; what follows is corrected for it"
+        for source, name in names.items()
+        for sentence in sensors[source].sentences.values()
+    ]
 
 
 def _utf8(path: PathLike) -> str:

@@ -69,9 +69,10 @@ def within_resolution(search: Search, final: State) -> dict[str, str]:
     records = coarse_records(search.balance.motions)
     if not records or not search.named(final.active):
         return {}
-    here = _Beside(search, records, final)
+    errors = _errors_of_levels(search, records, final)
+    here = _Beside(search, errors, final)
     for _ in range(_CHANGES):
-        trials = (_Beside(search, records, state) for state in here.neighbours())
+        trials = (_Beside(search, errors, state) for state in here.neighbours())
         better = next((there for there in trials if there.worth() < here.worth() - search.settings.margin), None)
         if better is None:
             break
@@ -86,7 +87,18 @@ def leaves_structure(search: Search, state: State) -> bool:
     if not search.leaves_structure(state.fit.held_out):
         return False
     records = coarse_records(search.balance.motions)
-    return not records or search.leaves_structure(_Beside(search, records, state).error())
+    if not records:
+        return True
+    return search.leaves_structure(_Beside(search, _errors_of_levels(search, records, state), state).error())
+
+
+def _errors_of_levels(search: Search, records: Sequence[CoarseRecord], state: State) -> Array:
+    """What half a step of each level adds to the balance of a model, (tests, 3, levels)."""
+    balance, vehicle = search.balance, state.vehicle
+    levels = [(record, at) for record in records for at in range(record.levels.size)]
+    moved = ([_displaced(motion, *level) for motion in balance.motions] for level in levels)
+    rest = balance.balance(vehicle)
+    return np.stack([rest - balance.commanded(motions, vehicle) for motions in moved], axis=2)
 
 
 class _Beside:
@@ -94,20 +106,16 @@ class _Beside:
 
     Parameters
     ----------
-    records : levels of the commands
+    errors : columns of the levels (tests, 3, levels)
     state : the model
     """
 
-    def __init__(self, search: Search, records: Sequence[CoarseRecord], state: State) -> None:
+    def __init__(self, search: Search, errors: Array, state: State) -> None:
         self.state, self._search = state, search
-        balance, self._half = search.balance, 0.5 * search.balance.independent
+        self._half = 0.5 * search.balance.independent
         self._linear, self._scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
         self._now = {key: self._linear.options[key][0] for key in state.active}
-        levels = [(record, at) for record in records for at in range(record.levels.size)]
-        moved = ([_displaced(motion, *level) for motion in balance.motions] for level in levels)
-        rest = balance.balance(state.vehicle)
-        errors = np.stack([rest - balance.commanded(motions, state.vehicle) for motions in moved], axis=2)
-        self._levels = len(levels)
+        self._levels = errors.shape[2]
         across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
         self._gram = across @ across.swapaxes(1, 2) / across.shape[2]
 

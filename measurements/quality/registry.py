@@ -11,6 +11,7 @@ from .checks.limited import Limited
 from .checks.neutral import Neutral
 from .checks.rates import Gaps, Rates
 from .checks.resampled import Resampled
+from .checks.sensors import Sensors
 from .checks.sides import Sides
 from .checks.spikes import Spikes
 from .checks.stamps import Stamps
@@ -38,6 +39,7 @@ CHECKS: tuple[Check, ...] = (
     Drive(),
     Limited(),
     Deviation(),
+    Sensors(),
     Tilt(),
     Excitation(),
 )

@@ -1,0 +1,57 @@
+"""Errors of sensors that the records of a log tell of each other, as findings; the motions are corrected for them."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...measurements.kinematics import Kinematics
+from ..findings import FoundTerm, SensorError
+from ..search.bootstrap import Interval
+
+_ERRORS: tuple[tuple[Any, str, Sequence[tuple[str, str]]], ...] = (
+    ("gyro_scale", "gyro_scale", (("gyro_scale", "1"),)),
+    ("gyro_bias", "gyro_bias", (("gyro_bias", "rad/s"),)),
+    ("compass_deviation", "compass_sine", (("compass_sine", "deg"), ("compass_cosine", "deg"))),
+    ("compass_deviation", "misalignment", (("misalignment", "deg"),)),
+    ("velocity_scale", "velocity_scale", (("velocity_scale", "1"),)),
+    ("velocity_latency", "velocity_latency", (("velocity_latency", "s"),)),
+    ("channel_offset", "position_latency", (("position_latency", "s"),)),
+    ("water_speed", "water_north", (("water_north", "m/s"), ("water_east", "m/s"))),
+    ("antenna_arm", "arm_x", (("arm_x", "m"), ("arm_y", "m"))),
+)
+"""Names of the findings, the sentence that tells of each, and the numbers with their units."""
+_TWO_SIDED = 1.96
+
+
+def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
+    """A finding for every error that the records of a log can tell of, present or not.
+
+    Parameters
+    ----------
+    sensors : by the source of the motions
+    """
+    found = []
+    for source, known in sorted(sensors.items()):
+        sentences, name = known.sentences, f"{Path(source).name}: " if len(sensors) > 1 else ""
+        for error, key, numbers in _ERRORS:
+            terms = tuple(_term(known, symbol, unit) for symbol, unit in numbers if symbol in known.values)
+            if terms:
+                told = f"{sentences[key]}; the motion is corrected for it" if key in sentences else "as it should be"
+                found.append(
+                    SensorError(
+                        error=error,
+                        verdict="present" if key in sentences else "no evidence",
+                        sentence=f"{name}{told[0].upper()}{told[1:]}.",
+                        terms=terms,
+                    )
+                )
+    return tuple(found)
+
+
+def _term(known: Kinematics, symbol: str, unit: str) -> FoundTerm:
+    value, error = known.values[symbol]
+    by = float(np.degrees(1.0)) if unit == "deg" else 1.0
+    low, high = (by * (value + side * _TWO_SIDED * error) for side in (-1.0, 1.0))
+    return FoundTerm(symbol=symbol, value=by * value, unit=unit, ci95=Interval(low, high))

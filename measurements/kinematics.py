@@ -1,0 +1,256 @@
+"""What sensors say of each other: heading against gyro, positions against speeds, with no force in between.
+
+psi_dot = (r - bias) / scale and p_dot = R(psi) nu hold whatever drives the boat (Fossen 2021, eq. 2.14 and 2.58), up to
+what sensors do: scales, a compass that deviates, delays, water that moves, an antenna that is elsewhere. Both are asked
+in weak form, so that no noisy record is differentiated, and all errors at once, so that none is blamed for another.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..physics.frames import Array, body_to_earth, earth_to_body
+from ..physics.motion import Motion
+from .statistics.robust import Fit, robust_fit
+
+_HALF, _STRIDE, _BLOCK = 1.0, 0.25, 10.0
+"""Half the support of a test function, the distance of two, and a stretch that counts once [s]."""
+_LONG = 4.0
+"""Half the support of other test functions [s], by which the gyro is asked again: a heading that a filter made of a
+compass and that same gyro follows the one fast and the other slowly, and what it says depends on the time."""
+_TURNS, _ALL_ROUND = 4.0 * np.pi, 6
+"""Turning [rad] and eighths of the circle without which a gyro's scale and a compass' deviation look alike."""
+_PASSED = 0.02
+"""Share of the rows from which a boat has been on an eighth of the circle."""
+_CLEARLY = 6.0
+"""Standard errors from which an error is there: of the stretches of one log they are known to a third."""
+_LEAST_ROWS = 60
+"""Test functions without which nothing is said: 15 s."""
+_LEAST_SLOPE = 0.1
+"""Of one record over another of the same motion, below which they are not of the same."""
+_ROUNDS = 4
+"""Fits and corrections in turn: what is found of a delay bends what is found of the rest."""
+_GYRO = ("gyro_scale", "gyro_bias", "compass_sine", "compass_cosine")
+_SPEEDS = ("velocity_scale", "misalignment", "heading_latency", "position_latency")
+_PLACES = ("water_north", "water_east", "arm_x", "arm_y")
+_LIMITS = {
+    "gyro_scale": (0.01, 0.3),
+    "gyro_bias": (0.002, 0.2),
+    "compass_sine": (0.02, 0.6),
+    "compass_cosine": (0.02, 0.6),
+    "velocity_scale": (0.01, 0.3),
+    "misalignment": (0.02, 0.6),
+    "velocity_latency": (0.03, 1.0),
+    "position_latency": (0.03, 1.0),
+    "water_north": (0.03, 3.0),
+    "water_east": (0.03, 3.0),
+    "arm_x": (0.1, 30.0),
+    "arm_y": (0.1, 30.0),
+}
+"""Sizes [1, rad/s, rad, rad; 1, rad, s, s; m/s, m/s, m, m] from which an error matters, which is more than data sheets
+of small sensors allow, and beyond which something else is wrong with a record."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kinematics:
+    """What the records of a log say of each other, by name: value and standard error; none where they cannot tell.
+
+    Scales are 1 for a right sensor, all others 0: gyro_bias [rad/s]; the deviation compass_sine sin(psi) +
+    compass_cosine cos(psi) and the constant misalignment [rad] that a heading lacks; how much later than the heading
+    the speeds and the positions tell of a motion [s]; the way over ground that speeds miss, water_north and water_east
+    [m/s]; and where the antenna of the positions is, arm_x and arm_y [m].
+    """
+
+    values: Mapping[str, tuple[float, float]]
+
+    @property
+    def present(self) -> tuple[str, ...]:
+        """Errors that are clear, material, and such as sensors have."""
+        found = []
+        for name, (value, error) in self.values.items():
+            least, most = _LIMITS[name]
+            if max(_CLEARLY * error, least) < abs(value - _right(name)) <= most:
+                found.append(name)
+        return tuple(found)
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """The errors that are present, by name, as `corrected_for` takes them."""
+        return {name: self.values[name][0] for name in self.present}
+
+    @property
+    def sentences(self) -> dict[str, str]:
+        """What is wrong, in words with numbers, by name; the two parts of one vector are told together."""
+        told: dict[str, str] = {}
+        for name in self.present:
+            first = _PAIRS.get(name, name)
+            a, b = (self.values.get(n, (0.0, 0.0))[0] for n in (first, _OTHER.get(first, first)))
+            told[first] = _WORDS[first].format(a, b, np.degrees(a), np.degrees(b), 100.0 * abs(a - 1.0), _less(a))
+        return told
+
+
+_PAIRS = {"compass_cosine": "compass_sine", "water_east": "water_north", "arm_y": "arm_x"}
+_OTHER = {first: second for second, first in _PAIRS.items()}
+_WORDS = {
+    "gyro_scale": "the gyro shows {0:.3f} of the turning that the heading tells of, {4:.1f} % too {5}",
+    "gyro_bias": "the gyro is off by {0:+.4f} rad/s, as the heading tells",
+    "compass_sine": "the compass lacks {2:+.1f} sin(psi) {3:+.1f} cos(psi) degrees, as the gyro tells",
+    "velocity_scale": "the speeds are {0:.3f} of those that the positions tell of, {4:.1f} % too {5}",
+    "misalignment": "the heading lacks {2:+.1f} degrees, as the ways of speeds and positions tell",
+    "velocity_latency": "the speeds are {0:+.2f} s later than the heading, as the way in turns tells",
+    "position_latency": "the positions are {0:+.2f} s later than the heading, as the way in turns tells",
+    "water_north": "the speeds miss {0:+.2f} m/s to the north and {1:+.2f} m/s to the east of the way over ground, as "
+    "those through moving water do",
+    "arm_x": "the antenna of the positions is {0:+.2f} m ahead and {1:+.2f} m to starboard of where the speeds are",
+}
+
+
+def _less(scale: float) -> str:
+    return "little" if scale < 1.0 else "much"
+
+
+def _right(name: str) -> float:
+    return 1.0 if name.endswith("scale") else 0.0
+
+
+def kinematics_of(motions: Sequence[Motion]) -> Kinematics:
+    """What is wrong with the sensors of a log, as far as its records tell it of each other.
+
+    Parameters
+    ----------
+    motions : gap-free stretches of one log, unfiltered. Records that were derived from each other say nothing, nor do
+        those that no errors of this kind bring together.
+    """
+    total: dict[str, float] = {}
+    here = tuple(motions)
+    for _ in range(_ROUNDS):
+        found = _compared(here)
+        wrong = [name for name in found.present if name.endswith("latency")] or found.present
+        if not wrong:
+            values = {n: (total.get(n, _right(n)) + v - _right(n), error) for n, (v, error) in found.values.items()}
+            return Kinematics(values)
+        for name in wrong:
+            total[name] = total.get(name, _right(name)) + found.values[name][0] - _right(name)
+        here = tuple(corrected_for(motion, total) for motion in motions)
+    return Kinematics({})
+
+
+def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
+    """A motion without errors of its sensors, by name; rows at its ends for which a late record has no value go."""
+    if not errors:
+        return motion
+    time, late = motion.time, [errors.get(f"{name}_latency", 0.0) for name in ("velocity", "position")]
+
+    def on_time(series: Array, by: float) -> Array:
+        return np.column_stack([np.interp(time + by, time, column) for column in series.T]) if by else series
+
+    rate = (motion.velocity[:, 2] - errors.get("gyro_bias", 0.0)) / errors.get("gyro_scale", 1.0)
+    surge, sway = on_time(motion.velocity[:, :2], late[0]).T / errors.get("velocity_scale", 1.0)
+    sine, cosine = errors.get("compass_sine", 0.0), errors.get("compass_cosine", 0.0)
+    deviation = sine * np.sin(motion.heading) + cosine * np.cos(motion.heading)
+    # Speeds that a satellite measured over ground were turned into the body by the heading: they turn back with it.
+    surge, sway = earth_to_body(deviation, surge, sway)
+    heading = motion.heading + deviation + errors.get("misalignment", 0.0)
+    ones = np.ones_like(heading)
+    ahead, aside = earth_to_body(heading, errors.get("water_north", 0.0) * ones, errors.get("water_east", 0.0) * ones)
+    arm = body_to_earth(heading, errors.get("arm_x", 0.0) * ones, errors.get("arm_y", 0.0) * ones)
+    found = replace(
+        motion,
+        position=on_time(motion.position, late[1]) - np.column_stack(arm),
+        heading=heading,
+        velocity=np.column_stack([surge + ahead, sway + aside, rate]),
+    )
+    first, last = (int(np.ceil(max(0.0, *side) / motion.time_step)) for side in ([-x for x in late], late))
+    return found.slice(first, time.size - last) if first or last else found
+
+
+def _compared(motions: Sequence[Motion]) -> Kinematics:
+    """One fit of heading to gyro, and one of positions to speeds."""
+    found = _of_gyro([m for m in motions if not m.derived[2]])
+    fit = _fit([_moving(m) for m in motions if not any(m.derived[:2])])
+    if fit is not None:
+        found |= dict(zip((*_SPEEDS, *_PLACES), zip(fit.values, fit.errors, strict=True), strict=True))
+        slope, error = found["velocity_scale"]
+        found["velocity_scale"] = (1.0 / slope, error / slope**2) if slope > _LEAST_SLOPE else (0.0, np.inf)
+        # Of speeds that are late by a and positions by b, the fit shows -a beside the heading, and a - b.
+        (ahead, unsure), (apart, error) = found.pop("heading_latency"), found["position_latency"]
+        found["velocity_latency"] = -ahead, unsure
+        found["position_latency"] = -ahead - apart, float(np.hypot(unsure, error))
+    known = {name: (float(value), float(error)) for name, (value, error) in found.items()}
+    return Kinematics({name: pair for name, pair in known.items() if np.isfinite(pair).all()})
+
+
+def _of_gyro(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:
+    """What heading and gyro say of each other, where the boat turns enough and every way."""
+    heading = np.concatenate([np.zeros(0), *(m.heading for m in motions)])
+    eighths = np.bincount((heading // (0.25 * np.pi)).astype(int) % 8, minlength=8) >= _PASSED * heading.size
+    turned = sum(float(np.abs(np.diff(m.heading[:: max(1, round(_HALF / m.time_step))])).sum()) for m in motions)
+    if turned < _TURNS or np.count_nonzero(eighths) < _ALL_ROUND:
+        return {}
+    short, long = (_fit([_turning(m, half) for m in motions]) for half in (_HALF, _LONG))
+    if short is None or long is None or min(short.values[0], long.values[0]) < _LEAST_SLOPE:
+        return {}
+    (slope, shift), (other, away) = short.values[:2], long.values[:2]
+    pairs = [
+        (1.0 / slope, 1.0 / other, short.errors[0] / slope**2),
+        (-shift / slope, -away / other, short.errors[1] / abs(slope)),
+        *((short.values[k], long.values[k], short.errors[k]) for k in (2, 3)),
+    ]
+    return {name: (a, max(error, abs(a - b))) for name, (a, b, error) in zip(_GYRO, pairs, strict=True)}
+
+
+def _fit(parts: Sequence[tuple[Array, Array, NDArray[np.int64]]]) -> Fit | None:
+    """The robust fit of columns (n, p) to a target (n,), in stretches (n,) of the motions one after the other."""
+    if sum(target.size for _, target, _ in parts) < _LEAST_ROWS:
+        return None
+    begun = np.cumsum([0, *(int(stretch.max(initial=-1)) + 1 for _, _, stretch in parts)])
+    stretch = np.concatenate([stretch + first for (_, _, stretch), first in zip(parts, begun[:-1], strict=True)])
+    return robust_fit(np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]), stretch)
+
+
+def _turning(motion: Motion, half: float) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Rate of the heading; gyro, its bias, the deviations of the compass, and a gyro that is late."""
+    value, rate, stretch = _tests(motion, half)
+    psi, r = motion.heading, motion.velocity[:, 2]
+    columns = [value(r), value(np.ones_like(r)), -rate(np.sin(psi)), -rate(np.cos(psi)), rate(r)]
+    return np.column_stack(columns), rate(psi), stretch
+
+
+def _moving(motion: Motion) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Rates of the position, north and then east; what is due to speeds, heading, delays, water and arm."""
+    value, rate, stretch = _tests(motion, _HALF)
+    psi, (u, v, r) = motion.heading, motion.velocity.T
+    north, east = body_to_earth(psi, u, v)
+    cos, sin, one, none = np.cos(psi), np.sin(psi), np.ones_like(u), np.zeros_like(u)
+    averaged = [(north, east), (-east, north), (-r * east, r * north)]
+    columns = [np.concatenate([value(a), value(b)]) for a, b in averaged]
+    columns.append(np.concatenate([rate(north), rate(east)]))
+    columns += [np.concatenate([value(a), value(b)]) for a, b in ((one, none), (none, one))]
+    columns += [np.concatenate([rate(a), rate(b)]) for a, b in ((cos, sin), (-sin, cos))]
+    target = np.concatenate([rate(x) for x in motion.position.T])
+    return np.column_stack(columns), target, np.concatenate([stretch, stretch])
+
+
+def _tests(
+    motion: Motion, support: float
+) -> tuple[Callable[[Array], Array], Callable[[Array], Array], NDArray[np.int64]]:
+    """Averages of a series (n,) under test functions, those of its derivative, and the stretch of each."""
+    step = motion.time_step
+    half = max(2, round(support / step))
+    grid = np.arange(-half, half + 1) / half
+    phi = (1.0 - grid**2) ** 3
+    slope = -6.0 * grid * (1.0 - grid**2) ** 2 / (half * step)
+    stride, area = max(1, round(_STRIDE / step)), phi.sum()
+
+    def through(weights: Array) -> Callable[[Array], Array]:
+        def apply(series: Array) -> Array:
+            if series.size <= 2 * half:
+                return np.zeros(0)
+            return np.convolve(series, weights[::-1], mode="valid")[::stride] / area
+
+        return apply
+
+    centres = motion.time[half : motion.time.size - half : stride] - motion.time[0]
+    return through(phi), through(-slope), (centres // _BLOCK).astype(np.int64)

@@ -1,0 +1,43 @@
+"""Whether the sensors tell of one motion: heading and gyro, positions and speeds; see `kinematics`."""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+from ...kinematics import Kinematics, kinematics_of
+from ..finding import Check, Finding
+from ..record import Record
+
+_CHANNELS = {"gyro": ("r",), "compass": ("psi",), "misalignment": ("psi",), "velocity": ("u", "v"), "water": ("u", "v")}
+"""Channels that an error is of, by the first word of its name; all others are of positions."""
+
+
+@final
+class Sensors(Check):
+    """Compares the sensors of each log with each other."""
+
+    name: ClassVar[str] = "sensors"
+
+    def examine(self, records: Sequence[Record]) -> list[Finding]:
+        """See `Check`."""
+        found, known = [], False
+        for record in records:
+            seen = kinematics_of([stretch.motion for stretch in record.stretches])
+            known |= bool(seen.values)
+            found += [self._wrong(seen, name, sentence) for name, sentence in seen.sentences.items()]
+        if found:
+            return found
+        if not known:
+            text = "too few records are of one motion, or it turns too little, to hold the sensors to each other"
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text)]
+        return [Finding(check=self.name, verdict="ok", sentence="the sensors tell of one motion")]
+
+    def _wrong(self, seen: Kinematics, name: str, sentence: str) -> Finding:
+        return Finding(
+            check=self.name,
+            verdict="warning",
+            value=seen.values[name][0],
+            channels=_CHANNELS.get(name.split("_")[0], ("x", "y")),
+            sentence=sentence,
+            consequence="forces would be blamed for it; undertow corrects the motion before it judges forces",
+            remedy="calibrate or move the sensor, or mend its clock, before the next log",
+        )

@@ -1,0 +1,107 @@
+"""What sensors say of each other: every error is found at its size, nothing is found where there is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.measurements.kinematics import corrected_for, kinematics_of
+from undertow.physics.frames import body_to_earth, earth_to_body
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+
+HULL = load_vehicle("blueboat")
+
+
+def sailed(noise: str = "field", waves: float = 0.0, programme: str = "rich") -> Motion:
+    world = simulate_world(HULL, {}, duration=240.0, noise=noise, waves=waves, seed=7, programme=programme)
+    return world.motion(0.05)
+
+
+def later(series: np.ndarray, motion: Motion, by: float) -> np.ndarray:
+    return np.column_stack([np.interp(motion.time - by, motion.time, column) for column in series.T])
+
+
+def spoilt(motion: Motion, name: str, size: float) -> Motion:
+    """The motion as sensors with an error of that size record it."""
+    velocity, position, psi = motion.velocity.copy(), motion.position.copy(), motion.heading
+    if name == "gyro_scale":
+        velocity[:, 2] *= size
+    elif name == "gyro_bias":
+        velocity[:, 2] += size
+    elif name == "velocity_scale":
+        velocity[:, :2] *= size
+    elif name == "velocity_latency":
+        velocity[:, :2] = later(velocity[:, :2], motion, size)
+    elif name == "position_latency":
+        position = later(position, motion, size)
+    elif name == "compass_sine":
+        off = size * np.sin(psi)
+        velocity[:, :2] = np.column_stack(earth_to_body(-off, *velocity[:, :2].T))
+        return replace(motion, velocity=velocity, heading=psi - off)
+    elif name == "misalignment":
+        return replace(motion, heading=psi - size)
+    elif name == "water_east":
+        velocity[:, :2] -= np.column_stack(earth_to_body(psi, np.zeros_like(psi), np.full_like(psi, size)))
+    else:
+        position += np.column_stack(body_to_earth(psi, np.full_like(psi, size), np.zeros_like(psi)))
+    return replace(motion, velocity=velocity, position=position)
+
+
+ERRORS = {
+    "gyro_scale": 0.97,
+    "gyro_bias": -0.01,
+    "velocity_scale": 1.06,
+    "velocity_latency": 0.25,
+    "position_latency": 0.4,
+    "compass_sine": 0.1,
+    "misalignment": 0.12,
+    "water_east": 0.2,
+    "arm_x": 0.8,
+}
+
+
+@pytest.mark.parametrize("noise", ["clean", "field"])
+@pytest.mark.parametrize("name", list(ERRORS))
+def test_an_error_of_a_sensor_is_found_and_taken_away(name: str, noise: str):
+    right, size = sailed(noise), ERRORS[name]
+    wrong = spoilt(right, name, size)
+    found = kinematics_of([wrong])
+    assert name in found.present
+    assert set(found.present) <= {name, name.replace("sine", "cosine")}
+    assert found.values[name][0] == pytest.approx(size, abs=0.06 * max(abs(size), 0.1))
+    mended = corrected_for(wrong, found.errors)
+    rows = np.isin(right.time, mended.time)
+    assert np.abs(mended.velocity - right.velocity[rows])[20:-20].std() < 0.05
+    assert kinematics_of([mended]).present == ()
+
+
+@pytest.mark.parametrize("programme", ["rich", "zigzag", "gentle"])
+@pytest.mark.parametrize(("noise", "waves"), [("clean", 0.0), ("field", 0.0), ("rough", 0.0), ("field", 0.2)])
+def test_right_sensors_are_not_accused(noise: str, waves: float, programme: str):
+    assert kinematics_of([sailed(noise, waves, programme)]).present == ()
+
+
+def test_records_derived_from_each_other_say_nothing():
+    motion = replace(spoilt(sailed(), "gyro_scale", 0.9), derived=(True, True, True))
+    assert kinematics_of([motion]).values == {}
+
+
+def test_a_boat_that_hardly_turns_tells_nothing_of_its_gyro():
+    motion = sailed()
+    slow = np.abs(motion.heading - motion.heading[0]) < 1.0
+    stop = int(np.argmin(slow)) or slow.size
+    assert "gyro_scale" not in kinematics_of([motion.slice(0, max(stop, 400))]).values
+
+
+def test_two_errors_at_once_are_told_apart():
+    wrong = spoilt(spoilt(sailed(), "velocity_scale", 0.93), "gyro_bias", 0.02)
+    assert set(kinematics_of([wrong]).present) == {"velocity_scale", "gyro_bias"}
+
+
+def test_sentences_tell_the_number_and_the_sensor():
+    told = kinematics_of([spoilt(sailed("clean"), "velocity_scale", 0.93)]).sentences
+    assert told == {
+        "velocity_scale": "the speeds are 0.930 of those that the positions tell of, 7.0 % too little",
+    }
