@@ -107,7 +107,9 @@ def why_rollouts(weak: WeakForm, search: Search) -> str:
     if left.coloured.any():
         return left.sentence
     # Forces that explain a log to its noise need no error of the compass: a weak thruster makes a boat drift, too.
-    return _DEVIATES if compass_of(weak.motions).plain and leaves_structure(search, search.run()) else ""
+    # Where there is no noise, they tell the error itself, and better than the straight runs do; see `hidden_sensors`.
+    deviates = _sensed(weak) and compass_of(weak.motions).plain
+    return _DEVIATES if deviates and leaves_structure(search, search.run()) else ""
 
 
 def unexplained(weak: WeakForm, search: Search) -> Unexplained:

@@ -6,6 +6,7 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from ..measurements.compass import compass_of
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
@@ -23,11 +24,12 @@ from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
 from .evidence.lasting_rest import beside_rests, lasting_rests
 from .evidence.limits import as_timed, believed, doubts
-from .evidence.record_errors import beside, record_errors
+from .evidence.record_errors import beside, compass_error, record_errors
 from .evidence.verdicts import Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
 from .findings import Findings
+from .hidden_sensors import HiddenErrors, beside_sensors
 from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps, without_offset
 from .lawful.passivity import lawful_model
 from .search.bootstrap import Interval, intervals
@@ -92,10 +94,10 @@ def _find(
     basis = choose(motions, nominal, settings)
     for told in filter(None, (basis.part, basis.why)):
         say(told)
-    return _conclude(select(basis, say))
+    return _conclude(*beside_sensors(select(basis, say), say))
 
 
-def _conclude(looked: Selected) -> Discovery:
+def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     """Keep the effects that are sure, fit them under the laws, and say what was found."""
     basis, nominal, settings = looked.basis, looked.basis.nominal, looked.basis.settings
     search, state = looked.search, looked.state
@@ -114,7 +116,7 @@ def _conclude(looked: Selected) -> Discovery:
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
-    doubtful = within_resolution(search, final) | doubtful
+    doubtful = within_resolution(search, final) | (hidden.doubts if hidden else {}) | doubtful
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
     held_back = beside_rests(search.pool, kept, rests)
@@ -139,6 +141,9 @@ def _conclude(looked: Selected) -> Discovery:
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))
     sensors = record_errors(search, final.vehicle, final.active, found)
+    sensors = (*(hidden.findings if hidden else ()), *sensors)
+    if basis.rolls:
+        sensors = (*compass_error(compass_of(basis.forces.motions)), *sensors)
     findings = beside(findings, sensors)
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, lawful, found)

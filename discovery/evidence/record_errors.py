@@ -3,11 +3,14 @@
 from collections.abc import Mapping
 from typing import Literal
 
+import numpy as np
+
+from ...measurements.compass import Compass
 from ...physics.effects import BY_NAME
 from ...physics.vehicle import Vehicle
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Kind
-from ..findings import Findings, FoundEffect, SensorError
+from ..findings import Findings, FoundEffect, FoundTerm, SensorError
 from ..reason import Reason
 from ..search.bootstrap import Interval
 from ..search.scoring import Scoring
@@ -53,9 +56,20 @@ def record_errors(
     return tuple(found)
 
 
+def compass_error(compass: Compass) -> tuple[SensorError, ...]:
+    """The finding on a compass whose deviation is plain on straight runs, and for which the motion was corrected."""
+    if not compass.plain:
+        return ()
+    values = {"constant": compass.constant, "sine": compass.sine, "cosine": compass.cosine}
+    terms = tuple(FoundTerm(symbol=name, value=float(np.degrees(x)), unit="deg") for name, x in values.items())
+    told = f"{compass.sentence[0].upper()}{compass.sentence[1:]}; heading and velocities are corrected for it."
+    return (SensorError(error="compass_deviation", verdict="present", sentence=told, terms=terms),)
+
+
 def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:
     """Findings with the errors of the record, and the delay that would look like one as its look-alike."""
-    late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in sensors)
+    offsets = [s for s in sensors if s.error == "channel_offset"]
+    late = any(s.verdict != "no evidence" and s.terms[0].value > 0.0 for s in offsets)
     candidates = tuple(
         _alike(c) if late and (c.effect, c.verdict) == ("input_delay", "no evidence") else c
         for c in findings.candidates

@@ -23,6 +23,7 @@ _ERRORS: tuple[tuple[Any, str, Sequence[tuple[str, str]]], ...] = (
 )
 """Names of the findings, the sentence that tells of each, and the numbers with their units."""
 _TWO_SIDED = 1.96
+"""Standard errors to either side of 95 % of normal numbers."""
 
 
 def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:

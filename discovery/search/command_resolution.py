@@ -4,7 +4,7 @@ A boat that is steered by a few levels is driven by a few constant errors then, 
 and like drag that goes with the speeds they make. So an effect must earn its price beside an error of each level.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from ...physics.frames import Array
 from ...physics.motion import Motion
-from ..candidates.linearisation import Option
+from .beside_errors import Beside, best_beside
 from .floating import Search, State
-from .gram import RIDGE
 
 _COARSE, _DESIGNED = 0.01, 0.1
 """Share of the largest command from which a step is coarse, and above which levels were chosen by whoever drove."""
@@ -24,12 +23,6 @@ _HELD = 20
 """Rows on which a level is held: on others commands are the mean of two."""
 _SAME = 1e-5
 """Share of the largest command by which two levels are one, and a remainder is none."""
-_REFITS = 4
-"""Fits after which the weights of the axes stay as they are."""
-_CHANGES = 8
-"""Most changes made to a model: an effect or two stands in for the errors of a record, not a dozen."""
-_TRIALS = 4
-"""Changes tried in full: columns about one model foretell another's worth, but for the shapes of lags and delays."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,14 +62,7 @@ def within_resolution(search: Search, final: State) -> dict[str, str]:
     records = coarse_records(search.balance.motions)
     if not records or not search.named(final.active):
         return {}
-    errors = _errors_of_levels(search, records, final)
-    here = _Beside(search, errors, final)
-    for _ in range(_CHANGES):
-        trials = (_Beside(search, errors, state) for state in here.neighbours())
-        better = next((there for there in trials if there.worth() < here.worth() - search.settings.margin), None)
-        if better is None:
-            break
-        here = better
+    here = best_beside(search, _errors_of_levels(search, records, final), final)
     off = ", ".join(f"{0.5 * r.step:.2g} of {np.abs(r.levels).max():.3g}" for r in records)
     why = f"were the record of the commands off by up to half of its step, {off}, the log would not ask for it"
     return {key: why for key in search.named(final.active) if key not in here.state.active}
@@ -89,7 +75,7 @@ def leaves_structure(search: Search, state: State) -> bool:
     records = coarse_records(search.balance.motions)
     if not records:
         return True
-    return search.leaves_structure(_Beside(search, _errors_of_levels(search, records, state), state).error())
+    return search.leaves_structure(Beside(search, _errors_of_levels(search, records, state), state).error)
 
 
 def _errors_of_levels(search: Search, records: Sequence[CoarseRecord], state: State) -> Array:
@@ -99,71 +85,6 @@ def _errors_of_levels(search: Search, records: Sequence[CoarseRecord], state: St
     moved = ([_displaced(motion, *level) for motion in balance.motions] for level in levels)
     rest = balance.balance(vehicle)
     return np.stack([rest - balance.commanded(motions, vehicle) for motions in moved], axis=2)
-
-
-class _Beside:
-    """Least squares of a search's columns about a model beside errors of the levels.
-
-    Parameters
-    ----------
-    errors : columns of the levels (tests, 3, levels)
-    state : the model
-    """
-
-    def __init__(self, search: Search, errors: Array, state: State) -> None:
-        self.state, self._search = state, search
-        self._half = 0.5 * search.balance.independent
-        self._linear, self._scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
-        self._now = {key: self._linear.options[key][0] for key in state.active}
-        self._levels = errors.shape[2]
-        across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
-        self._gram = across @ across.swapaxes(1, 2) / across.shape[2]
-
-    def neighbours(self) -> Iterator[State]:
-        """Models with one effect less, another in its place, or one more, that promise most."""
-        search, options, now = self._search, self._linear.options, self._now
-        fewer = [{**now, key: options[key][1]} for key in search.named(self.state.active)]
-        others = [o for c in search.pool if c.key not in now for o in options[c.key] if o.present]
-        tried = [*fewer, *({**model, other.key: other} for model in (now, *fewer) for other in others)]
-        ranked = sorted((self.worth(model), n) for n, model in enumerate(tried))
-        for worth, n in ranked[:_TRIALS]:
-            if worth < self.worth() - search.settings.margin:
-                yield search.apply(self.state, now, tried[n], self._scores)
-
-    def error(self) -> Array:
-        """Mean square that the model leaves, (3,) in the square of the balance's unit."""
-        return self._fit(list(self._now.values()))[0]
-
-    def worth(self, model: Mapping[str, Option] | None = None) -> float:
-        """Half the independent tests times the log error, summed over axes, and the price of all parameters.
-
-        Of a neighbour, or of the model itself. An error of a level by half a step costs half: a rounding is drawn once,
-        and may be the most.
-        """
-        chosen = list((model or self._now).values())
-        error, levels = self._fit(chosen)
-        price = sum(self._search.price(self._scores.fit([option]), [option]) for option in chosen if option.present)
-        return float(self._half * np.log(error + self._search.floor).sum() + 0.5 * levels @ levels + price)
-
-    def _fit(self, chosen: Sequence[Option]) -> tuple[Array, Array]:
-        """What options leave (3,), and the errors of the levels in halves of a step."""
-        free = [self._levels + index for option in chosen for index in option.free if index >= 0]
-        columns = [*range(self._levels), *free]
-        target = np.zeros(self._gram.shape[1])
-        target[-1] = 1.0
-        target[[self._levels + option.offset for option in chosen if option.offset >= 0]] -= 1.0
-        prior = np.diag(np.concatenate([np.ones(self._levels), np.zeros(len(free))]))
-        inner, pull = self._gram[:, columns][:, :, columns], self._gram[:, columns] @ target
-        floor, total = self._search.floor, target @ self._gram @ target
-        error, change = total, np.zeros(len(columns))
-        for _ in range(_REFITS):
-            weight = 2.0 * self._half / (error + floor)
-            h = np.tensordot(weight, inner, axes=1) + prior
-            size = 1.0 / np.sqrt(np.maximum(np.diag(h), 1e-300))
-            h = h * (size[:, None] * size) + RIDGE * np.eye(size.size)
-            change = size * np.linalg.solve(h, size * (weight @ pull))
-            error = np.maximum(total - 2.0 * pull @ change + change @ inner @ change, 0.0)
-        return error, change[: self._levels]
 
 
 def _coarse(motions: Sequence[Motion], columns: tuple[int, ...]) -> CoarseRecord | None:

@@ -1,0 +1,104 @@
+"""A search beside errors of the record: what must be blamed on the hull when something else may be wrong, too."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ...physics.frames import Array
+from ..candidates.linearisation import Option
+from .floating import Search, State
+from .gram import RIDGE
+
+_REFITS = 4
+"""Fits after which the weights of the axes stay as they are."""
+_CHANGES = 8
+"""Most changes made to a model: an effect or two stands in for the errors of a record, not a dozen."""
+_TRIALS = 4
+"""Changes tried in full: columns about one model foretell another's worth, but for the shapes of lags and delays."""
+
+
+def best_beside(search: Search, errors: Array, final: State) -> "Beside":
+    """The model to which a found one leads when effects go, come and change places beside errors of the record.
+
+    Parameters
+    ----------
+    errors : columns of the errors about the found model, see `Beside`
+    """
+    here = Beside(search, errors, final)
+    for _ in range(_CHANGES):
+        trials = (Beside(search, errors, state) for state in here.neighbours())
+        better = next((there for there in trials if there.worth() < here.worth() - search.settings.margin), None)
+        if better is None:
+            break
+        here = better
+    return here
+
+
+class Beside:
+    """Least squares of a search's columns about a model beside errors of the record.
+
+    Parameters
+    ----------
+    errors : columns of them (tests, 3, errors), each for as much of an error as is usual
+    state : the model
+    """
+
+    def __init__(self, search: Search, errors: Array, state: State) -> None:
+        self.state, self._search = state, search
+        self._half = 0.5 * search.balance.independent
+        self._linear, self._scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        self._now = {key: self._linear.options[key][0] for key in state.active}
+        self._errors = errors.shape[2]
+        across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
+        self._gram = across @ across.swapaxes(1, 2) / across.shape[2]
+
+    def neighbours(self) -> Iterator[State]:
+        """Models with one effect less, another in its place, or one more, that promise most."""
+        search, options, now = self._search, self._linear.options, self._now
+        fewer = [{**now, key: options[key][1]} for key in search.named(self.state.active)]
+        others = [o for c in search.pool if c.key not in now for o in options[c.key] if o.present]
+        tried = [*fewer, *({**model, other.key: other} for model in (now, *fewer) for other in others)]
+        ranked = sorted((self.worth(model), n) for n, model in enumerate(tried))
+        for worth, n in ranked[:_TRIALS]:
+            if worth < self.worth() - search.settings.margin:
+                yield search.apply(self.state, now, tried[n], self._scores)
+
+    @property
+    def error(self) -> Array:
+        """Mean square that the model leaves, (3,) in the square of the balance's unit."""
+        return self._fit(list(self._now.values()))[0]
+
+    @property
+    def errors(self) -> Array:
+        """The errors of the record, in units of what is usual."""
+        return self._fit(list(self._now.values()))[1]
+
+    def worth(self, model: Mapping[str, Option] | None = None) -> float:
+        """Half the independent tests times the log error, summed over axes, and the price of all parameters.
+
+        Of a neighbour, or of the model itself. An error of the usual size costs half.
+        """
+        chosen = list((model or self._now).values())
+        error, record = self._fit(chosen)
+        price = sum(self._search.price(self._scores.fit([option]), [option]) for option in chosen if option.present)
+        return float(self._half * np.log(error + self._search.floor).sum() + 0.5 * record @ record + price)
+
+    def _fit(self, chosen: Sequence[Option]) -> tuple[Array, Array]:
+        """What options leave (3,), and the errors of the record."""
+        free = [self._errors + index for option in chosen for index in option.free if index >= 0]
+        columns = [*range(self._errors), *free]
+        target = np.zeros(self._gram.shape[1])
+        target[-1] = 1.0
+        target[[self._errors + option.offset for option in chosen if option.offset >= 0]] -= 1.0
+        prior = np.diag(np.concatenate([np.ones(self._errors), np.zeros(len(free))]))
+        inner, pull = self._gram[:, columns][:, :, columns], self._gram[:, columns] @ target
+        floor, total = self._search.floor, target @ self._gram @ target
+        error, change = total, np.zeros(len(columns))
+        for _ in range(_REFITS):
+            weight = 2.0 * self._half / (error + floor)
+            h = np.tensordot(weight, inner, axes=1) + prior
+            size = 1.0 / np.sqrt(np.maximum(np.diag(h), 1e-300))
+            h = h * (size[:, None] * size) + RIDGE * np.eye(size.size)
+            change = size * np.linalg.solve(h, size * (weight @ pull))
+            error = np.maximum(total - 2.0 * pull @ change + change @ inner @ change, 0.0)
+        return error, change[: self._errors]

@@ -1,0 +1,59 @@
+"""Errors of sensors of which only forces tell: found at their size, with the right names beside them, or not found."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.discovery.discover import find_missing
+from undertow.discovery.hidden_sensors import HiddenErrors
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+
+HULL = load_vehicle("blueboat")
+RIGHT = HiddenErrors(0.0, 0.0, 0.0)
+
+
+def sailed(effects: dict[str, float] | None = None, seed: int = 3) -> Motion:
+    return simulate_world(HULL, effects or {}, duration=200.0, noise="clean", seed=seed).motion(0.05)
+
+
+def measured(motion: Motion, errors: HiddenErrors) -> Motion:
+    """The motion as sensors with these errors record it: first where they stand, then along their heading."""
+    arm = replace(errors, arm_x=-errors.arm_x, arm_y=-errors.arm_y, compass=0.0)
+    return replace(RIGHT, compass=-errors.compass).corrected(arm.corrected(motion))
+
+
+def test_what_is_measured_wrong_is_corrected():
+    motion, errors = sailed(), HiddenErrors(0.4, -0.3, 0.1)
+    turned = replace(RIGHT, compass=errors.compass).corrected(measured(motion, errors))
+    mended = replace(errors, compass=0.0).corrected(turned)
+    np.testing.assert_allclose(mended.velocity, motion.velocity, atol=1e-12)
+    np.testing.assert_allclose(mended.heading, motion.heading, atol=1e-12)
+
+
+@pytest.mark.parametrize("hidden", [{}, {"surge_quadratic_damping": -8.0}], ids=["nothing", "drag"])
+@pytest.mark.parametrize(
+    "errors",
+    [HiddenErrors(0.6, 0.0, 0.0), HiddenErrors(0.0, -0.4, 0.0), HiddenErrors(0.0, 0.0, 0.1)],
+    ids=["ahead", "aside", "compass"],
+)
+def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
+    errors: HiddenErrors, hidden: dict[str, float]
+):
+    found = find_missing([measured(sailed(hidden), errors)], HULL).findings
+    assert set(found.missing) <= set(hidden)
+    told = {term.symbol: term.value for sensor in found.sensors for term in sensor.terms if sensor.verdict == "present"}
+    told["compass"] = told.get("misalignment", 0.0) + told.get("constant", 0.0)
+    wanted = {"arm_x": errors.arm_x, "arm_y": errors.arm_y, "compass": float(np.degrees(errors.compass))}
+    for symbol, value in wanted.items():
+        assert told.get(symbol, 0.0) == pytest.approx(value, abs=0.02 + 0.06 * abs(value))
+
+
+@pytest.mark.parametrize("effect", ["cg_offset", "sway_yaw_coupling", "yaw_added_mass"])
+def test_effects_that_look_like_a_lever_arm_are_named_where_there_is_none(effect: str):
+    symbols = {"cg_offset": {"cg_offset": 0.05}, "sway_yaw_coupling": {"sway_yaw_coupling": (8.0, 8.0)}}
+    found = find_missing([sailed(symbols.get(effect, {effect: -4.0}))], HULL).findings
+    assert found.missing == (effect,)
+    assert not any(s.error in ("antenna_arm", "compass_deviation") for s in found.sensors)
