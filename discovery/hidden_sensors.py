@@ -45,6 +45,12 @@ class HiddenErrors:
     compass: float
     unsure: tuple[str, ...] = ()
 
+    @classmethod
+    def of(cls, estimate: Array) -> "HiddenErrors":
+        """From three numbers, those that do not matter taken for none."""
+        ahead, aside, turned = np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist()
+        return cls(ahead, aside, turned)
+
     def corrected(self, motion: Motion) -> Motion:
         """A motion as it is at the origin, and along the true heading."""
         u, v, r = motion.velocity.T
@@ -83,9 +89,10 @@ class HiddenErrors:
 
 
 def beside_sensors(looked: Selected, say: Callable[[str], None]) -> tuple[Selected, HiddenErrors | None]:
-    """What was found, or what is found with an error of the sensors taken away, where that explains the log better.
+    """What was found, or what is found without an error of the sensors, where the force balance asks for one.
 
-    Only where the force balance judges: rollouts leave what no model takes undecided.
+    Where rollouts judge, the force balance leaves what no model takes, and that looks like anything: they leave what an
+    error of the sensors makes undecided.
     """
     basis = looked.basis
     if basis.rolls or basis.forces.claimed or not looked.search.named(looked.state.active):
@@ -99,10 +106,10 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> tuple[Select
     estimate = best_beside(search, _columns(search, empty), empty).errors * _USUAL
     best, found = looked, None
     for _ in range(_ROUNDS):
-        errors = HiddenErrors(*np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist())
+        errors = HiddenErrors.of(estimate)
         motions = [errors.corrected(motion) for motion in basis.forces.motions]
         other = select(choose(motions, basis.nominal, basis.settings), lambda text: None)
-        paid = search.settings.price * np.count_nonzero(estimate)
+        paid = search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
         if other.basis.rolls or other.state.score + paid > best.state.score - (_BETTER if found is None else 0.0):
             break
         best, found = other, errors
