@@ -52,6 +52,7 @@ class Discovery:
     noise_error : (3,) what sensor noise alone would leave [N, N, N m]
     basis : what judged it
     notes : what was done to the log, and how it was judged
+    hidden : errors of sensors that only forces show, without which the corrected vehicle was found
     """
 
     nominal: Vehicle
@@ -62,6 +63,7 @@ class Discovery:
     noise_error: Array
     basis: Basis = field(repr=False)
     notes: tuple[str, ...] = ()
+    hidden: HiddenErrors | None = None
 
 
 @single_threaded
@@ -156,7 +158,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
             findings = findings.but(verdict="undecided", headline=headline)
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()
-    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes)
+    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes, hidden)
 
 
 def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..physics.frames import Array, earth_to_body
+from ..measurements.compass import remeasured
+from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
 from .basis import choose
 from .findings import FoundTerm, SensorError
@@ -55,11 +56,10 @@ class HiddenErrors:
         """A motion as it is at the origin, and along the true heading."""
         u, v, r = motion.velocity.T
         u, v = earth_to_body(np.full_like(u, self.compass), u, v)
-        return replace(
-            motion,
-            heading=motion.heading + self.compass,
-            velocity=np.column_stack([u + self.arm_y * r, v - self.arm_x * r, r]),
-        )
+        heading = motion.heading + self.compass
+        found = remeasured(motion, heading, np.column_stack([u + self.arm_y * r, v - self.arm_x * r, r]))
+        arm = body_to_earth(heading, np.full_like(u, self.arm_x), np.full_like(u, self.arm_y))
+        return replace(found, position=motion.position - np.column_stack(arm))
 
     @property
     def doubts(self) -> dict[str, str]:
@@ -121,7 +121,8 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> tuple[Select
         estimate = estimate + more * _USUAL
     if found is not None:
         say("; ".join(error.sentence for error in found.findings))
-        best = replace(best, basis=replace(best.basis, part=basis.part))
+        notes = (*filter(None, [basis.part]), *best.notes)
+        best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
     return best, found
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from heapq import merge
 from math import isfinite
 from pathlib import Path
+from typing import BinaryIO, cast
 
 import numpy as np
 import pandas as pd
@@ -132,7 +133,7 @@ def write_series(
     exact = in_order([stretch.frame() for stretch in stretches(parts)], rounded=False)
     definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
     with writing(path) as content:
-        writer = Writer(content)  # in chunks, compressed by zstandard
+        writer = Writer(cast(BinaryIO, _Counted(content)))  # in chunks, compressed by zstandard
         writer.start(library="undertow")
         schemas: dict[str, int] = {}
         recorded: list[Iterator[tuple[int, int, bytes]]] = []
@@ -166,6 +167,27 @@ def write_series(
         writer.add_metadata("undertow", about)
         writer.finish()
     return Path(path)
+
+
+class _Counted:
+    """A stream that knows how much was written to it, as a pipe does not: places in the file are told by that."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream, self._at = stream, 0
+
+    def write(self, data: bytes) -> int:
+        """Write, and count."""
+        self._stream.write(data)
+        self._at += len(data)
+        return len(data)
+
+    def flush(self) -> None:
+        """Pass on what was written."""
+        self._stream.flush()
+
+    def tell(self) -> int:
+        """Bytes so far."""
+        return self._at
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,11 +151,19 @@ def corrected(motion: Motion, compass: Compass) -> Motion:
     """
     delta = compass.at(motion.heading)
     surge, sway = earth_to_body(delta, motion.velocity[:, 0], motion.velocity[:, 1])
-    heading, air = motion.heading + delta, motion.air
+    velocity = np.column_stack([surge, sway, motion.velocity[:, 2]])
+    return remeasured(motion, motion.heading + delta, velocity)
+
+
+def remeasured(motion: Motion, heading: Array, velocity: Array) -> Motion:
+    """A motion with another heading (n,) and velocity (n, 3), under the same apparent wind.
+
+    The anemometer measures in the body: the air over ground follows from what it saw.
+    """
+    air = motion.air
     if air is not None:
         ahead, starboard = apparent_wind(motion.heading, tuple(motion.velocity.T[:2]), tuple(air.T))
-        air = np.column_stack(body_to_earth(heading, ahead + surge, starboard + sway))
-    velocity = np.column_stack([surge, sway, motion.velocity[:, 2]])
+        air = np.column_stack(body_to_earth(heading, ahead + velocity[:, 0], starboard + velocity[:, 1]))
     return replace(motion, heading=heading, velocity=velocity, air=air)
 
 

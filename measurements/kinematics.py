@@ -5,7 +5,7 @@ what sensors do: scales, a compass that deviates, delays, water that moves, an a
 in weak form, so that no noisy record is differentiated, and all errors at once, so that none is blamed for another.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
+from .compass import remeasured
 from .statistics.robust import Fit, robust_fit
 
 _HALF, _STRIDE, _BLOCK = 1.0, 0.25, 10.0
@@ -26,12 +27,17 @@ _PASSED = 0.02
 """Share of the rows from which a boat has been on an eighth of the circle."""
 _CLEARLY = 6.0
 """Standard errors from which an error is there: of the stretches of one log they are known to a third."""
+_LEAST_HALF = 4
+"""Rows in half a test function: of fewer, sums are no integrals."""
+_LEAST_LEFT = 2.5
+"""Length [s] that a motion keeps when its ends go; a shorter one keeps them."""
 _LEAST_ROWS = 60
 """Test functions without which nothing is said: 15 s."""
 _LEAST_SLOPE = 0.1
 """Of one record over another of the same motion, below which they are not of the same."""
 _ROUNDS = 4
 """Fits and corrections in turn: what is found of a delay bends what is found of the rest."""
+_ALL = ("x", "y", "psi", "u", "v", "r")
 _GYRO = ("gyro_scale", "gyro_bias", "compass_sine", "compass_cosine")
 _SPEEDS = ("velocity_scale", "misalignment", "heading_latency", "position_latency")
 _PLACES = ("water_north", "water_east", "arm_x", "arm_y")
@@ -60,10 +66,23 @@ class Kinematics:
     Scales are 1 for a right sensor, all others 0: gyro_bias [rad/s]; the deviation compass_sine sin(psi) +
     compass_cosine cos(psi) and the constant misalignment [rad] that a heading lacks; how much later than the heading
     the speeds and the positions tell of a motion [s]; the way over ground that speeds miss, water_north and water_east
-    [m/s]; and where the antenna of the positions is, arm_x and arm_y [m].
+    [m/s]; and where the antenna of the positions is, arm_x and arm_y [m]. `agree` is False where the records contradict
+    each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn.
     """
 
     values: Mapping[str, tuple[float, float]]
+    agree: bool = True
+    body_speeds: bool = False
+
+    @property
+    def beyond(self) -> tuple[str, ...]:
+        """What is further off than any sensor is: something else is wrong with a record."""
+        off = {name: (abs(value - _right(name)), error) for name, (value, error) in self.values.items()}
+        return tuple(name for name, (by, error) in off.items() if by > max(_LIMITS[name][1], _CLEARLY * error))
+
+    def sharp(self, name: str) -> bool:
+        """Whether an error that matters would have shown."""
+        return name in self.values and 2.0 * self.values[name][1] <= _LIMITS[name][0]
 
     @property
     def present(self) -> tuple[str, ...]:
@@ -78,7 +97,11 @@ class Kinematics:
     @property
     def errors(self) -> dict[str, float]:
         """The errors that are present, by name, as `corrected_for` takes them."""
-        return {name: self.values[name][0] for name in self.present}
+        present = set(self.present)
+        pairs = [(second, first) for second, first in _PAIRS.items() if {first, second} & present]
+        present |= {name for pair in pairs for name in pair if name in self.values}
+        found = {name: self.values[name][0] for name in self.values if name in present}
+        return found | ({"body_speeds": 1.0} if self.body_speeds and "compass_sine" in found else {})
 
     @property
     def sentences(self) -> dict[str, str]:
@@ -115,26 +138,38 @@ def _right(name: str) -> float:
     return 1.0 if name.endswith("scale") else 0.0
 
 
-def kinematics_of(motions: Sequence[Motion]) -> Kinematics:
+def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -> Kinematics:
     """What is wrong with the sensors of a log, as far as its records tell it of each other.
 
     Parameters
     ----------
-    motions : gap-free stretches of one log, unfiltered. Records that were derived from each other say nothing, nor do
-        those that no errors of this kind bring together.
+    motions : gap-free stretches of one log, unfiltered
+    channels : that the log has; records that were derived from others say nothing of them
     """
+    gyro, speeds = {"psi", "r"} <= set(channels), {"x", "y", "u", "v", "psi"} <= set(channels)
+    motions = [m for m in motions if m.duration > _LEAST_LEFT]
     total: dict[str, float] = {}
-    here = tuple(motions)
+    here, body = tuple(motions), False
     for _ in range(_ROUNDS):
-        found = _compared(here)
+        found = _compared(here, gyro, speeds)
         wrong = [name for name in found.present if name.endswith("latency")] or found.present
-        if not wrong:
-            values = {n: (total.get(n, _right(n)) + v - _right(n), error) for n, (v, error) in found.values.items()}
-            return Kinematics(values)
+        values = {n: (total.get(n, _right(n)) + v - _right(n), error) for n, (v, error) in found.values.items()}
+        so_far = Kinematics(values, body_speeds=body)
+        if not wrong or so_far.beyond:
+            return so_far
         for name in wrong:
-            total[name] = total.get(name, _right(name)) + found.values[name][0] - _right(name)
-        here = tuple(corrected_for(motion, total) for motion in motions)
-    return Kinematics({})
+            total[name] = values[name][0]
+        if "compass_sine" in wrong or "compass_cosine" in wrong:
+            body = speeds and _left(motions, {**total, "body_speeds": 1.0}) < _left(motions, total)
+        flags = {"body_speeds": 1.0} if body else {}
+        here = tuple(corrected_for(motion, {**total, **flags}) for motion in motions)
+    return Kinematics({}, agree=False)
+
+
+def _left(motions: Sequence[Motion], errors: Mapping[str, float]) -> float:
+    """Share of the way over ground that speeds do not explain beside errors."""
+    fit = _fit([_moving(corrected_for(m, errors)) for m in motions if not any(m.derived[:2])])
+    return 1.0 if fit is None else 1.0 - fit.explained
 
 
 def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
@@ -151,29 +186,27 @@ def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
     sine, cosine = errors.get("compass_sine", 0.0), errors.get("compass_cosine", 0.0)
     deviation = sine * np.sin(motion.heading) + cosine * np.cos(motion.heading)
     # Speeds that a satellite measured over ground were turned into the body by the heading: they turn back with it.
-    surge, sway = earth_to_body(deviation, surge, sway)
+    if not errors.get("body_speeds"):
+        surge, sway = earth_to_body(deviation, surge, sway)
     heading = motion.heading + deviation + errors.get("misalignment", 0.0)
     ones = np.ones_like(heading)
     ahead, aside = earth_to_body(heading, errors.get("water_north", 0.0) * ones, errors.get("water_east", 0.0) * ones)
     arm = body_to_earth(heading, errors.get("arm_x", 0.0) * ones, errors.get("arm_y", 0.0) * ones)
-    found = replace(
-        motion,
-        position=on_time(motion.position, late[1]) - np.column_stack(arm),
-        heading=heading,
-        velocity=np.column_stack([surge + ahead, sway + aside, rate]),
-    )
+    found = remeasured(motion, heading, np.column_stack([surge + ahead, sway + aside, rate]))
+    found = replace(found, position=on_time(motion.position, late[1]) - np.column_stack(arm))
     first, last = (int(np.ceil(max(0.0, *side) / motion.time_step)) for side in ([-x for x in late], late))
-    return found.slice(first, time.size - last) if first or last else found
+    enough = (time.size - first - last) * motion.time_step > _LEAST_LEFT
+    return found.slice(first, time.size - last) if (first or last) and enough else found
 
 
-def _compared(motions: Sequence[Motion]) -> Kinematics:
-    """One fit of heading to gyro, and one of positions to speeds."""
-    found = _of_gyro([m for m in motions if not m.derived[2]])
-    fit = _fit([_moving(m) for m in motions if not any(m.derived[:2])])
-    if fit is not None:
+def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool) -> Kinematics:
+    """One fit of heading to gyro, and one of positions to speeds, where the log has both."""
+    found = _of_gyro([m for m in motions if not m.derived[2]]) if gyro else {}
+    fit = _fit([_moving(m) for m in motions if not any(m.derived[:2])]) if speeds else None
+    if fit is not None and fit.values[0] > _LEAST_SLOPE:
         found |= dict(zip((*_SPEEDS, *_PLACES), zip(fit.values, fit.errors, strict=True), strict=True))
         slope, error = found["velocity_scale"]
-        found["velocity_scale"] = (1.0 / slope, error / slope**2) if slope > _LEAST_SLOPE else (0.0, np.inf)
+        found["velocity_scale"] = 1.0 / slope, error / slope**2
         # Of speeds that are late by a and positions by b, the fit shows -a beside the heading, and a - b.
         (ahead, unsure), (apart, error) = found.pop("heading_latency"), found["position_latency"]
         found["velocity_latency"] = -ahead, unsure
@@ -238,19 +271,20 @@ def _tests(
 ) -> tuple[Callable[[Array], Array], Callable[[Array], Array], NDArray[np.int64]]:
     """Averages of a series (n,) under test functions, those of its derivative, and the stretch of each."""
     step = motion.time_step
-    half = max(2, round(support / step))
+    half = max(_LEAST_HALF, round(support / step))
     grid = np.arange(-half, half + 1) / half
     phi = (1.0 - grid**2) ** 3
     slope = -6.0 * grid * (1.0 - grid**2) ** 2 / (half * step)
-    stride, area = max(1, round(_STRIDE / step)), phi.sum()
+    stride = max(1, round(_STRIDE / step))
 
-    def through(weights: Array) -> Callable[[Array], Array]:
+    def through(weights: Array, unit: float) -> Callable[[Array], Array]:
         def apply(series: Array) -> Array:
             if series.size <= 2 * half:
                 return np.zeros(0)
-            return np.convolve(series, weights[::-1], mode="valid")[::stride] / area
+            return np.convolve(series, weights[::-1], mode="valid")[::stride] / unit
 
         return apply
 
     centres = motion.time[half : motion.time.size - half : stride] - motion.time[0]
-    return through(phi), through(-slope), (centres // _BLOCK).astype(np.int64)
+    ramp = float(-slope @ grid) * half * step  # what the sum, not the integral, makes of a rate of one
+    return through(phi, phi.sum()), through(-slope, ramp), (centres // _BLOCK).astype(np.int64)

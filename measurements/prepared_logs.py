@@ -1,8 +1,8 @@
 """What every verb works on: logs read and prepared once for a vehicle, and the part that judges."""
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..physics.motion import Motion
@@ -72,6 +72,14 @@ class Inputs:
     warnings: tuple[str, ...] = ()
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)
     inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
+
+    def mapped(self, change: Callable[[Motion], Motion]) -> "Inputs":
+        """The same with every motion changed, filtered and unfiltered alike."""
+        weak, parts = (
+            Split(*(data.mapped(change) for data in (split.train, split.validation, split.test)))
+            for split in (self.weak, self.parts.split)
+        )
+        return replace(self, weak=weak, parts=replace(self.parts, split=parts))
 
     @property
     def inspections(self) -> tuple[Inspection, ...]:

@@ -7,7 +7,7 @@ from ..comparison.comparison import Judged, comparison, judge, reference_models,
 from ..comparison.models_by_name import CORRECTED
 from ..discovery.discover import Discovery, add_effects, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
-from ..discovery.findings import LogFacts, Unexplained
+from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..measurements.statistics.single_threaded import single_threaded
@@ -66,6 +66,8 @@ def add(
 @single_threaded
 def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
     """Score every step of a discovery on held-out data, and find where the models fail."""
+    if found.hidden is not None:  # a vehicle that was found at the origin is judged there
+        inputs = inputs.mapped(found.hidden.corrected)
     how = f"identified by undertow from {inputs.log_names}"
     found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
     if progress is not None:
@@ -100,9 +102,16 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
         warnings=tuple(inputs.warnings),
-        sensors=(*found.findings.sensors, *sensor_errors(inputs.sensors)),
+        sensors=_sensors(found.findings.sensors, inputs),
     )
     return Run(inputs, found, findings, compared, table, settings, audit)
+
+
+def _sensors(own: Sequence[SensorError], inputs: Inputs) -> tuple[SensorError, ...]:
+    """What the forces tell of the sensors, and what the records do that does not contradict it."""
+    told = {sensor.error for sensor in own if sensor.verdict == "present"}
+    compared = sensor_errors(inputs.sensors)
+    return (*own, *(s for s in compared if s.verdict != "no evidence" or s.error not in told))
 
 
 def _added(label: str | None) -> tuple[str | None, str | None]:

@@ -77,8 +77,10 @@ def read_inputs(
     weak, paper = prepare(read, model, WEAK), prepare(read, model, PAPER)
     sensors: dict[str, Kinematics] = {}
     if not reading.as_is:
-        sources = {motion.source for motion in weak.motions}
-        sensors = {source: kinematics_of([m for m in weak.motions if m.source == source]) for source in sources}
+        channels = {str(log.path): tuple(log.channels) for log in read}
+        for source in {motion.source for motion in weak.motions}:
+            own = [m for m in weak.motions if m.source == source]
+            sensors[source] = kinematics_of(own, channels.get(source, ()))
         errors = {source: found.errors for source, found in sensors.items()}
         weak, paper = (without_sensor_errors(data, errors) for data in (weak, paper))
     return Inputs(

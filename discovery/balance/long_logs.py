@@ -16,6 +16,8 @@ from .base import WeakSettings
 
 MOST_TESTS = 7_500
 """Test functions that a search works on: at the usual stride, 25 minutes."""
+_SLACK = 1.2
+"""Times as many that are searched as they are: pieces do not add up to the limit exactly."""
 _PIECE = 500
 """Test functions of a piece: 100 s hold a few manoeuvres from beginning to end; each piece costs time of its own."""
 _RIDGE = 1e-6
@@ -29,16 +31,17 @@ def digest(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Mot
     """
     pieces = [piece for number, motion in enumerate(motions) for piece in _cut(number, motion, settings)]
     tests = sum(motion.time.size // _stride(motion, settings) for motion in motions)
-    if tests <= MOST_TESTS:
+    if tests <= _SLACK * MOST_TESTS:
         return tuple(motions), ""
-    wanted = MOST_TESTS // _PIECE
+    length = np.array([(stop - start) // _stride(motions[number], settings) for number, start, stop in pieces])
     grams = np.stack([_gram(motions[number].slice(start, stop)) for number, start, stop in pieces])
     size = np.sqrt(np.einsum("kii->i", grams) / len(grams))
     size[size == 0.0] = 1.0
     grams /= size[:, None] * size
-    telling = _most_telling(grams, wanted // 2)
+    telling = _most_telling(grams, length)
     others = np.setdiff1d(np.arange(len(pieces)), telling)
-    evenly = others[np.linspace(0, others.size - 1, wanted - len(telling)).round().astype(int)]
+    count = int((MOST_TESTS - length[telling].sum()) / max(1.0, length[others].mean())) if others.size else 0
+    evenly = others[np.linspace(0, others.size - 1, min(count, others.size)).round().astype(int)]
     chosen = [pieces[k] for k in sorted({*telling, *evenly.tolist()})]
     found = tuple(motions[number].slice(start, stop) for number, start, stop in _joined(chosen))
     told = (
@@ -56,7 +59,7 @@ def _stride(motion: Motion, settings: WeakSettings) -> int:
 def _cut(number: int, motion: Motion, settings: WeakSettings) -> Iterator[tuple[int, int, int]]:
     """Pieces of a motion (number, first row, last row but one), all but the last of one length."""
     rows = _PIECE * _stride(motion, settings)
-    edges = [*range(0, motion.time.size - rows // 2, rows), motion.time.size] if motion.time.size > rows else []
+    edges = [*range(0, max(1, motion.time.size - rows // 2), rows), motion.time.size]
     for start, stop in pairwise(edges):
         yield number, start, stop
 
@@ -74,11 +77,14 @@ def _gram(piece: Motion) -> Array:
     return np.asarray(columns.T @ columns / len(columns))
 
 
-def _most_telling(grams: Array, count: int) -> list[int]:
-    """Pieces (pieces, n, n) that raise the determinant of the sum of their products most, one after the other."""
+def _most_telling(grams: Array, length: np.ndarray) -> list[int]:
+    """Pieces (pieces, n, n) that raise the determinant of the sum of their products most, one after the other.
+
+    They are half of what is searched, by their length in test functions (pieces,).
+    """
     total = _RIDGE * np.eye(grams.shape[1])
     found: list[int] = []
-    for _ in range(min(count, len(grams))):
+    while len(found) < len(grams) and length[found].sum() < MOST_TESTS // 2:
         gains = np.linalg.slogdet(total + grams)[1]
         gains[found] = -np.inf
         found.append(int(gains.argmax()))

@@ -155,7 +155,7 @@ def calibrate(
         error,
         search.noise_error,
         search.force_scale,
-        basis.notes,
+        (*filter(None, [basis.part]), *basis.notes),
     )
 
 

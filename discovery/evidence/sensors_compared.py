@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -22,6 +22,7 @@ _ERRORS: tuple[tuple[Any, str, Sequence[tuple[str, str]]], ...] = (
     ("antenna_arm", "arm_x", (("arm_x", "m"), ("arm_y", "m"))),
 )
 """Names of the findings, the sentence that tells of each, and the numbers with their units."""
+Verdict = Literal["present", "possible", "no evidence"]
 _TWO_SIDED = 1.96
 """Standard errors to either side of 95 % of normal numbers."""
 
@@ -38,16 +39,21 @@ def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
         sentences, name = known.sentences, f"{Path(source).name}: " if len(sensors) > 1 else ""
         for error, key, numbers in _ERRORS:
             terms = tuple(_term(known, symbol, unit) for symbol, unit in numbers if symbol in known.values)
-            if terms:
-                told = f"{sentences[key]}; the motion is corrected for it" if key in sentences else "as it should be"
-                found.append(
-                    SensorError(
-                        error=error,
-                        verdict="present" if key in sentences else "no evidence",
-                        sentence=f"{name}{told[0].upper()}{told[1:]}.",
-                        terms=terms,
-                    )
+            symbols = [symbol for symbol, _ in numbers]
+            verdict: Verdict
+            if key in sentences:
+                verdict, told = "present", f"{sentences[key]}; the motion is corrected for it"
+            elif set(symbols) & set(known.beyond):
+                verdict, told = (
+                    "possible",
+                    "this is further off than a sensor is: the record is wrong, or its unit",
                 )
+            elif all(known.sharp(symbol) for symbol in symbols):
+                verdict, told = "no evidence", "as it should be"
+            else:
+                continue
+            sentence = f"{name}{told[0].upper()}{told[1:]}."
+            found.append(SensorError(error=error, verdict=verdict, sentence=sentence, terms=terms))
     return tuple(found)
 
 

@@ -1,6 +1,7 @@
 """What preparation makes: a `DataSet` of motions, by a `Recipe` that says how."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from ...physics.errors import RequestError
@@ -89,6 +90,11 @@ class DataSet:
     def seconds(self) -> float:
         """Summed duration of all motions [s]."""
         return float(sum(motion.duration for motion in self.motions))
+
+    def mapped(self, change: Callable[[Motion], Motion]) -> "DataSet":
+        """The same with every motion changed, filtered and unfiltered alike: it is linear in what is filtered."""
+        raw = None if self.unfiltered is None else tuple(map(change, self.unfiltered))
+        return replace(self, motions=tuple(map(change, self.motions)), unfiltered=raw)
 
     @property
     def raw(self) -> tuple[Motion, ...]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from undertow.measurements.kinematics import corrected_for, kinematics_of
+from undertow.physics.forces import apparent_wind
 from undertow.physics.frames import body_to_earth, earth_to_body
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -105,3 +106,55 @@ def test_sentences_tell_the_number_and_the_sensor():
     assert told == {
         "velocity_scale": "the speeds are 0.930 of those that the positions tell of, 7.0 % too little",
     }
+
+
+@pytest.mark.parametrize("step", [0.1, 0.2, 0.3, 0.5, 1.0])
+def test_slow_logs_are_not_accused(step: float):
+    world = simulate_world(HULL, {}, duration=400.0, noise="clean", seed=8, programme="gentle")
+    assert set(kinematics_of([world.motion(step)]).present) <= {"velocity_latency", "position_latency"}
+
+
+def test_a_log_without_a_record_says_nothing_of_it():
+    motion = spoilt(sailed(), "gyro_scale", 0.9)
+    assert not any(name.startswith("gyro") for name in kinematics_of([motion], ("x", "y", "psi", "u", "v")).values)
+    assert set(kinematics_of([motion], ("psi", "r")).present) == {"gyro_scale"}
+
+
+def test_what_is_further_off_than_sensors_are_is_no_error_of_a_sensor():
+    knots = spoilt(sailed("clean"), "velocity_scale", 1.94)
+    found = kinematics_of([knots])
+    assert found.present == ()
+    assert "velocity_scale" in found.beyond or not found.agree
+
+
+def test_speeds_that_stand_still_tell_of_no_antenna():
+    motion = sailed()
+    still = replace(motion, velocity=motion.velocity * np.array([0.0, 0.0, 1.0]))
+    assert not {"arm_x", "arm_y", "misalignment", "velocity_scale"} & set(kinematics_of([still]).values)
+
+
+def test_speeds_measured_in_the_body_are_not_turned_with_the_compass():
+    motion = sailed("clean")
+    off = 0.1 * np.sin(motion.heading)
+    wrong = replace(motion, heading=motion.heading - off)
+    found = kinematics_of([wrong])
+    assert "compass_sine" in found.present
+    assert found.body_speeds
+    mended = corrected_for(wrong, found.errors)
+    np.testing.assert_allclose(mended.velocity[:, :2], motion.velocity[:, :2], atol=0.01)
+
+
+def test_the_apparent_wind_stays_what_it_was_measured():
+    motion = sailed("clean")
+    air = np.tile([3.0, -2.0], (motion.time.size, 1))
+    windy = replace(motion, air=air)
+    mended = corrected_for(windy, {"misalignment": 0.15, "velocity_scale": 1.1})
+    before = apparent_wind(windy.heading, tuple(windy.velocity.T[:2]), tuple(air.T))
+    assert mended.air is not None
+    after = apparent_wind(mended.heading, tuple(mended.velocity.T[:2]), tuple(mended.air.T))
+    np.testing.assert_allclose(after, before, atol=1e-9)
+
+
+def test_a_short_stretch_survives_its_correction():
+    motion = sailed().slice(0, 30)
+    assert corrected_for(motion, {"velocity_latency": 0.9, "position_latency": -0.6}).time.size == 30

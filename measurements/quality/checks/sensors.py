@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 from ...kinematics import Kinematics, kinematics_of
 from ..finding import Check, Finding
-from ..record import Record
+from ..record import Record, shared
 
 _CHANNELS = {"gyro": ("r",), "compass": ("psi",), "misalignment": ("psi",), "velocity": ("u", "v"), "water": ("u", "v")}
 """Channels that an error is of, by the first word of its name; all others are of positions."""
@@ -19,13 +19,19 @@ class Sensors(Check):
 
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`."""
-        found, known = [], False
+        found, known, apart = [], False, False
         for record in records:
-            seen = kinematics_of([stretch.motion for stretch in record.stretches])
+            motions = [stretch.motion for stretch in record.stretches]
+            seen = shared([record], "kinematics", lambda m=motions, r=record: kinematics_of(m, r.log.channels))
             known |= bool(seen.values)
-            found += [self._wrong(seen, name, sentence) for name, sentence in seen.sentences.items()]
+            apart |= bool(seen.beyond) or not seen.agree
+            log = f"{record.log.name}: " if len(records) > 1 else ""
+            found += [self._wrong(seen, name, log + sentence) for name, sentence in seen.sentences.items()]
         if found:
             return found
+        if apart:
+            text = "the records contradict each other by more than sensors do: units, signs or axes, or a record"
+            return [Finding(check=self.name, verdict="cannot tell", sentence=text)]
         if not known:
             text = "too few records are of one motion, or it turns too little, to hold the sensors to each other"
             return [Finding(check=self.name, verdict="cannot tell", sentence=text)]
@@ -35,7 +41,7 @@ class Sensors(Check):
         return Finding(
             check=self.name,
             verdict="warning",
-            value=seen.values[name][0],
+            value=seen.values.get(name, (None, None))[0],
             channels=_CHANNELS.get(name.split("_")[0], ("x", "y")),
             sentence=sentence,
             consequence="forces would be blamed for it; undertow corrects the motion before it judges forces",
