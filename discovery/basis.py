@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..measurements.compass import compass_of
+from ..measurements.kinematics import compass_shown
 from ..physics.frames import AXES, FORCE_UNITS, Array
 from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
@@ -108,7 +108,7 @@ def why_rollouts(weak: WeakForm, search: Search) -> str:
         return left.sentence
     # Forces that explain a log to its noise need no error of the compass: a weak thruster makes a boat drift, too.
     # Where there is no noise, they tell the error itself, and better than the straight runs do; see `hidden_sensors`.
-    deviates = _sensed(weak) and compass_of(weak.motions).plain
+    deviates = _sensed(weak) and compass_shown(weak.motions).plain
     return _DEVIATES if deviates and leaves_structure(search, search.run()) else ""
 
 
@@ -228,7 +228,7 @@ class Basis:
     def trusting(self) -> "Basis":
         """The same for a compass that is taken to be right, see `choose`."""
         motions = self.forces.motions
-        if compass_of(motions).deviates:
+        if compass_shown(motions).deviates:
             return self
         return replace(self, motions=motions, blind=SEEING, notes=())
 
@@ -271,5 +271,5 @@ def choose(
     instant = Search(forces, nominal, every, settings.search)
     why = "" if forces.claimed else why_rollouts(forces, instant)
     basis = Basis(nominal, settings, forces.motions, SEEING, (), forces, instant, why, told)
-    cleared = why and (not trusting or compass_of(motions).deviates)
+    cleared = why and (not trusting or compass_shown(motions).deviates)
     return basis.rolling(why) if cleared else basis

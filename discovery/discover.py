@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from ..measurements.compass import compass_of
+from ..measurements.kinematics import compass_shown
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
@@ -145,7 +145,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     sensors = record_errors(search, final.vehicle, final.active, found)
     sensors = (*(hidden.findings if hidden else ()), *sensors)
     if basis.rolls:
-        sensors = (*compass_error(compass_of(basis.forces.motions)), *sensors)
+        sensors = (*compass_error(compass_shown(basis.forces.motions)), *sensors)
     findings = beside(findings, sensors)
     if looked.free is not None:
         findings = with_calibration(findings, looked.free, nominal, lawful, found)

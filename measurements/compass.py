@@ -33,6 +33,8 @@ _SOUND = np.radians(2.0)
 noise."""
 _USUAL = np.radians(10.0)
 """Size of a coefficient that is nothing unusual [rad]; one far above is held back: one heading alone asks for it."""
+_NONE = 1e-4
+"""Size [rad] of a coefficient that is known to be none."""
 _EXPLAINS, _PLAINLY = 0.3, 0.7
 """Shares of the squared sway velocity that a deviation explains to be one, and to be plain: of less than 0.3 the rest
 makes more than twice as much, and of more than 0.7 no drift or lift makes as much."""
@@ -112,12 +114,16 @@ class Compass:
         return self.constant + self.sine * np.sin(heading) + self.cosine * np.cos(heading)
 
 
-def compass_of(motions: Sequence[Motion]) -> Compass:
+def compass_of(motions: Sequence[Motion], *, constant: bool = False) -> Compass:
     """What the straight runs of motions say of the compass.
 
     Sway velocity is fitted by speed times the deviation, beside a current and a turn, with weights that false rows do
     not sway; coefficients far above ten degrees are held back, since one heading alone cannot tell them apart. The
     standard error counts stretches of 5 s, not rows.
+
+    Parameters
+    ----------
+    constant : the deviation is known to be the same on every heading
     """
     rows, block = _rows(motions)
     count = int(block.max()) + 1 if block.size else 0
@@ -127,7 +133,7 @@ def compass_of(motions: Sequence[Motion]) -> Compass:
     others = np.column_stack([np.cos(heading), np.sin(heading), rate, speed * rate])
     shape = np.column_stack([np.ones_like(speed), np.sin(heading), np.cos(heading)])
     both = np.column_stack([speed[:, None] * shape, others])
-    held = np.array([1.0 / _USUAL] * 3 + [0.0] * 4)
+    held = np.array([1.0 / _USUAL, *([1.0 / (_NONE if constant else _USUAL)] * 2), *([0.0] * 4)])
     found, weight, inverse = robust_squares(both, sway, held)
     without, _, _ = robust_squares(others, sway, held[3:], weight)
     left, rest = sway - both @ found, sway - others @ without

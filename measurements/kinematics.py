@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
-from .compass import remeasured
+from .compass import Compass, compass_of, remeasured
 from .statistics.robust import Fit, robust_fit
 
 _HALF, _STRIDE, _BLOCK = 1.0, 0.25, 10.0
@@ -170,6 +170,21 @@ def _left(motions: Sequence[Motion], errors: Mapping[str, float]) -> float:
     """Share of the way over ground that speeds do not explain beside errors."""
     fit = _fit([_moving(corrected_for(m, errors)) for m in motions if not any(m.derived[:2])])
     return 1.0 if fit is None else 1.0 - fit.explained
+
+
+def compass_shown(motions: Sequence[Motion]) -> Compass:
+    """What straight runs say of the compass, once the gyro has said what it can of it.
+
+    A deviation that changes with the heading makes the heading turn faster or slower than the gyro. Where that is
+    known not to be, the sway of straight runs that changes with the heading is drift, as of a boat that a weak thruster
+    or lift in a turn pushes aside.
+    """
+    seen = _of_gyro([m for m in motions if not m.derived[2]])
+    known = Kinematics(seen)
+    none = all(
+        known.sharp(name) and abs(seen[name][0]) <= _LIMITS[name][0] for name in ("compass_sine", "compass_cosine")
+    )
+    return compass_of(motions, constant=none)
 
 
 def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:

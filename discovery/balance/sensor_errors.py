@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...measurements.alignment import align
-from ...measurements.compass import compass_of, corrected
+from ...measurements.compass import corrected
+from ...measurements.kinematics import compass_shown
 from ...physics.motion import Motion
 
 _LONG_ENOUGH = 20.0
@@ -37,7 +38,7 @@ def nuisances(motions: Sequence[Motion]) -> Nuisances:
     What is left of the sway velocity is then the difference of two large numbers, and no force is learnt from it; nor
     where the runs do not show that the compass is right.
     """
-    compass = compass_of(motions)
+    compass = compass_shown(motions)
     if compass.sound:
         return Nuisances(tuple(motions), (False, False, False), ())
     blind = "no force in sway, and no effect that needs it, is judged"

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from undertow.measurements.kinematics import corrected_for, kinematics_of
+from undertow.measurements.compass import compass_of
+from undertow.measurements.kinematics import compass_shown, corrected_for, kinematics_of
 from undertow.physics.forces import apparent_wind
 from undertow.physics.frames import body_to_earth, earth_to_body
 from undertow.physics.motion import Motion
@@ -153,6 +154,15 @@ def test_the_apparent_wind_stays_what_it_was_measured():
     assert mended.air is not None
     after = apparent_wind(mended.heading, tuple(mended.velocity.T[:2]), tuple(mended.air.T))
     np.testing.assert_allclose(after, before, atol=1e-9)
+
+
+def test_a_boat_that_drifts_with_its_heading_has_a_sound_compass_where_the_gyro_says_so():
+    motion = sailed("clean")
+    drift = motion.velocity[:, 0] * 0.12 * np.sin(motion.heading)
+    drifting = replace(motion, velocity=motion.velocity + np.outer(drift, [0.0, 1.0, 0.0]))
+    assert compass_of([drifting]).plain
+    assert not compass_shown([drifting]).plain
+    assert compass_shown([replace(drifting, derived=(False, False, True))]).plain
 
 
 def test_a_short_stretch_survives_its_correction():
