@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..measurements.compass import remeasured
-from ..physics.frames import Array, body_to_earth, earth_to_body
+from ..measurements.kinematic_errors import corrected_for
+from ..physics.frames import Array
 from ..physics.motion import Motion
 from .basis import choose
 from .findings import FoundTerm, SensorError
@@ -54,12 +54,8 @@ class HiddenErrors:
 
     def corrected(self, motion: Motion) -> Motion:
         """A motion as it is at the origin, and along the true heading."""
-        u, v, r = motion.velocity.T
-        u, v = earth_to_body(np.full_like(u, self.compass), u, v)
-        heading = motion.heading + self.compass
-        found = remeasured(motion, heading, np.column_stack([u + self.arm_y * r, v - self.arm_x * r, r]))
-        arm = body_to_earth(heading, np.full_like(u, self.arm_x), np.full_like(u, self.arm_y))
-        return replace(found, position=motion.position - np.column_stack(arm))
+        errors = {"mount_x": self.arm_x, "mount_y": self.arm_y, "compass_constant": self.compass}
+        return corrected_for(motion, errors)
 
     @property
     def doubts(self) -> dict[str, str]:

@@ -6,14 +6,14 @@ in weak form, so that no noisy record is differentiated, and all errors at once,
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.frames import Array, body_to_earth, earth_to_body
+from ..physics.frames import Array, body_to_earth
 from ..physics.motion import Motion
-from .compass import Compass, compass_of, remeasured
+from .compass import Compass, compass_of
+from .kinematic_errors import LEAST_LEFT, LIMITS, Kinematics, corrected_for, right_value
 from .statistics.robust import Fit, robust_fit
 
 _HALF, _STRIDE, _BLOCK = 1.0, 0.25, 10.0
@@ -25,12 +25,8 @@ _TURNS, _ALL_ROUND = 4.0 * np.pi, 6
 """Turning [rad] and eighths of the circle without which a gyro's scale and a compass' deviation look alike."""
 _PASSED = 0.02
 """Share of the rows from which a boat has been on an eighth of the circle."""
-_CLEARLY = 6.0
-"""Standard errors from which an error is there: of the stretches of one log they are known to a third."""
 _LEAST_HALF = 4
 """Rows in half a test function: of fewer, sums are no integrals."""
-_LEAST_LEFT = 2.5
-"""Length [s] that a motion keeps when its ends go; a shorter one keeps them."""
 _LEAST_ROWS = 60
 """Test functions without which nothing is said: 15 s."""
 _LEAST_SLOPE = 0.1
@@ -41,101 +37,6 @@ _ALL = ("x", "y", "psi", "u", "v", "r")
 _GYRO = ("gyro_scale", "gyro_bias", "compass_sine", "compass_cosine")
 _SPEEDS = ("velocity_scale", "misalignment", "heading_latency", "position_latency")
 _PLACES = ("water_north", "water_east", "arm_x", "arm_y")
-_LIMITS = {
-    "gyro_scale": (0.01, 0.3),
-    "gyro_bias": (0.002, 0.2),
-    "compass_sine": (0.02, 0.6),
-    "compass_cosine": (0.02, 0.6),
-    "velocity_scale": (0.01, 0.3),
-    "misalignment": (0.02, 0.6),
-    "velocity_latency": (0.03, 1.0),
-    "position_latency": (0.03, 1.0),
-    "water_north": (0.03, 3.0),
-    "water_east": (0.03, 3.0),
-    "arm_x": (0.1, 30.0),
-    "arm_y": (0.1, 30.0),
-}
-"""Sizes [1, rad/s, rad, rad; 1, rad, s, s; m/s, m/s, m, m] from which an error matters, which is more than data sheets
-of small sensors allow, and beyond which something else is wrong with a record."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kinematics:
-    """What the records of a log say of each other, by name: value and standard error; none where they cannot tell.
-
-    Scales are 1 for a right sensor, all others 0: gyro_bias [rad/s]; the deviation compass_sine sin(psi) +
-    compass_cosine cos(psi) and the constant misalignment [rad] that a heading lacks; how much later than the heading
-    the speeds and the positions tell of a motion [s]; the way over ground that speeds miss, water_north and water_east
-    [m/s]; and where the antenna of the positions is, arm_x and arm_y [m]. `agree` is False where the records contradict
-    each other as no such errors explain, `body_speeds` True for speeds that a heading that deviates did not turn.
-    """
-
-    values: Mapping[str, tuple[float, float]]
-    agree: bool = True
-    body_speeds: bool = False
-
-    @property
-    def beyond(self) -> tuple[str, ...]:
-        """What is further off than any sensor is: something else is wrong with a record."""
-        off = {name: (abs(value - _right(name)), error) for name, (value, error) in self.values.items()}
-        return tuple(name for name, (by, error) in off.items() if by > max(_LIMITS[name][1], _CLEARLY * error))
-
-    def sharp(self, name: str) -> bool:
-        """Whether an error that matters would have shown."""
-        return name in self.values and 2.0 * self.values[name][1] <= _LIMITS[name][0]
-
-    @property
-    def present(self) -> tuple[str, ...]:
-        """Errors that are clear, material, and such as sensors have."""
-        found = []
-        for name, (value, error) in self.values.items():
-            least, most = _LIMITS[name]
-            if max(_CLEARLY * error, least) < abs(value - _right(name)) <= most:
-                found.append(name)
-        return tuple(found)
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """The errors that are present, by name, as `corrected_for` takes them."""
-        present = set(self.present)
-        pairs = [(second, first) for second, first in _PAIRS.items() if {first, second} & present]
-        present |= {name for pair in pairs for name in pair if name in self.values}
-        found = {name: self.values[name][0] for name in self.values if name in present}
-        return found | ({"body_speeds": 1.0} if self.body_speeds and "compass_sine" in found else {})
-
-    @property
-    def sentences(self) -> dict[str, str]:
-        """What is wrong, in words with numbers, by name; the two parts of one vector are told together."""
-        told: dict[str, str] = {}
-        for name in self.present:
-            first = _PAIRS.get(name, name)
-            a, b = (self.values.get(n, (0.0, 0.0))[0] for n in (first, _OTHER.get(first, first)))
-            told[first] = _WORDS[first].format(a, b, np.degrees(a), np.degrees(b), 100.0 * abs(a - 1.0), _less(a))
-        return told
-
-
-_PAIRS = {"compass_cosine": "compass_sine", "water_east": "water_north", "arm_y": "arm_x"}
-_OTHER = {first: second for second, first in _PAIRS.items()}
-_WORDS = {
-    "gyro_scale": "the gyro shows {0:.3f} of the turning that the heading tells of, {4:.1f} % too {5}",
-    "gyro_bias": "the gyro is off by {0:+.4f} rad/s, as the heading tells",
-    "compass_sine": "the compass lacks {2:+.1f} sin(psi) {3:+.1f} cos(psi) degrees, as the gyro tells",
-    "velocity_scale": "the speeds are {0:.3f} of those that the positions tell of, {4:.1f} % too {5}",
-    "misalignment": "the heading lacks {2:+.1f} degrees, as the ways of speeds and positions tell",
-    "velocity_latency": "the speeds are {0:+.2f} s later than the heading, as the way in turns tells",
-    "position_latency": "the positions are {0:+.2f} s later than the heading, as the way in turns tells",
-    "water_north": "the speeds miss {0:+.2f} m/s to the north and {1:+.2f} m/s to the east of the way over ground, as "
-    "those through moving water do",
-    "arm_x": "the antenna of the positions is {0:+.2f} m ahead and {1:+.2f} m to starboard of where the speeds are",
-}
-
-
-def _less(scale: float) -> str:
-    return "little" if scale < 1.0 else "much"
-
-
-def _right(name: str) -> float:
-    return 1.0 if name.endswith("scale") else 0.0
 
 
 def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -> Kinematics:
@@ -147,13 +48,15 @@ def kinematics_of(motions: Sequence[Motion], channels: Collection[str] = _ALL) -
     channels : that the log has; records that were derived from others say nothing of them
     """
     gyro, speeds = {"psi", "r"} <= set(channels), {"x", "y", "u", "v", "psi"} <= set(channels)
-    motions = [m for m in motions if m.duration > _LEAST_LEFT]
+    motions = [m for m in motions if m.duration > LEAST_LEFT]
     total: dict[str, float] = {}
     here, body = tuple(motions), False
     for _ in range(_ROUNDS):
         found = _compared(here, gyro, speeds)
         wrong = [name for name in found.present if name.endswith("latency")] or found.present
-        values = {n: (total.get(n, _right(n)) + v - _right(n), error) for n, (v, error) in found.values.items()}
+        values = {
+            n: (total.get(n, right_value(n)) + v - right_value(n), error) for n, (v, error) in found.values.items()
+        }
         so_far = Kinematics(values, body_speeds=body)
         if not wrong or so_far.beyond:
             return so_far
@@ -182,36 +85,9 @@ def compass_shown(motions: Sequence[Motion]) -> Compass:
     seen = _of_gyro([m for m in motions if not m.derived[2]])
     known = Kinematics(seen)
     none = all(
-        known.sharp(name) and abs(seen[name][0]) <= _LIMITS[name][0] for name in ("compass_sine", "compass_cosine")
+        known.sharp(name) and abs(seen[name][0]) <= LIMITS[name][0] for name in ("compass_sine", "compass_cosine")
     )
     return compass_of(motions, constant=none)
-
-
-def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
-    """A motion without errors of its sensors, by name; rows at its ends for which a late record has no value go."""
-    if not errors:
-        return motion
-    time, late = motion.time, [errors.get(f"{name}_latency", 0.0) for name in ("velocity", "position")]
-
-    def on_time(series: Array, by: float) -> Array:
-        return np.column_stack([np.interp(time + by, time, column) for column in series.T]) if by else series
-
-    rate = (motion.velocity[:, 2] - errors.get("gyro_bias", 0.0)) / errors.get("gyro_scale", 1.0)
-    surge, sway = on_time(motion.velocity[:, :2], late[0]).T / errors.get("velocity_scale", 1.0)
-    sine, cosine = errors.get("compass_sine", 0.0), errors.get("compass_cosine", 0.0)
-    deviation = sine * np.sin(motion.heading) + cosine * np.cos(motion.heading)
-    # Speeds that a satellite measured over ground were turned into the body by the heading: they turn back with it.
-    if not errors.get("body_speeds"):
-        surge, sway = earth_to_body(deviation, surge, sway)
-    heading = motion.heading + deviation + errors.get("misalignment", 0.0)
-    ones = np.ones_like(heading)
-    ahead, aside = earth_to_body(heading, errors.get("water_north", 0.0) * ones, errors.get("water_east", 0.0) * ones)
-    arm = body_to_earth(heading, errors.get("arm_x", 0.0) * ones, errors.get("arm_y", 0.0) * ones)
-    found = remeasured(motion, heading, np.column_stack([surge + ahead, sway + aside, rate]))
-    found = replace(found, position=on_time(motion.position, late[1]) - np.column_stack(arm))
-    first, last = (int(np.ceil(max(0.0, *side) / motion.time_step)) for side in ([-x for x in late], late))
-    enough = (time.size - first - last) * motion.time_step > _LEAST_LEFT
-    return found.slice(first, time.size - last) if (first or last) and enough else found
 
 
 def _compared(motions: Sequence[Motion], gyro: bool, speeds: bool) -> Kinematics:

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .inspection import Inspection, inspect_log
-from .kinematics import Kinematics
+from .kinematic_errors import Kinematics
 from .log import Log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import DataSet

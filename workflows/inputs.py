@@ -9,7 +9,8 @@ from typing import Literal
 from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
-from ..measurements.kinematics import Kinematics, kinematics_of
+from ..measurements.kinematic_errors import Kinematics
+from ..measurements.kinematics import kinematics_of
 from ..measurements.log import read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ...measurements.kinematics import Kinematics
+from ...measurements.kinematic_errors import Kinematics
 from ..findings import FoundTerm, SensorError
 from ..search.bootstrap import Interval
 

@@ -11,7 +11,7 @@ from ...physics.frames import Array, body_to_earth, earth_to_body
 from ...physics.motion import RUN_UP, Motion
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel
-from ..kinematics import corrected_for
+from ..kinematic_errors import corrected_for
 from ..log import Log
 from .dataset import PAPER, WEAK, DataSet, Recipe
 from .derive import smooth
