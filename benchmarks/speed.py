@@ -1,10 +1,12 @@
 """How long the command line takes and how much memory, imports included, against what is asked of it.
 
-    python benchmarks/speed.py [--growth MINUTES]... [--rows 1000000] [--networks] [--table docs/performance.md]
+    python benchmarks/speed.py [--growth MINUTES]... [--rows 1000000] [--networks] [--compression]
+        [--table docs/performance.md]
 
 Each figure is the better of two runs of the command line, each in a process of its own, and the largest memory of
 these. `--growth` adds `discover` on logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of
-a log of that many rows, `--networks` a comparison of seven models. Exit code 1 where a limit is broken.
+a log of that many rows, `--networks` a comparison of seven models, `--compression` factors against pysindy, LAPACK and
+BLAS (see `compression.py`). Exit code 1 where a limit is broken.
 """
 
 import argparse
@@ -15,10 +17,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from compression import DRAWS, against_lapack, against_pysindy
+from measured import Figures
 
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -26,30 +29,6 @@ from undertow.physics.worlds.world import simulate_world
 UNDERTOW = [sys.executable, "-m", "undertow"]
 HIDDEN = {"surge_quadratic_damping": -6.0, "thruster_asymmetry": 0.8, "steady_current": (0.2, -0.1), "sway_lift": 8.0}
 RATE = 20.0
-
-
-@dataclass(slots=True)
-class Figures:
-    """Rows of the table: what was measured, figure, limit (none: told only) and unit."""
-
-    rows: list[tuple[str, float, float | None, str]] = field(default_factory=list)
-
-    def tell(self, what: str, value: float, limit: float | None, unit: str) -> None:
-        """Keep a figure, and print it."""
-        self.rows.append((what, value, limit, unit))
-        print(self.line(self.rows[-1]), flush=True)
-
-    @staticmethod
-    def line(row: tuple[str, float, float | None, str]) -> str:
-        """A figure as a row of the table."""
-        what, value, limit, unit = row
-        verdict = "" if limit is None else "holds" if value < limit else "**broken**"
-        return f"| {what} | {value:.3g} {unit} | {'' if limit is None else f'{limit:g} {unit}'} | {verdict} |"
-
-    @property
-    def broken(self) -> bool:
-        """Whether a limit is broken."""
-        return any(limit is not None and value >= limit for _, value, limit, _ in self.rows)
 
 
 def run(arguments: Sequence[str], folder: Path) -> tuple[float, float]:
@@ -154,6 +133,7 @@ def main() -> int:
     parser.add_argument("--growth", type=float, nargs="+", default=[], metavar="MINUTES")
     parser.add_argument("--rows", type=int, default=0)
     parser.add_argument("--networks", action="store_true")
+    parser.add_argument("--compression", action="store_true")
     parser.add_argument("--table", type=Path)
     chosen = parser.parse_args()
     figures = Figures()
@@ -165,6 +145,9 @@ def main() -> int:
             inspection(figures, Path(scratch), chosen.rows)
         if chosen.networks:
             networks(figures, Path(scratch))
+    if chosen.compression:
+        against_lapack(figures)
+        against_pysindy(figures, [10_000, 100_000, 1_000_000], DRAWS)
     if chosen.table:
         chosen.table.write_text(page(figures), "utf-8")
     return int(figures.broken)

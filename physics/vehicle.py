@@ -1,5 +1,6 @@
 """The vehicle: Fossen's 3-DOF model as a file that a person can read, edit and trust."""
 
+import hashlib
 import os
 from collections.abc import Mapping
 from functools import cached_property
@@ -248,6 +249,11 @@ class Vehicle(BaseModel):
             )
             return Parameter(symbol, "coupling", unit, axis=index, form=form)
         raise VehicleError(unknown_key(symbol, self.values, "the vehicle's parameters"))
+
+    @property
+    def digest(self) -> str:
+        """Sixteen hexadecimal digits that tell this vehicle from any other."""
+        return hashlib.sha256(self.model_dump_json().encode()).hexdigest()[:16]
 
     def save(self, path: str | os.PathLike[str], by: str | None = None) -> None:
         """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed.

@@ -23,8 +23,9 @@ FLOORS = (
 )
 """The house from the ground floor up: a file imports its own floor and those below."""
 DISCOVERY = (
-    *("balance", "candidates", "search", "identifiability", "lawful", "reason", "findings", "evidence", "experiment"),
-    *("settings", "basis", "calibration", "selection", "hidden_sensors", "kept_effects", "discover", "distillation"),
+    *("balance", "factors", "candidates", "search", "identifiability", "lawful", "reason", "findings", "evidence"),
+    *("experiment", "settings", "basis", "calibration", "selection", "hidden_sensors", "kept_effects", "discover"),
+    "distillation",
 )
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
@@ -32,7 +33,7 @@ OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}
 
 ROOMS = {
     "cvxpy": ("discovery/lawful/",),
-    "pysindy": ("discovery/candidates/",),
+    "pysindy": ("discovery/factors/",),
     "matplotlib": ("reports/page/figures/",),
     "torch": ("residuals/",),
     "safetensors": ("residuals/",),

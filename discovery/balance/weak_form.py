@@ -26,7 +26,7 @@ from .tested_terms import Kernel, TestedTerms
 
 __all__ = ["WeakForm", "WeakSettings"]
 
-_LEAST_TESTS, _LEAST_BLOCKS = 8, 4
+LEAST_TESTS, _LEAST_BLOCKS = 8, 4
 """Test functions in a block, which at the usual stride is then as long as one of them; and blocks, of which one that is
 held out is a quarter of the log."""
 _NOISE_SEED = 20040
@@ -92,11 +92,11 @@ class WeakForm(Balance):
         memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
         self._near = Neighbourhood(self.balances, self._difference, memo)
         self.time = np.concatenate(times)
-        blocks = min(settings.blocks, self.time.size // _LEAST_TESTS)
+        blocks = min(settings.blocks, self.time.size // LEAST_TESTS)
         if blocks < _LEAST_BLOCKS:
             raise RequestError(
                 f"weak form: {self.time.size} test functions of {2 * settings.half_width:g} s fit into the log, "
-                f"at least {_LEAST_BLOCKS * _LEAST_TESTS} are needed; give a longer log"
+                f"at least {_LEAST_BLOCKS * LEAST_TESTS} are needed; give a longer log"
             )
         self.block = np.minimum(np.arange(self.time.size) * blocks // self.time.size, blocks - 1)
         covered = sum(motion.duration for motion in self.motions)

@@ -1,10 +1,10 @@
 """Monomials of velocity along a log, and the sparse shortlist of terms that nobody has named.
 
-Sparse selection is pysindy's forward orthogonal regression (Billings 2013, chapter 3) on the compressed weak form: the
-rows of [Theta y] are replaced by the R factor of their QR, which gives the same answer on as many rows as columns.
+Sparse selection is forward orthogonal regression on the factors of the weak form, see `factors`.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,12 +15,20 @@ from ...physics.matrices import HYDRODYNAMIC
 from ...physics.terms import Form, monomials
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
+from ..factors.factors import Column, Factors, triangular
+from ..factors.sparse import forward
 from .candidate import Candidate, Kind
 
 _ALIAS = 0.9995
 """Correlation from which two monomials are one: what is left of one beside the other is 3 % of it."""
 _TWIN = 0.9
 """Correlation from which a monomial could stand for another: four fifths of its square are the other's."""
+
+
+def _unit(form: Form) -> str:
+    rates = sum(factor.strip("|") == "r" for factor in form.factors)
+    powers = (("m/s", form.degree - rates), ("rad/s", rates))
+    return " ".join(f"({unit})^{power}" if power > 1 else unit for unit, power in powers if power)
 
 
 def _same(form: Form) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -53,26 +61,18 @@ def shortlist(weak: WeakForm, vehicle: Vehicle, most: int = 8, degree: int = 3) 
     Terms of the catalogue compete in the selection, so that an unnamed term enters only beside or before them, and
     columns that this log cannot tell apart (correlation above 0.9995) enter once, the named and the simplest first.
     """
-    import pysindy  # here, because it takes a third of a second and few logs ask for terms
-
-    forms, features = features_along(weak, vehicle, degree)
-    balance = weak.balance(vehicle)
+    factors = term_factors(weak, vehicle, degree)
+    forms = monomials(degree)
+    columns = factors.whole[:, : len(forms)]
     found: list[str] = []
     for axis, name in enumerate(AXES):
         order = sorted(
             range(len(forms)), key=lambda k: ((axis, _same(forms[k])) not in _NAMED_KEYS, forms[k].degree, k)
         )
-        keep = _distinct(features, order)
-        y = balance[:, axis]
-        if not np.any(y):
+        keep = _distinct(columns, order)
+        if not np.any(factors.whole[:, len(forms) + axis]):
             continue
-        theta = features[:, keep] / np.sqrt((features[:, keep] ** 2).mean(axis=0))
-        factor = np.asarray(np.linalg.qr(np.column_stack([theta, y]), mode="r"))
-        rows, target = factor[:, :-1], factor[:, -1]
-        optimizer = pysindy.FROLS(max_iter=min(most, len(keep) - 1), alpha=0.0, unbias=False)
-        optimizer.fit(rows, target)
-        chosen = np.flatnonzero(optimizer.history_[-1][0])
-        for k in chosen:
+        for k in forward(factors.only(keep), axis, most):
             if (axis, _same(forms[keep[k]])) not in _NAMED_KEYS:
                 found.append(f"{name}:{forms[keep[k]].text}")
     return tuple(found)
@@ -86,7 +86,8 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
     """
     if not symbols:
         return ()
-    forms, features = features_along(weak, vehicle, degree)
+    forms = monomials(degree)
+    features = term_factors(weak, vehicle, degree).whole[:, : len(forms)]
     names = [form.text for form in forms]
     norms = np.maximum(np.sqrt((features**2).sum(axis=0)), 1e-300)
     found: list[str] = []
@@ -98,6 +99,29 @@ def twins(weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], most: int = 
         named = [(AXES.index(axis), _same(forms[n])) in _NAMED_KEYS for n in near]
         found += [f"{axis}:{names[n]}" for n, known in zip(near, named, strict=True) if not known][:most]
     return tuple(dict.fromkeys(s for s in found if s not in symbols))
+
+
+def term_factors(weak: WeakForm, vehicle: Vehicle, degree: int, logs: Sequence[str] = ("",)) -> Factors:
+    """Monomials of velocity and the balance of a vehicle on three axes, as factors of the blocks of a weak form.
+
+    Parameters
+    ----------
+    logs : SHA-256 of the log that the weak form tests
+    """
+    forms, features = features_along(weak, vehicle, degree)
+    rows = np.column_stack([features, weak.balance(vehicle)])
+    edges = np.searchsorted(weak.block, np.arange(weak.blocks + 1))
+    columns = tuple(Column(name=form.text, unit=_unit(form)) for form in forms)
+    targets = tuple(Column(name=axis, unit=unit) for axis, unit in zip(AXES, weak.unit, strict=True))
+    r = np.stack([triangular(rows[a:b]) for a, b in pairwise(edges)])
+    settings = {
+        "half_width": weak.settings.half_width,
+        "stride": weak.settings.stride,
+        "power": weak.settings.power,
+        "degree": degree,
+        "vehicle": vehicle.digest,
+    }
+    return Factors(columns, targets, r, np.diff(edges), np.zeros(weak.blocks, dtype=int), tuple(logs), settings)
 
 
 def features_along(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[tuple[Form, ...], Array]:

@@ -124,7 +124,7 @@ def prepare_training(
         "settings": settings.to_dict(),
         "device": device.type,
         "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
-        "vehicle": hashlib.sha256(vehicle.model_dump_json().encode()).hexdigest()[:16],
+        "vehicle": vehicle.digest,
     }
     return Prepared(network, objective, judge, choice.pure, windows.time_step, recipe)
 
