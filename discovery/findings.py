@@ -19,6 +19,7 @@ from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
 from .reason import Reason
 from .search.bootstrap import Interval
+from .search.chance import Chance
 
 Verdict = Literal["missing", "possible", "no evidence"]
 
@@ -71,6 +72,7 @@ class FoundEffect(Record):
     confidence : share of block resamples in which it earns its price and is material, divided among it and its
         look-alikes, 0..1
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
+    chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
     """
@@ -83,6 +85,7 @@ class FoundEffect(Record):
     reason: Reason | None = None
     confidence: Number
     error_drop: Number
+    chance: Chance | None = absent()
     indistinguishable_from: tuple[str, ...] = ()
     terms: tuple[FoundTerm, ...] = ()
 

@@ -51,6 +51,10 @@ class Reason(Enum):
         True,
     )
     NOISE = ("noise", "This log cannot tell: what would show it is hardly more than sensor noise. ({meaning})", True)
+    CHANCE = (
+        "chance",
+        "Perhaps: in {told} rehearsals of nothing, with this log's own noise, some effect looked as good. ({meaning})",
+    )
     WEAK = ("weak", "Perhaps: {lowered} The evidence is below what undertow demands.")
     NOT_FOUND = ("not_found", "Looked for and not found. ({meaning})")
 

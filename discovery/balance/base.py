@@ -135,6 +135,11 @@ class Balance(ABC):
 
     @property
     @abstractmethod
+    def bins(self) -> int:
+        """How many tests in a row belong to one place of the log; places are evenly spaced in time."""
+
+    @property
+    @abstractmethod
     def sources(self) -> list[str]:
         """Where each row of `squares` comes from."""
 

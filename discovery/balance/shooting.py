@@ -165,6 +165,11 @@ class Shooting(Balance):
         return overlap_of(self.settings.horizon, self.settings.spacing)
 
     @property
+    def bins(self) -> int:
+        """Those of a rollout."""
+        return int(self._data.measured.shape[0])
+
+    @property
     def sources(self) -> list[str]:
         """Where each rollout comes from."""
         return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]

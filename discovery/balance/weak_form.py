@@ -134,6 +134,11 @@ class WeakForm(Balance):
         return self.settings
 
     @property
+    def bins(self) -> int:
+        """One: each test function has a place of its own."""
+        return 1
+
+    @property
     def sources(self) -> list[str]:
         """None are kept apart."""
         return []

@@ -16,6 +16,7 @@ from ..identifiability.visible import Identifiability
 from ..lawful.passivity import Lawful
 from ..reason import Reason
 from ..search.bootstrap import Interval
+from ..search.chance import REHEARSALS
 from ..search.floating import ALIVE, Search
 from .weighing import PERHAPS, Evidence, parameter_total
 
@@ -148,6 +149,8 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         terms = tuple(t.but(in_model=parameter_total(nominal, candidate, model, t.symbol)) for t in terms)
     if reason is None:
         sentence = f"{effect.meaning} {_alone(candidate, e.share, what)}"
+        if e.chance is not None:
+            sentence += f" {e.chance.in_words}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
         sentence = reason.tell(effect.meaning, doubt or beside or _told(e, reason))
@@ -161,6 +164,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         reason=reason,
         confidence=e.confidence,
         error_drop=e.error_drop,
+        chance=e.chance,
         indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
         terms=terms,
     )
@@ -182,6 +186,8 @@ def _told(e: Evidence, reason: Reason) -> str:
     rivals = ", ".join(name.replace("_", " ") for name in e.indistinguishable_from)
     if reason is Reason.FAINT:
         return f"{f'This log cannot tell it from {rivals}' if rivals else 'Perhaps'}: {_FAINT.format(e.faint)}"
+    if reason is Reason.CHANCE and e.chance is not None:
+        return f"{e.chance.better} of {e.chance.of}"
     return rivals if reason is Reason.LOOK_ALIKES else f"{e.out_of_step:.2f}"
 
 
@@ -270,7 +276,8 @@ def _criterion(search: Search) -> Criterion:
         certainty=(
             f"each parameter earns a held-out log-likelihood of {settings.price:g} "
             f"({settings.unnamed_price:g} for a term without a name and for each gain of a thrust curve) in 9 of 10 "
-            "block resamples"
+            f"block resamples, and more than any effect earns in {REHEARSALS} rehearsals of nothing (copies of what "
+            "the model leaves without it, of the same colour and size: that speaks of noise like theirs alone)"
         ),
         material=(
             f"it alone explains at least {100.0 * settings.materiality:g} % of the {what} on some axis, or "

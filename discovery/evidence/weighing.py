@@ -15,6 +15,7 @@ from ..candidates.candidate import Candidate, Kind
 from ..candidates.linearisation import Linearisation, Option
 from ..identifiability.visible import Identifiability
 from ..reason import Reason
+from ..search.chance import Chance, Rehearsals
 from ..search.equivalent_thruster_scales import same_model
 from ..search.floating import Search, State
 from ..search.gram import Fit, GramScores
@@ -50,6 +51,7 @@ class Evidence:
     absorbed : True when it was not selected, and calibration takes up what a plausible amount of it would do
     noise_limited : True when it was not selected, and its column is hardly more than sensor noise
     out_of_step : misalignment of the log's channels [s], where it is as large as a lag or delay that was selected
+    chance : of nothing looking as good, for one that was selected
     faint : the quiet axis on which it would explain what moves there, too faint for the search; else empty
     """
 
@@ -68,12 +70,18 @@ class Evidence:
     noise_limited: bool = False
     out_of_step: float = 0.0
     faint: str = ""
+    chance: Chance | None = None
 
     @property
     def sure(self) -> bool:
-        """True when the search kept it, nine of ten resamples agree, and no limit, rollout or clock objects."""
-        doubted = self.rollouts_object or self.at_limit or self.out_of_step > 0.0
+        """True when the search kept it, nine of ten resamples agree, and nothing speaks against it."""
+        doubted = self.rollouts_object or self.at_limit or self.out_of_step > 0.0 or self.by_chance
         return self.selected and self.confidence >= SURE and not doubted
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether some rehearsal of nothing looked as good."""
+        return self.chance is not None and not self.chance.none
 
     @property
     def reason(self) -> Reason:
@@ -87,6 +95,7 @@ class Evidence:
             Reason.NOT_EXCITED: self.dormant,
             Reason.ABSORBED: self.absorbed,
             Reason.NOISE: self.noise_limited,
+            Reason.CHANCE: self.by_chance,
             Reason.WEAK: self.selected or self.confidence >= PERHAPS,
         }
         return next((reason for reason in Reason if held.get(reason)), Reason.NOT_FOUND)
@@ -102,7 +111,7 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     """
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     now = {key: linear.options[key][0] for key in state.active}
-    model = _Model(search, state, linear, scores, now, seed)
+    model = _Model(search, state, linear, scores, now, seed, Rehearsals(search, linear, scores, now, seed))
     whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
     found = []
     for candidate in (c for c in search.pool if not c.nuisance):
@@ -135,6 +144,7 @@ class _Model:
     scores: GramScores
     now: dict[str, Option]
     seed: int
+    rehearsals: Rehearsals
 
 
 def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequence[str]) -> Evidence:
@@ -175,6 +185,7 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
         tuple(rivals),
         rollouts_object(search.balance.squares(without.vehicle), squares, search.balance.overlap),
         _at_limit(search, candidate, now[candidate.key]),
+        chance=model.rehearsals.chance(candidate.key),
     )
 
 

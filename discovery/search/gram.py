@@ -97,7 +97,7 @@ class GramScores:
 
     def fit(self, chosen: Sequence[Option]) -> Fit:
         """Bounded least squares on all blocks and, with the held parameters kept, on all blocks but one."""
-        columns, lower, upper, target = self._layout(chosen)
+        columns, lower, upper, target = self.layout(chosen)
         per_block, right = self._cleared(columns, target)
         h = per_block.sum(axis=0) + RIDGE * self.tests * np.eye(columns.size)
         change, held = bounded_solve(h, right.sum(axis=0), lower, upper)
@@ -125,12 +125,12 @@ class GramScores:
         Where noise is most of some combination of the columns, a smaller share of all of it is taken off, so that no
         combination loses more than half of its square; one hopeless column then leaves some noise in the others.
         """
-        share = self._noise_taken(columns)
+        share = self.noise_taken(columns)
         rows = self._sharp if share == 1.0 or self._blur is None else self._weighted - share * self._blur
         left, used = columns[:, None], np.flatnonzero(target)
         return rows[:, left, columns], rows[:, left, used] @ target[used]
 
-    def _noise_taken(self, columns: np.ndarray) -> float:
+    def noise_taken(self, columns: np.ndarray) -> float:
         """The share of what noise adds to some columns that is taken off."""
         if self._blurred is None or not columns.size:
             return 1.0
@@ -150,7 +150,7 @@ class GramScores:
 
         One projection of the Gram matrix off the kept columns serves all; limits are honoured for single parameters.
         """
-        columns, _, _, target = self._layout(kept)
+        columns, _, _, target = self.layout(kept)
         left = self._total[:, columns]
         inner = self._total[np.ix_(columns, columns)] + RIDGE * self.tests * np.eye(columns.size)
         projected = self._total - left @ np.linalg.solve(inner, left.T)
@@ -175,7 +175,8 @@ class GramScores:
             gains[n] = gain
         return gains
 
-    def _layout(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array, Array]:
+    def layout(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array, Array]:
+        """Free columns (p,), lower and upper limits (p,), and the target as a combination of all columns, scaled."""
         columns, lower, upper = [], [], []
         target = np.zeros(self.size + 1)
         target[-1] = 1.0
@@ -206,7 +207,7 @@ class GramScores:
 
         What noise on the columns adds to it is left out, so that it is least at the cleared fit.
         """
-        columns, _, _, target = self._layout(chosen)
+        columns, _, _, target = self.layout(chosen)
         starts = [
             (symbol, start)
             for option in chosen
@@ -219,7 +220,7 @@ class GramScores:
 
     def block_normal(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array]:
         """Normal equations of each block, cleared of noise: (columns, (blocks, p, p), (blocks, p)), unscaled."""
-        columns, _, _, target = self._layout(chosen)
+        columns, _, _, target = self.layout(chosen)
         s = self.scale[columns]
         left, right = self._cleared(columns, target)
         return columns, left * (s[:, None] * s[None, :]), right * s

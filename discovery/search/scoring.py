@@ -161,10 +161,16 @@ class Scoring:
             free = int((~fit.held[at : at + size]).sum())
             at += size
             if option.present and option.key not in self.nuisances:
-                broad = option.kind is Kind.TERM or option.key in self._general
-                each = self.settings.unnamed_price if broad else self.settings.price
-                total += each * (free if size else 1)
+                total += self._each(option) * (free if size else 1)
         return total
+
+    def price_of(self, option: Option) -> float:
+        """The price of an option none of whose parameters is held."""
+        return self._each(option) * max(1, sum(index >= 0 for index in option.free))
+
+    def _each(self, option: Option) -> float:
+        broad = option.kind is Kind.TERM or option.key in self._general
+        return self.settings.unnamed_price if broad else self.settings.price
 
     def named(self, active: Sequence[str]) -> tuple[str, ...]:
         """The keys among `active` that are effects or terms, not nuisances."""

@@ -1,0 +1,202 @@
+"""How often nothing looks as good: the search's first step, rehearsed on a log's own noise in place of the effect.
+
+What the model without an effect leaves is replaced by copies of the same colour and size that follow no column: phases
+are drawn anew, the same for all axes, within blocks of the size that the rest has there (Theiler et al. 1992). To each
+copy every candidate is fitted beside the others, and the best of them counts: the share of copies in which it earns as
+much as the effect did is the chance of naming anything from such noise, whatever its name. The guarantee is for noise
+like the rehearsed.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from ...physics.file_records import Record, Whole
+from ...physics.frames import Array
+from ..candidates.linearisation import Linearisation, Option
+from .gram import RIDGE, GramScores
+from .scoring import Scoring
+
+REHEARSALS = 999
+"""Copies: a name that none of them would have earned is told as 1 in 1,000."""
+_NUMBERS = 2_000_000
+"""Numbers of the copies that are worked on at a time, in single precision: 8 MB."""
+_LEAST_SIZE = 0.1
+"""Least size of the rest in a block, as a share of its size in the whole log: no block is without noise."""
+
+
+class Chance(Record):
+    """In how many rehearsals of nothing some effect looked as good: `better` of `of`."""
+
+    better: Whole
+    of: Whole
+
+    @property
+    def none(self) -> bool:
+        """Whether none of them did."""
+        return self.better == 0
+
+    @property
+    def in_words(self) -> str:
+        """What it says of an effect that none of them reached, in a sentence."""
+        return f"By chance, noise like this log's makes nothing look as good in 1 of {self.of + 1:,} logs."
+
+
+class _Trial(NamedTuple):
+    """A candidate's option on the copies: columns that are free, one that is taken off, its price and limits."""
+
+    free: np.ndarray
+    offset: int
+    sign: float
+    price: float
+    limits: tuple[float, float]
+
+
+class Rehearsals:
+    """Copies of what a model leaves, and every candidate fitted to each.
+
+    Parameters
+    ----------
+    search : prices, floors and the balance
+    linear, scores : columns and Gram matrices about the model
+    now : the option in which each effect stands in it
+    seed : of the phases
+    """
+
+    def __init__(
+        self, search: Scoring, linear: Linearisation, scores: GramScores, now: Mapping[str, Option], seed: int
+    ) -> None:
+        self._search, self._linear, self._scores, self._now = search, linear, scores, now
+        self._columns = (linear.columns / scores.scale).astype(np.float32)
+        self._gram = scores.gram.sum(axis=0)
+        self._noise = np.zeros_like(self._gram) if scores.noise is None else scores.noise.sum(axis=0)
+        self._total, self._blur = (np.tensordot(scores.weight, gram, axes=1) for gram in (self._gram, self._noise))
+        self._rows = search.balance.bins
+        places = linear.columns.shape[0] // self._rows
+        self._length = next_fast_len(places, real=True)
+        rng = np.random.default_rng([seed, REHEARSALS])
+        turns = np.exp(2j * np.pi * rng.random((REHEARSALS, self._length // 2 + 1)))
+        turns[:, 0] = np.sign(turns[:, 0].real)
+        if self._length % 2 == 0:
+            turns[:, -1] = np.sign(turns[:, -1].real)
+        self._turns = turns.astype(np.complex64)
+
+    def chance(self, key: str) -> Chance:
+        """How often nothing would have looked as good as an effect that stands in the model."""
+        gone = self._linear.options[key][1]
+        rest = [*(option for name, option in self._now.items() if name != key), gone]
+        own = self._trial(self._now[key], gone.offset)
+        return self._of(rest, [own], [own, *self._others()])
+
+    def best(self) -> Chance:
+        """How often nothing would have looked as good as the best effect that the model does not have."""
+        others = self._others()
+        return self._of(list(self._now.values()), others, others)
+
+    def _of(self, rest: Sequence[Option], own: Sequence[_Trial], every: Sequence[_Trial]) -> Chance:
+        """How often the best of all trials earns as much on a copy as the best of some does on the log itself."""
+        columns, _, _, target = self._scores.layout(rest)
+        combination = target.copy()
+        solved, _ = self._solved(columns, (self._total[columns] - self._blur[columns]) @ target[:, None])
+        combination[columns] -= solved[0]
+        left = np.tensordot(self._columns, combination.astype(np.float32), axes=(2, 0))
+        mine = self._gains(left.T[:, None], columns, own, self._noise @ combination).max()
+        best = [self._gains(copies, columns, every).max(axis=0) for copies in self._copies(left)]
+        return Chance(better=int((np.concatenate(best) >= mine).sum()), of=REHEARSALS)
+
+    def _others(self) -> list[_Trial]:
+        """Every option of what is not in the model."""
+        absent = [candidate.key for candidate in self._search.pool if candidate.key not in self._now]
+        return [self._trial(option) for key in absent for option in self._linear.options[key] if option.present]
+
+    def _trial(self, option: Option, gone: int = -1) -> _Trial:
+        """An option beside the model; `gone` is the offset that took it out, where it stood there."""
+        places = [k for k, index in enumerate(option.free) if index >= 0]
+        free = np.array([option.free[k] for k in places], dtype=int)
+        limits = (-np.inf, np.inf)
+        if free.size == 1 and gone < 0:
+            size = self._scores.scale[free[0]]
+            limits = (option.lower[places[0]] * size, option.upper[places[0]] * size)
+        offset, sign = (gone, -1.0) if gone >= 0 else (option.offset, 1.0)
+        return _Trial(free, offset, sign, self._search.price_of(option), limits)
+
+    def _copies(self, left: Array) -> Iterator[Array]:
+        """Copies of a rest (tests, 3) as (3, copies, tests), some at a time."""
+        size = self._sizes(left)
+        places = left.shape[0] // self._rows
+        white = (left / size).reshape(places, self._rows * 3)
+        spectrum = rfft(white, self._length, axis=0).T[:, None]
+        step = max(1, _NUMBERS // (3 * left.shape[0]))
+        for start in range(0, REHEARSALS, step):
+            drawn = irfft(spectrum * self._turns[start : start + step], self._length, axis=2)[:, :, :places]
+            drawn = drawn.reshape(self._rows, 3, -1, places).transpose(1, 2, 3, 0)
+            yield drawn.reshape(3, drawn.shape[1], -1) * size.T[:, None]
+
+    def _sizes(self, left: Array) -> Array:
+        """Root mean square of the rest in the block of each test, (tests, 3)."""
+        block = self._search.balance.block
+        count = np.bincount(block)
+        square = np.stack([np.bincount(block, left[:, axis] ** 2) / count for axis in range(3)], axis=1)
+        least = _LEAST_SIZE**2 * np.maximum((left**2).mean(axis=0), np.finfo(np.float32).tiny)
+        return np.sqrt(np.maximum(square, least))[block].astype(np.float32)
+
+    def _solved(self, columns: np.ndarray, pull: Array, last: tuple[float, float] | None = None) -> tuple[Array, Array]:
+        """Coefficients (rests, p) for pulls (p, rests), and the Gram matrices on each axis (3, p, p), cleared of noise.
+
+        The last coefficient stays within limits, where there are any.
+        """
+        share = self._scores.noise_taken(columns)
+        both = np.ix_(columns, columns)
+        curve = self._total[both] - share * self._blur[both] + RIDGE * self._scores.tests * np.eye(columns.size)
+        solved = np.linalg.solve(curve, pull).T if columns.size else np.zeros((pull.shape[1], 0))
+        if last is not None:
+            held = np.clip(solved[:, -1], *last)
+            solved = solved + (held - solved[:, -1])[:, None] * _following(curve)
+        inner = (self._gram - share * self._noise)[:, columns[:, None], columns]
+        return solved, inner
+
+    def _gains(self, rests: Array, kept: np.ndarray, trials: Sequence[_Trial], blur: Array | None = None) -> Array:
+        """Log-likelihood that each option earns beside the kept columns on each rest, (options, rests).
+
+        Parameters
+        ----------
+        rests : (3, rests, tests)
+        kept : columns of the model without the effect, fitted again to each rest
+        blur : (3, columns) product of columns and rest that sensor noise makes; none in copies, which follow no column
+        """
+        pull = np.stack([rest @ self._columns[:, axis] for axis, rest in enumerate(rests)]).astype(float)
+        if blur is not None:
+            pull -= blur[:, None]
+        square = (rests.astype(float) ** 2).sum(axis=2)
+        before = self._worth(self._left(square, pull, kept))
+        gains = np.empty((len(trials), rests.shape[1]))
+        for k, trial in enumerate(trials):
+            squares, pulls = square, pull
+            if trial.offset >= 0:
+                by = self._scores.scale[trial.offset] * trial.sign
+                gram = (self._gram - self._noise)[:, trial.offset]
+                squares = square - 2.0 * by * pull[:, :, trial.offset] + by**2 * gram[:, trial.offset, None]
+                pulls = pull - by * gram[:, None]
+            columns, limits = np.concatenate([kept, trial.free]), trial.limits if trial.free.size == 1 else None
+            gains[k] = before - self._worth(self._left(squares, pulls, columns, limits)) - trial.price
+        return gains
+
+    def _left(self, square: Array, pull: Array, columns: np.ndarray, last: tuple[float, float] | None = None) -> Array:
+        """Summed squared errors on each axis, (3, rests), of a fit of columns to rests."""
+        weighted = np.tensordot(self._scores.weight, pull[:, :, columns], axes=1)
+        solved, inner = self._solved(columns, weighted.T, last)
+        return np.asarray(
+            square - 2.0 * (pull[:, :, columns] * solved).sum(axis=2) + ((solved @ inner) * solved).sum(axis=2)
+        )
+
+    def _worth(self, left: Array) -> Array:
+        error = np.maximum(left, 0.0) / self._scores.tests + self._search.floor[:, None]
+        return np.asarray(0.5 * self._search.balance.independent * np.log(error).sum(axis=0))
+
+
+def _following(curve: Array) -> Array:
+    """How the other coefficients follow the last one (p,), itself 1."""
+    others = -np.linalg.solve(curve[:-1, :-1], curve[:-1, -1]) if curve.shape[0] > 1 else np.zeros(0)
+    return np.append(others, 1.0)
