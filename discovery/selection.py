@@ -246,7 +246,7 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
         for c in search.pool
         if c.effect.family in _STATIC
         and not (c.effect.shapes or c.effect.general or c.nuisance)
-        and c.key not in ("surge_added_mass", first)
+        and c.key not in ("surge_added_mass", "mass_offset", first)
     ]
     fitted = [
         c

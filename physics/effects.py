@@ -25,14 +25,14 @@ class Parameter:
     section : where it lives in the vehicle file
     unit : SI unit
     null : value that means the effect is absent
-    axis, form : for hydrodynamic terms, the axis and the monomial that the parameter multiplies
+    axis : the one that it acts on; None where it acts on several, or through something else
+    form : for hydrodynamic terms, the monomial that the parameter multiplies
     lower, upper : physical limits of the total (nominal plus found) value
     grid : starting values when the parameter shapes the force non-linearly
     step : finite-difference step for its column of the regression [same unit]
     nonlinear : True when the force is not linear in it, so that its column changes with its value
     stepped : True when the force moves in steps with it, so that no derivative leads to the best value
     attainable : True when a value at a physical limit is nothing unusual, as a flat stretch of a thrust curve is
-    inertia : for added mass, the axis whose diagonal element of M it lowers
     """
 
     symbol: str
@@ -48,7 +48,6 @@ class Parameter:
     nonlinear: bool = False
     stepped: bool = False
     attainable: bool = False
-    inertia: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,21 +198,21 @@ EFFECTS: tuple[Effect, ...] = (
     Effect(
         "surge_added_mass",
         "mass",
-        (Parameter("X_udot", "added_mass", "kg", upper=0.0, inertia=0),),
+        (Parameter("X_udot", "added_mass", "kg", upper=0.0),),
         "X += X_udot du_r/dt, with its Coriolis force",
         "The water that moves with the hull ahead weighs more or less than the model says.",
     ),
     Effect(
         "sway_added_mass",
         "mass",
-        (Parameter("Y_vdot", "added_mass", "kg", upper=0.0, inertia=1),),
+        (Parameter("Y_vdot", "added_mass", "kg", upper=0.0),),
         "Y += Y_vdot dv_r/dt, with its Coriolis force",
         "The water that moves with the hull sideways weighs more or less than the model says.",
     ),
     Effect(
         "yaw_added_mass",
         "mass",
-        (Parameter("N_rdot", "added_mass", "kg m^2", upper=0.0, inertia=2),),
+        (Parameter("N_rdot", "added_mass", "kg m^2", upper=0.0),),
         "N += N_rdot dr/dt",
         "The water that turns with the hull has more or less inertia than the model says.",
     ),
@@ -223,6 +222,13 @@ EFFECTS: tuple[Effect, ...] = (
         (Parameter("x_g", "top", "m", lower=-2.0, upper=2.0, step=0.02),),
         "M and C with the centre of gravity x_g ahead of the origin",
         "The centre of gravity is not where the model puts it.",
+    ),
+    Effect(
+        "mass_offset",
+        "mass",
+        (Parameter("mass", "top", "kg", lower=0.0),),
+        "M and C with another mass; inertia_z is held",
+        "The boat weighs more or less than the model says.",
     ),
     Effect(
         "thrust_scale",
@@ -240,6 +246,22 @@ EFFECTS: tuple[Effect, ...] = (
         "One thruster pushes harder or weaker than the model says.",
         added=False,
         per_thruster=True,
+    ),
+    Effect(
+        "thruster_arm",
+        "thruster",
+        (Parameter("arm_scale", "thrusters", "1", null=1.0, lower=0.0, upper=3.0),),
+        "N of every thruster := arm_scale N",
+        "The thrusters turn the boat more or less than their places in the model say.",
+        added=False,
+    ),
+    Effect(
+        "battery_sag",
+        "thruster",
+        (Parameter("thrust_rate", "thrusters", "1/min", lower=-0.5, upper=0.5, step=0.002, nonlinear=True),),
+        "T_i := (1 + thrust_rate t) T_i, t from the beginning of the log",
+        "Thrust falls or grows as time goes by, as it does with the voltage of a battery.",
+        added=False,
     ),
     Effect(
         "reverse_thrust_loss",
@@ -402,9 +424,23 @@ EFFECTS: tuple[Effect, ...] = (
     Effect(
         "yaw_trim",
         "trim",
-        (Parameter("yaw_trim", "environment", "N m"),),
+        (Parameter("yaw_trim", "environment", "N m", axis=2),),
         "N += yaw_trim",
         "A constant moment turns the boat, as a bent skeg or an uneven load does.",
+    ),
+    Effect(
+        "surge_trim",
+        "trim",
+        (Parameter("surge_trim", "environment", "N", axis=0),),
+        "X += surge_trim",
+        "A constant force fixed in the boat pushes it ahead or astern, as thrusters that creep at neutral do.",
+    ),
+    Effect(
+        "sway_trim",
+        "trim",
+        (Parameter("sway_trim", "environment", "N", axis=1),),
+        "Y += sway_trim",
+        "A constant force fixed in the boat pushes it sideways, as a list or a bent keel does.",
     ),
 )
 """Every effect of the catalogue."""
@@ -417,7 +453,6 @@ it."""
 
 EXTRA_PARAMETERS: tuple[Parameter, ...] = (
     Parameter("Y_rdot", "added_mass", "kg m"),
-    Parameter("mass", "top", "kg"),
     Parameter("inertia_z", "top", "kg m^2"),
 )
 """Numbers of the vehicle that no effect moves."""

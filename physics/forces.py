@@ -19,6 +19,8 @@ from .motion import Motion
 from .thrusters import Thruster, first_order_lag
 from .vehicle import Vehicle
 
+_MINUTE = 60.0
+"""Seconds: what changes in a log is told by the minute."""
 Triple = tuple[Array, Array, Array]
 
 
@@ -42,7 +44,11 @@ def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[A
     if motion.run_up is not None:
         commands, past = np.concatenate([motion.run_up[:, index], commands]), motion.run_up.shape[0]
     force, load = thruster.response(commands, motion.time_step)
-    return force[past:], load[past:]
+    force, load = force[past:], load[past:]
+    if thruster.thrust_rate == 0.0:
+        return force, load
+    left = np.maximum(1.0 + thruster.thrust_rate / _MINUTE * motion.time, 0.0)
+    return left * force, left * load
 
 
 def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple) -> Triple:

@@ -8,7 +8,7 @@ from .terms import Form, parse_form
 from .vehicle import Vehicle
 
 HYDRODYNAMIC: tuple[tuple[str, int, Form], ...] = tuple(
-    (p.symbol, p.axis, parse_form(p.form)) for p in PARAMETERS.values() if p.axis is not None
+    (p.symbol, p.axis, parse_form(p.form)) for p in PARAMETERS.values() if p.axis is not None and p.form
 )
 """(symbol, axis, monomial) of every damping and coupling parameter of the catalogue."""
 
@@ -76,6 +76,7 @@ def damping_matrix(vehicle: Vehicle, velocity: Array) -> Array:
 def thruster_matrix(vehicle: Vehicle) -> Array:
     """B (3, thrusters): tau = B T for thruster forces T [N] (Fossen 2021, section 9.8)."""
     rows = [
-        [np.cos(t.angle), np.sin(t.angle), t.x * np.sin(t.angle) - t.y * np.cos(t.angle)] for t in vehicle.thrusters
+        [np.cos(t.angle), np.sin(t.angle), t.arm_scale * (t.x * np.sin(t.angle) - t.y * np.cos(t.angle))]
+        for t in vehicle.thrusters
     ]
     return np.array(rows, dtype=float).T

@@ -85,6 +85,8 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
         (2, p["wind_n"], ("u_a", "v_a"), "wind_n"),
         (1, -p["memory_sway"], ("q_v",), "memory_sway"),
         (2, -p["memory_yaw"], ("q_r",), "memory_yaw"),
+        (0, p["surge_trim"], (), "surge_trim"),
+        (1, p["sway_trim"], (), "sway_trim"),
         (2, p["yaw_trim"], (), "yaw_trim"),
     ):
         force[axis].append(BalanceTerm(coefficient, factors, (symbol,)))

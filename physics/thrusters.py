@@ -31,7 +31,18 @@ GAINS = (
     "gain_ahead_100",
 )
 """Gains of the command-to-force curve, from full astern to full ahead; the number is where in percent a third ends."""
-_SHAPE = ("command", "curve", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", "command_offset", *GAINS)
+_SHAPE = (
+    "command",
+    "curve",
+    "thrust_rate",
+    "reverse_scale",
+    "thrust_exponent",
+    "dead_zone",
+    "lag",
+    "delay",
+    "command_offset",
+    *GAINS,
+)
 """What decides the response of a thruster, beside gain and advance loss."""
 
 
@@ -146,6 +157,8 @@ class Thruster(BaseModel):
     curve: Annotated[TableCurve | PropellerCurve, Field(discriminator="kind")]
     scale: Number = Field(default=1.0, ge=0)
     thrust_scale: Number = Field(default=1.0, ge=0)
+    arm_scale: Number = Field(default=1.0, ge=0)
+    thrust_rate: Number = 0.0
     reverse_scale: Number = Field(default=1.0, ge=0)
     thrust_exponent: Positive = 1.0
     dead_zone: Number = Field(default=0.0, ge=0, lt=1)

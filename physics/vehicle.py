@@ -38,7 +38,11 @@ _MOST_THRUSTERS = 64
 _MOST_TERMS = 1000
 """Terms that nobody has named: more than three times all monomials up to degree three, on three axes."""
 _SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
-_FAULTS = ("thrust_scale", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay", "advance_loss")
+_FAULTS = (
+    *("thrust_scale", "arm_scale", "thrust_rate", "reverse_scale", "thrust_exponent", "dead_zone", "lag", "delay"),
+    "advance_loss",
+)
+"""The faults of the catalogue that a thruster may have, but for gains and its own scale."""
 SHARED_THRUSTER_KEYS = (*_FAULTS, COMMAND_OFFSET.symbol, *GAINS)
 """Thruster parameters that an effect moves on every thruster at once."""
 

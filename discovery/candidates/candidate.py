@@ -8,7 +8,9 @@ from ...physics.effects import EFFECTS, Effect, Parameter
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 
-_NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g")
+_LIGHTEST = 0.2
+"""Share of a vehicle's mass that is looked for at least: who is five times wrong has taken another unit."""
+_NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g", "mass")
 
 
 class Kind(Enum):
@@ -74,8 +76,13 @@ def candidates(vehicle: Vehicle, effects: Sequence[Effect] = EFFECTS) -> tuple[C
                 named = tuple(replace(p, symbol=p.symbol.format(thruster=thruster.name)) for p in effect.parameters)
                 found.append(Candidate(f"{effect.name}[{thruster.name}]", effect, named))
         elif effect.name != "thrust_scale" or len(vehicle.thrusters) > 1:
-            found.append(Candidate(effect.name, effect, effect.parameters))
+            found.append(Candidate(effect.name, effect, tuple(_limited(p, vehicle) for p in effect.parameters)))
     return tuple(found)
+
+
+def _limited(parameter: Parameter, vehicle: Vehicle) -> Parameter:
+    """A parameter with limits that the vehicle sets."""
+    return replace(parameter, lower=_LIGHTEST * vehicle.mass) if parameter.symbol == "mass" else parameter
 
 
 def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[list[Candidate], list[Candidate]]:

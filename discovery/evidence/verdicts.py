@@ -20,7 +20,7 @@ from ..search.chance import REHEARSALS
 from ..search.floating import ALIVE, Search
 from .weighing import PERHAPS, Evidence, parameter_total
 
-_AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all", "trim": "yaw"}
+_AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
 _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."

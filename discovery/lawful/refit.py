@@ -37,7 +37,7 @@ _FLAT = 1e-9
 """Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
 _LEAST_MASS = 1e-3
 """Smallest eigenvalue of M, scaled to a unit rigid body, that a refit may reach."""
-_MASSES = {"X_udot", "Y_vdot", "N_rdot", "Y_rdot", "x_g"}
+_MASSES = {"X_udot", "Y_vdot", "N_rdot", "Y_rdot", "mass", "x_g"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,7 +221,7 @@ class _Passive:
         self, scaled: _Scaled, nominal: Vehicle, without: Vehicle, envelope: Envelope, least_mass: float
     ) -> None:
         self.scaled, self.nominal, self.envelope, self.least_mass = scaled, nominal, envelope, least_mass
-        damping = {s: p for s in scaled.symbols if (p := nominal.parameter(s)).axis is not None}
+        damping = {s: p for s in scaled.symbols if (p := nominal.parameter(s)).form}
         at_zero = nominal.with_values(dict.fromkeys(scaled.symbols, 0.0))
         at_one = nominal.with_values(dict.fromkeys(damping, 1.0))
         self.degree = vehicle_degree(nominal, without, at_one)
@@ -229,7 +229,8 @@ class _Passive:
         self.scale = power_scale(self.before, after)
         rigid = np.sqrt([nominal.mass, nominal.mass, nominal.inertia_z])
         size = np.outer(rigid, rigid)
-        mass = mass_matrix(at_zero)
+        mass = mass_matrix(nominal)
+        at_none = mass.copy()  # in proportion to each of them, and so it is taken to be to all: x_g is times the mass
         slope = np.zeros((*self.before.shape, len(scaled.symbols)))
         mass_slope = np.zeros((len(scaled.symbols), 3, 3))
         for k, (symbol, unit) in enumerate(zip(scaled.symbols, scaled.unit, strict=True)):
@@ -238,12 +239,15 @@ class _Passive:
                 power = power_of(parameter.axis, parse_form(parameter.form), envelope, self.degree)
                 slope[:, :, k] = power * unit / self.scale
             if symbol in _MASSES:
-                mass_slope[k] = (mass_matrix(at_zero.with_values({symbol: 1.0})) - mass) * unit / size
+                value = nominal.value(symbol)
+                heavier = mass_matrix(nominal.with_values({symbol: value + 1.0})) - mass
+                mass_slope[k] = heavier * unit / size
+                at_none -= value * heavier
         self.numbers = LawNumbers(
             vehicle_power(at_zero, envelope, self.degree) / self.scale,
             slope,
             np.zeros((self.scale.size, len(basis(self.degree).points), 3, 3)),
-            mass / size - least_mass * np.eye(3),
+            at_none / size - least_mass * np.eye(3),
             mass_slope,
         )
         self.shape = scaled.shape(self.scale.size, self.degree, bool(_MASSES.intersection(scaled.symbols)))

@@ -24,7 +24,8 @@ ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
 _STRUCTURE = 1.5
 """A force error above this many times what sensor noise explains is structure that the model leaves."""
-_INERTIA = {p.symbol: p.inertia for p in PARAMETERS.values() if p.inertia is not None}
+_INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_mass", "top"))
+"""What the mass matrix is made of, in proportion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +94,10 @@ class Scoring:
         self._general = {c.key for c in self.pool if c.effect.general}
         self.force_scale = np.maximum(balance.force_scale(nominal), 1e-9)
         self._mass = np.diag(mass_matrix(nominal))
+        self._heavier = {
+            symbol: np.diag(mass_matrix(nominal.with_values({symbol: nominal.value(symbol) + 1.0}))) - self._mass
+            for symbol in _INERTIA
+        }
         self.noise_blocks = _noise_blocks(balance, nominal)
         self.nominal_error = (balance.balance(nominal) ** 2).mean(axis=0)
         at_work = np.maximum(self.force_scale, np.sqrt(self.nominal_error))
@@ -127,14 +132,13 @@ class Scoring:
         """
         fit = scores.fit(chosen)
         by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
-        ratio = np.ones(3)
+        mass = self._mass.copy()
         for option in chosen if self.balance.forces else ():
             for symbol, start, index in zip(option.symbols, option.start, option.free, strict=bool(option.free)):
-                if symbol in _INERTIA:
-                    axis = _INERTIA[symbol]
+                if symbol in self._heavier:
                     change = start + by_column.get(index, 0.0) - self.nominal.value(symbol)
-                    mass = self._mass[axis]
-                    ratio[axis] = mass / max(mass - change, 0.05 * mass)
+                    mass += change * self._heavier[symbol]
+        ratio = self._mass / np.maximum(mass, 0.05 * self._mass)
         blocks = fit.held_out_blocks * ratio**2 + self.noise_blocks
         return replace(fit, held_out_blocks=blocks, held_out=np.maximum(blocks.sum(axis=0) / scores.tests, 0.0))
 

@@ -40,7 +40,8 @@ def sizes(effect: Effect, vehicle: Vehicle) -> dict[str, float]:
 def absent(effect: Effect, vehicle: Vehicle) -> dict[str, float]:
     """The null values of an effect's parameters in a vehicle."""
     name = vehicle.thrusters[-1].name
-    return {p.symbol.replace("{thruster}", name): p.null for p in effect.parameters}
+    nulls = {p.symbol.replace("{thruster}", name): p.null for p in effect.parameters}
+    return nulls | ({"mass": vehicle.mass} if "mass" in nulls else {})
 
 
 def bare() -> Vehicle:
@@ -101,7 +102,7 @@ def test_entry_is_complete(effect: Effect) -> None:
         assert p.lower <= p.null <= p.upper
         assert p.step > 0
         assert all(p.lower < x < p.upper for x in p.grid)
-        assert (p.axis is None) == (p.form == "")
+        assert p.axis is not None or p.form == ""
         if p.form:
             assert parse_form(p.form).text == p.form
 
@@ -112,7 +113,7 @@ def test_symbols_and_names_are_unique() -> None:
     assert len(BY_NAME) == len(EFFECTS)
 
 
-@pytest.mark.parametrize("symbol", [p.symbol for p in PARAMETERS.values() if p.axis is not None])
+@pytest.mark.parametrize("symbol", [p.symbol for p in PARAMETERS.values() if p.form])
 def test_hydrodynamic_force_is_value_times_form(symbol: str) -> None:
     vehicle, motion, p = bare(), lively(), PARAMETERS[symbol]
     added = modelled_force(vehicle.with_values({symbol: -3.0}), motion) - modelled_force(vehicle, motion)

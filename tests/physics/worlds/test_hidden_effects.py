@@ -38,7 +38,9 @@ def boat() -> Vehicle:
         ("thruster_asymmetry=port:0.8", {"port_scale": 0.8, "stbd_scale": 1.0}),
         ("port_scale=0.7", {"port_scale": 0.7}),
         ("lag=0.4", {"lag": 0.4}),
-        ("mass=28", {"mass": 28.0}),
+        ("inertia_z=5", {"inertia_z": 5.0}),
+        ("mass_offset=5", {"mass": 35.5}),
+        ("mass=-2.5", {"mass": 28.0}),
         ("yaw:u|r|=-1.2", {"yaw:u|r|": -1.2}),
     ],
 )
@@ -76,7 +78,8 @@ def test_absolute_effects_replace_and_added_ones_add_up(boat: Vehicle) -> None:
         ("input_delay=-0.1", r"delay would be -0\.1 s .*expected at least 0 and at most 2 s"),
         ("sway_added_mass=30", "Y_vdot would be 12 kg"),
         ("Y_rdot=40", "the vehicle would not be sound: .*not positive definite"),
-        ("mass=-3", "the vehicle would not be sound: .*mass: Input should be greater than 0"),
+        ("mass=-40", r"mass would be -9\.5 kg \(the vehicle has 30\.5\); expected at least 0 kg"),
+        ("inertia_z=-3", "the vehicle would not be sound: .*inertia_z: Input should be greater than 0"),
         ("heave:u=1", "expected surge, sway or yaw before the colon"),
         ("yaw:uq=1", "expected a product of one to three of u, v, r"),
     ],
@@ -172,7 +175,7 @@ def test_a_new_entry_of_the_catalogue_has_a_typical_size(vehicle: str, monkeypat
     monkeypatch.setattr(matrices, "HYDRODYNAMIC", (*matrices.HYDRODYNAMIC, *terms))
     hull = load_vehicle(vehicle)
     values = typical_effect("made_up", hull, np.random.default_rng(4))
-    assert list(values) == ["N_vr", "Y_vvv", "X_rr", "yaw_trim"]
+    assert list(values) == ["N_vr", "Y_vvv", "X_rr", EFFECTS[-1].symbols[0]]
     assert max(values["N_vr"], values["Y_vvv"]) < 0.0
     assert all(values.values())
     assert values == typical_effect("made_up", hull, np.random.default_rng(4))
