@@ -8,20 +8,20 @@ paper, as of two thrusters that push alike, cancels to the bit and a straight co
 
 import numpy as np
 
-from .forces import apparent_wind
+from .forces import CURRENT, apparent_wind, current_at
 from .frames import Array
 from .matrices import mass_matrix
 from .momentum_balance import balances
 from .vehicle import Vehicle
 
-Outside = tuple[Array, Array | None, Array | None]
-"""At one time: accelerations (3, batch) by the thrusters at zero advance, what they lose per advance speed, and the
-velocity of the air (2, batch)."""
+Outside = tuple[Array, Array | None, Array | None, Array | float]
+"""At one time: accelerations (3, batch) by the thrusters at zero advance, what they lose per advance speed, the
+velocity of the air (2, batch), and the minutes since the beginning of the log."""
 
-_SIGNALS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|")
+_SIGNALS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|", "t")
 """Signals by row; the first stands where a product has fewer factors than three."""
-_FACTORS = 3
-"""Most factors of a term of the momentum balance."""
+_FACTORS = 4
+"""Most factors of a term of the momentum balance: three speeds, and time."""
 
 
 class Flattened:
@@ -34,10 +34,10 @@ class Flattened:
     """
 
     def __init__(self, vehicle: Vehicle, batch: int) -> None:
-        p = vehicle.values
-        self._current = (p["current_north"], p["current_east"])
-        self._moving = any(self._current)
-        self._memory_time = p["memory_time"]
+        self._vehicle = vehicle
+        self._moving = any(vehicle.value(symbol) for symbol in CURRENT)
+        self._growing = [vehicle.value(symbol) / 60.0 for symbol in CURRENT[2:]]
+        self._memory_time = vehicle.value("memory_time")
         lines = balances(vehicle)
         columns: dict[tuple[str, ...], list[float]] = {}
         thrusters = {f"T:{thruster.name}": n for n, thruster in enumerate(vehicle.thrusters)}
@@ -56,6 +56,7 @@ class Flattened:
         used = {name for row in names for name in row}
         self._wakes = any(name.startswith("q_") for name in used)
         self._steers = bool(used & {"cos psi", "sin psi"})
+        self._ages = "t" in used
         self._blows = bool(used & {"u_a", "v_a", "|V_a|"})
         self._signals = np.ones((len(_SIGNALS), batch))
         self._products = [np.empty((len(names), batch)) for _ in range(2)]
@@ -72,20 +73,22 @@ class Flattened:
 
     def __call__(self, x: Array, outside: Outside) -> Array:
         """Rate of change of states (8, batch)."""
-        push, loss, wind = outside
+        push, loss, wind, minutes = outside
         signals = self._signals
         cosine, sine = np.cos(x[2]), np.sin(x[2])
         out = np.empty_like(x)
         out[0], out[1], out[2] = cosine * x[3] - sine * x[4], sine * x[3] + cosine * x[4], x[5]
         signals[1:4] = x[3:6]
         if self._moving:
-            north, east = self._current
+            north, east = current_at(self._vehicle, minutes) or (0.0, 0.0)
             ahead, starboard = cosine * north + sine * east, cosine * east - sine * north
             signals[1] -= ahead
             signals[2] -= starboard
         np.abs(signals[1:4], out=signals[4:7])
         if self._wakes:
             signals[7:9] = x[6:8]
+        if self._ages:
+            signals[14] = minutes
         if self._steers:
             signals[9], signals[10] = cosine, sine
         if self._blows:
@@ -102,6 +105,10 @@ class Flattened:
         if self._moving:
             out[3] += starboard * x[5]
             out[4] -= ahead * x[5]
+        if any(self._growing):
+            northwards, eastwards = self._growing
+            out[3] += cosine * northwards + sine * eastwards
+            out[4] += cosine * eastwards - sine * northwards
         if self._wakes:
             out[6:8] = (signals[2:4] - x[6:8]) / self._memory_time
         else:

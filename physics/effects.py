@@ -375,6 +375,19 @@ EFFECTS: tuple[Effect, ...] = (
         added=False,
     ),
     Effect(
+        "turning_current",
+        "environment",
+        (
+            Parameter(
+                "current_rate_north", "environment", "m/s/min", lower=-1.0, upper=1.0, step=0.002, nonlinear=True
+            ),
+            Parameter("current_rate_east", "environment", "m/s/min", lower=-1.0, upper=1.0, step=0.002, nonlinear=True),
+        ),
+        "current := current + current_rate t, t from the beginning of the log",
+        "The current changes as time goes by, as one of the tide does.",
+        added=False,
+    ),
+    Effect(
         "mean_wind",
         "environment",
         (
@@ -420,6 +433,14 @@ EFFECTS: tuple[Effect, ...] = (
         "The water remembers: sway and yaw forces depend on how the hull moved before.",
         added=False,
         default=(10.0, 3.0, 1.0),
+    ),
+    Effect(
+        "hull_fouling",
+        "hull",
+        (Parameter("fouling_rate", "environment", "1/min", lower=-0.05, upper=0.5, step=0.01),),
+        "D := (1 + fouling_rate t) D for all damping, t from the beginning of the log",
+        "All drag grows as time goes by, as it does where weed or a net is caught.",
+        added=False,
     ),
     Effect(
         "yaw_trim",

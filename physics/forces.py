@@ -19,9 +19,9 @@ from .motion import Motion
 from .thrusters import Thruster, first_order_lag
 from .vehicle import Vehicle
 
-_MINUTE = 60.0
-"""Seconds: what changes in a log is told by the minute."""
 Triple = tuple[Array, Array, Array]
+CURRENT = ("current_north", "current_east", "current_rate_north", "current_rate_east")
+"""Symbols of the current: at the beginning of the log, and how much it changes in a minute."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,17 +47,32 @@ def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[A
     force, load = force[past:], load[past:]
     if thruster.thrust_rate == 0.0:
         return force, load
-    left = np.maximum(1.0 + thruster.thrust_rate / _MINUTE * motion.time, 0.0)
+    left = np.maximum(1.0 + thruster.thrust_rate * motion.minutes, 0.0)
     return left * force, left * load
 
 
-def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple) -> Triple:
-    """Velocity relative to the water [m/s, m/s, rad/s]."""
+def current_at(vehicle: Vehicle, minutes: Array | float = 0.0) -> tuple[Array | float, Array | float] | None:
+    """Velocity of the water towards north and east [m/s], minutes after the beginning of the log; None if it stands."""
     p = vehicle.values
-    if p["current_north"] == 0.0 and p["current_east"] == 0.0:
+    north, east, northwards, eastwards = (p[symbol] for symbol in CURRENT)
+    if not (northwards or eastwards):
+        return (north, east) if north or east else None
+    return north + northwards * minutes, east + eastwards * minutes
+
+
+def relative_velocity(vehicle: Vehicle, heading: Array, velocity: Triple, minutes: Array | float = 0.0) -> Triple:
+    """Velocity relative to the water [m/s, m/s, rad/s], minutes after the beginning of the log."""
+    current = current_at(vehicle, minutes)
+    if current is None:
         return velocity
-    ahead, starboard = earth_to_body(heading, p["current_north"], p["current_east"])
+    ahead, starboard = earth_to_body(heading, *current)
     return velocity[0] - ahead, velocity[1] - starboard, velocity[2]
+
+
+def through_water(vehicle: Vehicle, motion: Motion) -> Triple:
+    """Velocity relative to the water along a motion [m/s, m/s, rad/s]."""
+    u, v, r = motion.velocity.T
+    return relative_velocity(vehicle, motion.heading, (u, v, r), motion.minutes)
 
 
 def apparent_wind(heading: Array, velocity: tuple[Array, Array], air: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -74,8 +89,7 @@ def apparent_wind(heading: Array, velocity: tuple[Array, Array], air: tuple[Arra
 
 def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
     """The wake memory's filtered sway speed and yaw rate (n,) each along a motion, at rest in its start value."""
-    u_r, v_r, r = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
-    del u_r
+    _, v_r, r = through_water(vehicle, motion)
     constant = vehicle.values["memory_time"]
     return first_order_lag(v_r, constant, motion.time_step), first_order_lag(r, constant, motion.time_step)
 
@@ -88,7 +102,17 @@ class ForceEquation:
     have act on them.
     """
 
-    __slots__ = ("_constant", "_inverse", "_lines", "_products", "has_memory", "inverse_mass", "memory", "vehicle")
+    __slots__ = (
+        "_constant",
+        "_growing",
+        "_inverse",
+        "_lines",
+        "_products",
+        "has_memory",
+        "inverse_mass",
+        "memory",
+        "vehicle",
+    )
 
     def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
@@ -96,6 +120,8 @@ class ForceEquation:
         self._inverse: list[list[float]] = self.inverse_mass.tolist()
         self.memory = (vehicle.values["memory_sway"], vehicle.values["memory_yaw"])
         self.has_memory = any(self.memory)
+        growing = tuple(vehicle.values[symbol] / 60.0 for symbol in CURRENT[2:])
+        self._growing = growing if any(growing) else None
         columns: dict[tuple[str, ...], list[float]] = {}
         for axis, line in enumerate(balances(vehicle)):
             for term in line.force:
@@ -114,6 +140,7 @@ class ForceEquation:
         load: Array | None = None,
         memory: tuple[Array, Array] | None = None,
         air: tuple[Array, Array] | None = None,
+        minutes: Array | float = 0.0,
     ) -> Triple:
         """Right-hand side tau + other - C nu_r - D nu_r, by axis [N, N, N m].
 
@@ -125,9 +152,11 @@ class ForceEquation:
         load : (thrusters, *shape) loss of thrust per advance speed [N s/m]
         memory : filtered sway speed and yaw rate of the wake memory; none when None
         air : velocity of the air over ground, towards north and east [m/s]; still when None
+        minutes : since the beginning of the log
         """
         signals: dict[str, Any] = dict(zip("uvr", relative, strict=True))
         thrust = thrust if load is None else thrust - load * relative[0]
+        signals["t"] = minutes
         signals |= {f"T:{t.name}": push for t, push in zip(self.vehicle.thrusters, thrust, strict=True)}
         if memory is not None:
             signals |= {"q_v": memory[0], "q_r": memory[1]}
@@ -136,13 +165,18 @@ class ForceEquation:
             product = None
             for factor in factors:
                 if factor not in signals:
-                    signals |= self._signals(factor, relative, heading, air)
+                    signals |= self._signals(factor, relative, heading, air, minutes)
                 product = signals[factor] if product is None else product * signals[factor]
             rows.append(product)
         return self._summed(rows, relative[0])
 
     def _signals(
-        self, factor: str, relative: Triple, heading: Array, air: tuple[Array, Array] | None
+        self,
+        factor: str,
+        relative: Triple,
+        heading: Array,
+        air: tuple[Array, Array] | None,
+        minutes: Array | float,
     ) -> dict[str, Any]:
         """A signal that not every vehicle needs, and those that come with it; a wake that nobody tells is none."""
         if factor.startswith("q_"):
@@ -151,8 +185,8 @@ class ForceEquation:
             ahead, starboard = earth_to_body(heading, 1.0, 0.0)
             return {"cos psi": ahead, "sin psi": -starboard}
         if factor in ("u_a", "v_a", "|V_a|"):
-            p, still = self.vehicle.values, 0.0 * relative[0]
-            moving, drifting = earth_to_body(heading, p["current_north"], p["current_east"])
+            still = 0.0 * relative[0]
+            moving, drifting = earth_to_body(heading, *(current_at(self.vehicle, minutes) or (0.0, 0.0)))
             over_ground = (relative[0] + moving, relative[1] + drifting)
             ahead, starboard = apparent_wind(heading, over_ground, (still, still) if air is None else air)
             return {"u_a": ahead, "v_a": starboard, "|V_a|": (ahead * ahead + starboard * starboard) ** 0.5}
@@ -168,8 +202,8 @@ class ForceEquation:
             total.append(sums)
         return total[0], total[1], total[2]
 
-    def acceleration(self, force: Triple, relative: Triple, velocity: Triple) -> Triple:
-        """nu_dot over ground from a force: M^-1 force plus the turning of the current, d/dt (R^T current)."""
+    def acceleration(self, force: Triple, relative: Triple, velocity: Triple, heading: Array) -> Triple:
+        """nu_dot over ground from a force: M^-1 force plus the change of the current, d/dt (R^T current)."""
         i = self._inverse
         du = i[0][0] * force[0]
         dv = i[1][1] * force[1] + i[1][2] * force[2]
@@ -177,27 +211,29 @@ class ForceEquation:
         if relative[0] is not velocity[0]:  # the water moves
             du = du + (velocity[1] - relative[1]) * velocity[2]
             dv = dv - (velocity[0] - relative[0]) * velocity[2]
+        if self._growing is not None:
+            ahead, starboard = earth_to_body(heading, *self._growing)
+            du, dv = du + ahead, dv + starboard
         return du, dv, dr
 
 
 def modelled_force(vehicle: Vehicle, motion: Motion) -> Array:
     """Right-hand side tau + other - C nu_r - D nu_r along a motion, (n, 3) [N, N, N m]."""
     equation = ForceEquation(vehicle)
-    relative = relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T))
+    relative = through_water(vehicle, motion)
     act = actuation(vehicle, motion)
     load = act.load if act.load.any() else None
     memory = memory_states(vehicle, motion) if equation.has_memory else None
     air = None if motion.air is None else (motion.air[:, 0], motion.air[:, 1])
-    return np.stack(equation.force(relative, motion.heading, act.thrust, load, memory, air), axis=-1)
+    force = equation.force(relative, motion.heading, act.thrust, load, memory, air, motion.minutes)
+    return np.stack(force, axis=-1)
 
 
 def modelled_acceleration(vehicle: Vehicle, motion: Motion) -> Array:
     """Acceleration over ground that the model predicts along a motion, (n, 3) [m/s^2, m/s^2, rad/s^2]."""
     equation = ForceEquation(vehicle)
-    velocity = tuple(motion.velocity.T)
-    relative = relative_velocity(vehicle, motion.heading, velocity)
-    force = tuple(modelled_force(vehicle, motion).T)
-    return np.stack(equation.acceleration(force, relative, velocity), axis=-1)
+    relative, force = through_water(vehicle, motion), tuple(modelled_force(vehicle, motion).T)
+    return np.stack(equation.acceleration(force, relative, tuple(motion.velocity.T), motion.heading), axis=-1)
 
 
 def held_acceleration(vehicle: Vehicle, velocity: Array, heading: Array, commands: Array) -> Array:
@@ -214,7 +250,7 @@ def held_acceleration(vehicle: Vehicle, velocity: Array, heading: Array, command
     relative = relative_velocity(vehicle, heading, over_ground)
     thrust, load = held_thrust(vehicle, commands)
     force = equation.force(relative, heading, thrust, load, (relative[1], relative[2]))
-    return np.stack(equation.acceleration(force, relative, over_ground), axis=-1)
+    return np.stack(equation.acceleration(force, relative, over_ground, heading), axis=-1)
 
 
 def held_thrust(vehicle: Vehicle, commands: Array) -> tuple[Array, Array]:

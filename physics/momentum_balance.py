@@ -18,8 +18,8 @@ class BalanceTerm:
     """One summand: `coefficient` times the product of `factors`, made of the parameters `symbols`.
 
     A factor is `u v r` (relative to the water) or a modulus such as `|u|`, a derivative `u_dot`, the force of a
-    thruster `T:port`, `cos psi` or `sin psi`, the apparent wind `u_a v_a |V_a|`, or a filtered velocity `q_v q_r` of
-    the wake memory.
+    thruster `T:port`, `cos psi` or `sin psi`, the time `t` since the beginning of the log [min], the apparent
+    wind `u_a v_a |V_a|`, or a filtered velocity `q_v q_r` of the wake memory.
     """
 
     coefficient: float
@@ -73,6 +73,9 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
     ]
     for symbol, axis, form in HYDRODYNAMIC:
         force[axis].append(BalanceTerm(p[symbol], form.factors, (symbol,)))
+        if p["fouling_rate"] and PARAMETERS[symbol].section == "damping":
+            grown = BalanceTerm(p[symbol] * p["fouling_rate"], (*form.factors, "t"), (symbol, "fouling_rate"))
+            force[axis].append(grown)
     for term in vehicle.terms:
         force[AXES.index(term.axis)].append(BalanceTerm(term.value, parse_form(term.form).factors, (term.symbol,)))
     for axis, coefficient, factors, symbol in (

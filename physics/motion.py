@@ -82,6 +82,11 @@ class Motion:
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
 
     @property
+    def minutes(self) -> Array:
+        """Time since the beginning of the log (n,) [min], by which what changes in a log is told."""
+        return self.time / 60.0
+
+    @property
     def duration(self) -> float:
         """Length of the stretch [s]."""
         return float(self.time[-1] - self.time[0])

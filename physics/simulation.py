@@ -48,6 +48,7 @@ def integrate(
     memory: Array | None = None,
     air: Array | None = None,
     added: Added | None = None,
+    clock: Array | float = 0.0,
 ) -> Rollouts:
     """Integrate the force equation by classical Runge-Kutta for a batch of starts.
 
@@ -62,6 +63,7 @@ def integrate(
         still
     added : acceleration beside the vehicle's; default: none. What is beyond `SPEED_LIMIT` in a step is cut there, or a
         rollout that diverges would be off the map before it is held
+    clock : minutes from the beginning of the log to each start, (batch,)
     """
     steps, batch = thrust.shape[1] - 1, initial.shape[0]
     state = np.zeros((8, batch))
@@ -69,7 +71,7 @@ def integrate(
     own = None if vehicle is None else Flattened(vehicle, batch)
     pushed, lost = np.zeros((3, steps + 1, batch)), None
     if vehicle is not None and own is not None:
-        water = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]))
+        water = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]), clock)
         state[6:] = water[1:] if memory is None else memory.T
         pushed, lost = own.accelerations(thrust), own.accelerations(load) if load.any() else None
     held = None
@@ -81,13 +83,17 @@ def integrate(
         return out
 
     h = time_step
+
+    def now(step: float) -> Array | float:
+        return clock + step * h / 60.0
+
     history = np.empty((steps + 1, 6, batch))
     history[0] = state[:6]
     diverged = np.zeros(batch, dtype=bool)
     for k in range(steps):
         held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
-        begin, end = ((pushed[:, n], _at(lost, n), _at(air, n)) for n in (k, k + 1))
-        middle = (0.5 * (begin[0] + end[0]), _mean(begin[1], end[1]), _mean(begin[2], end[2]))
+        begin, end = ((pushed[:, n], _at(lost, n), _at(air, n), now(n)) for n in (k, k + 1))
+        middle = (0.5 * (begin[0] + end[0]), _mean(begin[1], end[1]), _mean(begin[2], end[2]), now(k + 0.5))
         state = runge_kutta(slope, state, (begin, middle, end), h)
         fast = ~(np.abs(state[3:6]).max(axis=0) <= SPEED_LIMIT)
         if fast.any():
@@ -163,7 +169,7 @@ def rollout(
     air = None if motion.air is None else motion.air.T[:, window]
     thrust, load = act.thrust[:, window], act.load[:, window]
     with np.errstate(over="ignore", invalid="ignore"):
-        return integrate(vehicle, motion.time_step, initial, thrust, load, memory, air, added)
+        return integrate(vehicle, motion.time_step, initial, thrust, load, memory, air, added, motion.minutes[starts])
 
 
 def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:

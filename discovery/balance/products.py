@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...physics.forces import apparent_wind, relative_velocity
+from ...physics.forces import CURRENT, apparent_wind, relative_velocity
 from ...physics.frames import Array
 from ...physics.momentum_balance import Balance as AxisBalance
 from ...physics.momentum_balance import balances
@@ -31,8 +31,8 @@ _WAKE = {"q_v": 1, "q_r": 2}
 """Signals of the wake memory, and the relative velocity that each of them follows."""
 _WIND = ("u_a", "v_a", "|V_a|")
 
-Water = tuple[float, float]
-"""Velocity of the water towards north and east [m/s]."""
+Water = tuple[float, ...]
+"""Velocity of the water towards north and east [m/s], and how it changes [m/s/min]."""
 Key = tuple[Any, ...]
 """What a product is and depends on beside the rows: its factors or its name, the water or None, and the rest."""
 Part = tuple[Key, float, Vehicle]
@@ -49,10 +49,17 @@ class Products(ABC):
     heading : psi [rad], of a shape that goes with that of a velocity
     velocity : u, v [m/s] and r [rad/s] over ground, three arrays of one shape
     air : velocity of the air over ground, towards north and east [m/s]; None where it is still
+    minutes : since the beginning of the log, of the heading's shape
     """
 
-    def __init__(self, heading: Array, velocity: tuple[Array, Array, Array], air: tuple[Array, Array] | None) -> None:
-        self.heading, self.velocity, self._air = heading, velocity, air
+    def __init__(
+        self,
+        heading: Array,
+        velocity: tuple[Array, Array, Array],
+        air: tuple[Array, Array] | None,
+        minutes: Array,
+    ) -> None:
+        self.heading, self.velocity, self._air, self._minutes = heading, velocity, air, minutes
         self._still: Remembered[Array] = Remembered(room(_STILL, self.shape))
         self._flowing: Remembered[Array] = Remembered(room(_FLOWING, self.shape))
         self._waters: OrderedDict[Water, tuple[Array, Array, Array]] = OrderedDict()
@@ -131,7 +138,7 @@ class Products(ABC):
         """Velocities relative to the water [m/s, m/s, rad/s]."""
         key = water(vehicle)
         if key not in self._waters:
-            self._waters[key] = relative_velocity(vehicle, self.heading, self.velocity)
+            self._waters[key] = relative_velocity(vehicle, self.heading, self.velocity, self._minutes)
             if len(self._waters) > _WATERS:
                 self._waters.popitem(last=False)
         self._waters.move_to_end(key)
@@ -149,6 +156,8 @@ class Products(ABC):
         if factor in ("cos psi", "sin psi"):
             turned = np.cos(self.heading) if factor == "cos psi" else np.sin(self.heading)
             return np.broadcast_to(turned, self.velocity[0].shape)
+        if factor == "t":
+            return np.broadcast_to(self._minutes, self.velocity[0].shape)
         if factor in _WIND:
             still = np.zeros_like(self.heading)
             ahead, starboard = apparent_wind(self.heading, self.velocity[:2], self._air or (still, still))
@@ -198,4 +207,4 @@ def _moves_with(factors: tuple[str, ...]) -> tuple[tuple[str, ...], bool, bool]:
 
 def water(vehicle: Vehicle) -> Water:
     """Velocity of the water that a vehicle sails in."""
-    return vehicle.values["current_north"], vehicle.values["current_east"]
+    return tuple(vehicle.values[symbol] for symbol in CURRENT)

@@ -99,7 +99,7 @@ class _RolloutTerms(Products):
     def __init__(self, data: Rollings, states: Array) -> None:
         self._data = data
         _, _, heading, u, v, r = states.transpose(2, 1, 0)
-        super().__init__(heading, (u, v, r), None if data.air is None else (data.air[0], data.air[1]))
+        super().__init__(heading, (u, v, r), None if data.air is None else (data.air[0], data.air[1]), data.minutes)
 
     def added(self, one: Vehicle, other: Vehicle) -> Array:
         """Acceleration over ground that one model gives along the rollouts beyond another, (steps + 1, 3, starts)."""
@@ -113,7 +113,8 @@ class _RolloutTerms(Products):
     def _accelerations(self, vehicle: Vehicle) -> Array:
         force = self.forces(vehicle)
         relative = self.relative(vehicle)
-        found = ForceEquation(vehicle).acceleration((force[0], force[1], force[2]), relative, self.velocity)
+        pushed = (force[0], force[1], force[2])
+        found = ForceEquation(vehicle).acceleration(pushed, relative, self.velocity, self.heading)
         return np.stack(found, axis=1)
 
     @property
@@ -146,12 +147,13 @@ class _Along:
     thrust: Array
     load: Array | None
     air: tuple[Array, Array] | None
+    minutes: Array
 
     def acceleration(self, heading: Array, velocity: Triple) -> Array:
         """(steps + 1, 3, starts) at other headings and velocities, everything else the same."""
-        relative = relative_velocity(self.equation.vehicle, heading, velocity)
-        force = self.equation.force(relative, heading, self.thrust, self.load, self.memory, self.air)
-        return np.stack(self.equation.acceleration(force, relative, velocity), axis=1)
+        relative = relative_velocity(self.equation.vehicle, heading, velocity, self.minutes)
+        force = self.equation.force(relative, heading, self.thrust, self.load, self.memory, self.air, self.minutes)
+        return np.stack(self.equation.acceleration(force, relative, velocity, heading), axis=1)
 
     def derivative(self, state: int) -> Array:
         """(steps + 1, starts, 3) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
@@ -169,14 +171,14 @@ def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
     velocity = (states[:, :, 3].T, states[:, :, 4].T, states[:, :, 5].T)
     memory = None
     if equation.has_memory:
-        _, sway, rate = relative_velocity(vehicle, heading, velocity)
+        _, sway, rate = relative_velocity(vehicle, heading, velocity, data.minutes)
         begin, constant = data.memory(vehicle), vehicle.values["memory_time"]
         memory = (
             _remembered(sway, begin[:, 0], constant, data.step),
             _remembered(rate, begin[:, 1], constant, data.step),
         )
     air = None if data.air is None else (data.air[0], data.air[1])
-    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None, air)
+    return _Along(equation, heading, velocity, memory, thrust, load if load.any() else None, air, data.minutes)
 
 
 def _remembered(series: Array, begin: Array, constant: float, step: float) -> Array:

@@ -118,7 +118,14 @@ class Rollings:
         remembers = vehicle.values["memory_sway"] or vehicle.values["memory_yaw"]
         memory = self.memory(vehicle) if remembers else None
         with np.errstate(over="ignore", invalid="ignore"):
-            return integrate(vehicle, self.step, self.initial, thrust, load, memory, self.air).states
+            clock = self.minutes[0]
+            return integrate(vehicle, self.step, self.initial, thrust, load, memory, self.air, clock=clock).states
+
+    @property
+    def minutes(self) -> Array:
+        """Time since the beginning of the log along all rollouts, (steps + 1, starts)."""
+        begin = np.concatenate([m.minutes[rows] for m, rows in zip(self.motions, self.starts, strict=True)])
+        return begin + self.step / 60.0 * np.arange(self.steps + 1)[:, None]
 
     @property
     def calmed(self) -> Array:

@@ -73,7 +73,10 @@ class TestedTerms(Products):
         air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
         north, east = np.concatenate(air).T
         self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN)
-        super().__init__(np.concatenate([m.heading for m in motions]), (u, v, r), (north, east))
+        heading, minutes = (
+            np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
+        )
+        super().__init__(heading, (u, v, r), (north, east), minutes)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...physics.effects import Parameter
+from ...physics.forces import CURRENT
 from ...physics.frames import Array
 from ...physics.thrusters import GAINS
 from ...physics.vehicle import SHARED_THRUSTER_KEYS as SHARED
@@ -200,8 +201,8 @@ class Linearisation:
     def _depends(self, parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
         """What a parameter's column depends on, beside the data: the parameters that multiply it in the force."""
         p = about.values
-        current = (p["current_north"], p["current_east"])
-        if parameter.symbol in ("current_north", "current_east"):
+        current = tuple(p[symbol] for symbol in (*CURRENT, "fouling_rate"))
+        if parameter.symbol in (*CURRENT, "fouling_rate"):
             return tuple(p.items())
         if parameter.symbol in GAINS:  # the bent curve is linear in its gains, and the advance loss apart from it
             apart = {*GAINS, "advance_loss"}
@@ -220,7 +221,7 @@ def _near_by(vehicle: Vehicle) -> Vehicle:
     """
     if len({tuple(getattr(thruster, key) for key in SHARED) for thruster in vehicle.thrusters}) > 1:
         return vehicle
-    symbols = ("current_north", "current_east", *SHARED, *(f"{t.name}_scale" for t in vehicle.thrusters))
+    symbols = (*CURRENT, *SHARED, *(f"{t.name}_scale" for t in vehicle.thrusters))
     values = {symbol: vehicle.value(symbol) for symbol in symbols}
     return vehicle.with_values({symbol: _ROUGH * round(value / _ROUGH) for symbol, value in values.items()})
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...physics.effects import Effect, Parameter
-from ...physics.forces import relative_velocity
+from ...physics.forces import through_water
 from ...physics.frames import AXES, Array
 from ...physics.matrices import HYDRODYNAMIC
 from ...physics.terms import Form, monomials
@@ -127,7 +127,7 @@ def term_factors(weak: WeakForm, vehicle: Vehicle, degree: int, logs: Sequence[s
 def features_along(weak: WeakForm, vehicle: Vehicle, degree: int) -> tuple[tuple[Form, ...], Array]:
     """Monomials of the velocity through the water along the log, averaged by the test functions, (tests, forms)."""
     forms = monomials(degree)
-    states = [relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)) for motion in weak.motions]
+    states = [through_water(vehicle, motion) for motion in weak.motions]
     return forms, weak.average([np.stack([form(*state) for form in forms], axis=-1) for state in states])
 
 

@@ -14,7 +14,7 @@ from math import isfinite
 import numpy as np
 
 from ..errors import RequestError
-from ..forces import relative_velocity
+from ..forces import through_water
 from ..frames import Array
 from ..matrices import active_terms, mass_matrix
 from ..motion import Motion
@@ -80,9 +80,7 @@ def envelope_of(motions: Sequence[Motion], vehicle: Vehicle, share: float = 1.0)
     """
     if not motions:
         raise RequestError("envelope: expected at least one motion, got none")
-    states = np.concatenate(
-        [np.stack(relative_velocity(vehicle, m.heading, tuple(m.velocity.T)), axis=-1) for m in motions]
-    )
+    states = np.concatenate([np.stack(through_water(vehicle, m), axis=-1) for m in motions])
     low = np.minimum(share * states.min(axis=0), 0.0)
     high = np.maximum(share * states.max(axis=0), 0.0)
     longest = np.maximum(np.maximum(-low, high), _LEAST)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..forces import actuation, held_thrust, relative_velocity
+from ..forces import actuation, held_thrust, through_water
 from ..frames import Array
 from ..matrices import mass_matrix, thruster_matrix
 from ..motion import Motion
@@ -110,7 +110,7 @@ def allowed_power(vehicle: Vehicle, velocity: Array, thrust: Array, share: float
 
 def thrust_power(vehicle: Vehicle, motion: Motion) -> Array:
     """Power nu_r^T tau [W] of the thrusters along a motion, (n,), by the vehicle's curves and advance losses."""
-    velocity = np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1)
+    velocity = np.stack(through_water(vehicle, motion), axis=-1)
     act = actuation(vehicle, motion)
     thrust = act.thrust - act.load * velocity[:, 0]
     return (velocity * (thruster_matrix(vehicle) @ thrust).T).sum(-1)

@@ -132,7 +132,7 @@ def _beside(
         return (states * np.stack(force, axis=-1)).sum(axis=1), np.zeros_like(states)
     none = (0.0 * u, 0.0 * u, 0.0 * u)
     drift = np.stack(relative_velocity(vehicle, heading, none), axis=-1)
-    turning = np.stack(ForceEquation(vehicle).acceleration(none, triple, tuple((states - drift).T)), axis=-1)
+    turning = np.stack(ForceEquation(vehicle).acceleration(none, triple, tuple((states - drift).T), heading), axis=-1)
     mass = mass_matrix(vehicle)
     taken = (states * stated_push(vehicle, heading, triple)).sum(axis=1) + coasting_power(mass, states, turning)
     return -taken, stated_push(vehicle, heading, none) @ np.linalg.inv(mass).T

@@ -90,7 +90,7 @@ class Shooter:
         relative = _relative(self.vehicle, heading, velocity)
         equation = self.equation
         force = equation.force(relative, heading, thrust, load, (slow_v, slow_r), tuple(air.unbind(0)))
-        slopes = equation.acceleration(force, relative, velocity)
+        slopes = equation.acceleration(force, relative, velocity, heading)
         if equation.has_memory:
             constant = self.vehicle.values["memory_time"]
             lag = ((relative[1] - slow_v) / constant, (r - slow_r) / constant)

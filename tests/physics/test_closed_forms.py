@@ -157,7 +157,7 @@ def test_turning_current_derivative_against_finite_differences() -> None:
     ahead, starboard = earth_to_body(np.array(heading), 0.4, -0.3)
     relative = (velocity[0] - ahead, velocity[1] - starboard, velocity[2])
     zero = (np.array(0.0), np.array(0.0), np.array(0.0))
-    turned = ForceEquation(vehicle).acceleration(zero, relative, velocity)
+    turned = ForceEquation(vehicle).acceleration(zero, relative, velocity, np.array(heading))
     after, before = (
         earth_to_body(np.array(heading + rate * h), 0.4, -0.3),
         earth_to_body(np.array(heading - rate * h), 0.4, -0.3),

@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...forces import memory_states, relative_velocity, stated_push
+from ...forces import memory_states, stated_push, through_water
 from ...frames import Array
 from ...motion import Motion
 from ..energy import MARGIN, TOLERANCE, coasting_power, thrust_power
@@ -71,7 +71,7 @@ class EnergyBalance(Law):
     def _powers(witness: Witness, motion: Motion, margin: float) -> tuple[Array, Array]:
         """Power that the model gains along a motion, and power that it is given [W], (n,) each."""
         vehicle = witness.vehicle
-        nu = np.stack(relative_velocity(vehicle, motion.heading, tuple(motion.velocity.T)), axis=-1)
+        nu = np.stack(through_water(vehicle, motion), axis=-1)
         drift = motion.velocity - nu
         turn = np.stack([drift[:, 1] * nu[:, 2], -drift[:, 0] * nu[:, 2], 0.0 * nu[:, 2]], axis=-1)
         gained = coasting_power(witness.mass, nu, witness.along(motion) - turn)

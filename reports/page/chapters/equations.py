@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from ....physics.effects import EFFECTS, PARAMETERS
+from ....physics.forces import CURRENT
 from ....physics.in_words import MINUS, listing, unit_text
 from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
 from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
@@ -130,12 +131,14 @@ def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
 def _axes_note(vehicle: Vehicle) -> str:
     """What the letters mean, as far as they stand there."""
     factors = {name for line in balances(vehicle) for term in line.force for name in term.factors}
-    moving = vehicle.value("current_north") or vehicle.value("current_east")
+    moving = any(vehicle.value(symbol) for symbol in CURRENT)
     told = ["u, v: surge and sway speed" + " relative to the water" * bool(moving) + " [m/s]", "r: yaw rate [rad/s]"]
     if any(name.startswith("T:") for name in factors):
         told.append("T: force of a thruster [N]")
     if any(name.endswith("psi") for name in factors):
         told.append("\N{GREEK SMALL LETTER PSI}: heading [rad]")
+    if "t" in factors:
+        told.append("t: time since the beginning of the log [min]")
     if factors & {"u_a", "v_a"}:
         told.append("u_a, v_a, V_a: apparent wind [m/s]")
     if factors & {"q_v", "q_r"}:
