@@ -1,6 +1,7 @@
 """What changes while a log is recorded: thrust, drag and current by the minute, in the force equation and rollouts."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,21 +35,14 @@ def test_nothing_has_changed_when_the_log_begins(change: Mapping[str, float]):
 
 
 def test_a_battery_takes_its_share_of_all_thrust():
-    motion = driven()
-    idle = motion.__class__(
-        motion.time, motion.position, motion.heading, 0.0 * motion.velocity, motion.commands, motion.thrusters
-    )
+    idle = replace(driven(), velocity=np.zeros((300, 3)))
     before, after = (modelled_force(v, idle) for v in (HULL, apply_effects(HULL, {"battery_sag": -0.08})))
     np.testing.assert_allclose(after, before * (1.0 - 0.08 * idle.minutes)[:, None], atol=1e-9)
 
 
 def test_an_empty_battery_does_not_push_backwards():
-    motion = driven(30.0)
-    flat = HULL.with_values({"thrust_rate": -0.2})
-    still = Motion(
-        motion.time, motion.position, motion.heading, 0.0 * motion.velocity, motion.commands, motion.thrusters
-    )
-    assert not modelled_force(flat, still).any()
+    idle = replace(driven(30.0), velocity=np.zeros((300, 3)))
+    assert not modelled_force(HULL.with_values({"thrust_rate": -0.2}), idle).any()
 
 
 def test_weed_takes_its_share_of_all_damping():
@@ -76,12 +70,8 @@ def test_a_rollout_from_the_middle_goes_on_as_the_whole_does(change: Mapping[str
     whole = simulate_motion(changed, driven())
     part = rollout(changed, whole, np.array([100]), 150).states[0]
     np.testing.assert_allclose(part[:, 3:], whole.velocity[100:251], atol=1e-9)
-    other = rollout(changed, Motion(whole.time + 300.0, *_rest(whole)), np.array([100]), 150).states[0]
+    other = rollout(changed, replace(whole, time=whole.time + 300.0), np.array([100]), 150).states[0]
     assert np.abs(other[:, 3:] - part[:, 3:]).max() > 1e-3
-
-
-def _rest(motion: Motion) -> tuple:
-    return motion.position, motion.heading, motion.velocity, motion.commands, motion.thrusters
 
 
 @every_change
