@@ -127,7 +127,7 @@ def unexplained(weak: WeakForm, search: Search) -> Unexplained:
     rates = weak.derivative([motion.velocity for motion in weak.motions])
     error = np.zeros(3)
     for axis in range(3):
-        other = rates[:, [(), (2,), (1,)][axis]]  # through m23, which x_g makes
+        other = rates[:, [(2,), (2,), (0, 1)][axis]]  # through m13 and m23, which y_g and x_g make
         columns = np.column_stack([linear.columns[:, axis, forces], features, other])
         size = np.sqrt((columns**2).sum(axis=0))
         columns = columns[:, size > 0] / size[size > 0]

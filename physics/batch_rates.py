@@ -49,7 +49,9 @@ class Flattened:
                 else:
                     columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
         self._inverse = np.linalg.inv(mass_matrix(vehicle))
-        self._inverse[0, 1:] = self._inverse[1:, 0] = 0.0  # surge stands alone
+        self._beside = vehicle.y_g != 0.0
+        if not self._beside:
+            self._inverse[0, 1:] = self._inverse[1:, 0] = 0.0  # surge stands alone
         self._weights = self._inverse @ np.array(list(columns.values()) or np.zeros((0, 3))).T
         names = [(*factors, *("1",) * (_FACTORS - len(factors))) for factors in columns]
         self._places = [np.array([_SIGNALS.index(row[k]) for row in names], dtype=int) for k in range(_FACTORS)]
@@ -68,6 +70,8 @@ class Flattened:
             for index, share in line:
                 sums += share * forces[index]
         i = self._inverse
+        if self._beside:
+            return np.einsum("ij,jkb->ikb", i, total)
         ahead, across, turning = i[0, 0] * total[0], i[1, 1] * total[1] + i[1, 2] * total[2], total[1:]
         return np.stack([ahead, across, i[2, 1] * turning[0] + i[2, 2] * turning[1]])
 

@@ -224,6 +224,13 @@ EFFECTS: tuple[Effect, ...] = (
         "The centre of gravity is not where the model puts it.",
     ),
     Effect(
+        "lateral_cg",
+        "mass",
+        (Parameter("y_g", "top", "m", lower=-2.0, upper=2.0, step=0.02),),
+        "M and C with the centre of gravity y_g to starboard of the origin",
+        "The centre of gravity is beside the middle, as with a payload in one hull.",
+    ),
+    Effect(
         "mass_offset",
         "mass",
         (Parameter("mass", "top", "kg", lower=0.0),),

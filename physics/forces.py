@@ -103,6 +103,7 @@ class ForceEquation:
     """
 
     __slots__ = (
+        "_beside",
         "_constant",
         "_growing",
         "_inverse",
@@ -118,6 +119,7 @@ class ForceEquation:
         self.vehicle = vehicle
         self.inverse_mass = np.linalg.inv(mass_matrix(vehicle))
         self._inverse: list[list[float]] = self.inverse_mass.tolist()
+        self._beside = vehicle.y_g != 0.0  # else surge stands alone
         self.memory = (vehicle.values["memory_sway"], vehicle.values["memory_yaw"])
         self.has_memory = any(self.memory)
         growing = tuple(vehicle.values[symbol] / 60.0 for symbol in CURRENT[2:])
@@ -208,6 +210,9 @@ class ForceEquation:
         du = i[0][0] * force[0]
         dv = i[1][1] * force[1] + i[1][2] * force[2]
         dr = i[2][1] * force[1] + i[2][2] * force[2]
+        if self._beside:
+            du = du + (i[0][1] * force[1] + i[0][2] * force[2])
+            dv, dr = dv + i[1][0] * force[0], dr + i[2][0] * force[0]
         if relative[0] is not velocity[0]:  # the water moves
             du = du + (velocity[1] - relative[1]) * velocity[2]
             dv = dv - (velocity[0] - relative[0]) * velocity[2]

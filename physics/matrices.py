@@ -26,12 +26,12 @@ def mass_matrix(vehicle: Vehicle) -> Array:
     N_vdot = Y_rdot, so M is symmetric.
     """
     p = vehicle.values
-    m23 = p["mass"] * p["x_g"] - p["Y_rdot"]
+    m13, m23 = -p["mass"] * p["y_g"], p["mass"] * p["x_g"] - p["Y_rdot"]
     return np.array(
         [
-            [p["mass"] - p["X_udot"], 0.0, 0.0],
+            [p["mass"] - p["X_udot"], 0.0, m13],
             [0.0, p["mass"] - p["Y_vdot"], m23],
-            [0.0, m23, p["inertia_z"] - p["N_rdot"]],
+            [m13, m23, p["inertia_z"] - p["N_rdot"]],
         ]
     )
 
@@ -45,7 +45,7 @@ def coriolis_matrix(vehicle: Vehicle, velocity: Array) -> Array:
     """
     m = mass_matrix(vehicle)
     u, v, r = np.moveaxis(np.asarray(velocity, dtype=float), -1, 0)
-    c13, c23 = -(m[1, 1] * v + m[1, 2] * r), m[0, 0] * u
+    c13, c23 = -(m[1, 1] * v + m[1, 2] * r), m[0, 0] * u + m[0, 2] * r
     matrix = np.zeros((*u.shape, 3, 3))
     matrix[..., 0, 2], matrix[..., 1, 2] = c13, c23
     matrix[..., 2, 0], matrix[..., 2, 1] = -c13, -c23

@@ -51,11 +51,15 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
     """
     p = vehicle.values
     m: list[list[float]] = mass_matrix(vehicle).tolist()
-    ahead, across, middle = ("mass", "X_udot"), ("mass", "Y_vdot"), ("mass", "x_g", "Y_rdot")
+    ahead, across, middle, beside = ("mass", "X_udot"), ("mass", "Y_vdot"), ("mass", "x_g", "Y_rdot"), ("mass", "y_g")
     inertia = [
-        [BalanceTerm(m[0][0], ("u_dot",), ahead)],
+        [BalanceTerm(m[0][0], ("u_dot",), ahead), BalanceTerm(m[0][2], ("r_dot",), beside)],
         [BalanceTerm(m[1][1], ("v_dot",), across), BalanceTerm(m[1][2], ("r_dot",), middle)],
-        [BalanceTerm(m[2][2], ("r_dot",), ("inertia_z", "N_rdot")), BalanceTerm(m[1][2], ("v_dot",), middle)],
+        [
+            BalanceTerm(m[2][2], ("r_dot",), ("inertia_z", "N_rdot")),
+            BalanceTerm(m[1][2], ("v_dot",), middle),
+            BalanceTerm(m[0][2], ("u_dot",), beside),
+        ],
     ]
     force: list[list[BalanceTerm]] = [
         [
@@ -66,10 +70,11 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
     ]
     # Minus C(nu) nu, multiplied out.
     force[0] += [BalanceTerm(m[1][1], ("v", "r"), across), BalanceTerm(m[1][2], ("r", "r"), middle)]
-    force[1] += [BalanceTerm(-m[0][0], ("u", "r"), ahead)]
+    force[1] += [BalanceTerm(-m[0][0], ("u", "r"), ahead), BalanceTerm(-m[0][2], ("r", "r"), beside)]
     force[2] += [
         BalanceTerm(m[0][0] - m[1][1], ("u", "v"), ("X_udot", "Y_vdot")),
         BalanceTerm(-m[1][2], ("u", "r"), middle),
+        BalanceTerm(m[0][2], ("v", "r"), beside),
     ]
     for symbol, axis, form in HYDRODYNAMIC:
         force[axis].append(BalanceTerm(p[symbol], form.factors, (symbol,)))

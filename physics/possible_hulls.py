@@ -100,12 +100,12 @@ def _form(symbol: str, axis: int, way: float) -> np.ndarray:
 
 def _places(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[str, str]:
     found = {}
-    mass, inertia, ahead = (values[symbol] for symbol in ("mass", "inertia_z", "x_g"))
-    least = mass * ahead**2
+    mass, inertia, ahead, beside = (values[symbol] for symbol in ("mass", "inertia_z", "x_g", "y_g"))
+    least = mass * (ahead**2 + beside**2)
     if inertia < least:
         found["x_g"] = (
-            f"x_g = {ahead:g} m: a mass of {mass:g} kg that far from the origin has {least:g} kg m^2 of "
-            f"inertia about it at least, and inertia_z, which is about the origin, is {inertia:g}"
+            f"x_g = {ahead:g} m, y_g = {beside:g} m: a mass of {mass:g} kg that far from the origin has {least:g} "
+            f"kg m^2 of inertia about it at least, and inertia_z, which is about the origin, is {inertia:g}"
         )
     # A regression may stand outside the limits, where a hull has no radius.
     far = _RADII * float(np.sqrt(inertia / mass)) if mass > 0.0 and inertia > 0.0 else np.inf

@@ -83,9 +83,10 @@ class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
     Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6: hydrodynamic derivatives carry their sign, so
-    damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` [m] ahead of
-    the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its null value. What no hull
-    has, such as positive damping, is refused unless `insist` names it (see `possible_hulls.impossible`).
+    damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` and `y_g` [m]
+    ahead and to starboard of the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its
+    null value. What no hull has, such as positive damping, is refused unless `insist` names it (see
+    `possible_hulls.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -93,6 +94,7 @@ class Vehicle(BaseModel):
     mass: Annotated[Number, AfterValidator(_positive)]
     inertia_z: Annotated[Number, AfterValidator(_positive)]
     x_g: Number = 0.0
+    y_g: Number = 0.0
     added_mass: dict[str, Number] = {}
     damping: dict[str, Number] = {}
     coupling: dict[str, Number] = {}
@@ -138,12 +140,12 @@ class Vehicle(BaseModel):
             raise ValueError(f"terms: {', '.join(twice)} stands twice; keep one, with the sum of the values")
         m22, m33 = self.mass - self.value("Y_vdot"), self.inertia_z - self.value("N_rdot")
         m23 = self.mass * self.x_g - self.value("Y_rdot")
-        m11 = self.mass - self.value("X_udot")
-        definite = m11 > 0 and m22 > 0 and m33 > 0 and m22 * m33 > m23**2
+        m11, m13 = self.mass - self.value("X_udot"), -self.mass * self.y_g
+        definite = m11 > 0 and m22 > 0 and m33 > m23**2 / m22 + m13**2 / m11
         if not definite and not _to_be_judged(info):
             raise ValueError(
                 "the mass matrix M = M_RB + M_A is not positive definite: "
-                f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}; "
+                f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}, m13={m13:g}; "
                 "added mass carries its sign (X_udot = -2.6 adds 2.6 kg)"
             )
         if self.value("memory_time") <= 0:
@@ -162,7 +164,7 @@ class Vehicle(BaseModel):
     def values(self) -> dict[str, float]:
         """Every parameter by symbol, null values included; shared thruster parameters from the first thruster."""
         flat = {p.symbol: p.null for p in PARAMETERS.values() if "{" not in p.symbol}
-        flat |= {"mass": self.mass, "inertia_z": self.inertia_z, "x_g": self.x_g}
+        flat |= {"mass": self.mass, "inertia_z": self.inertia_z, "x_g": self.x_g, "y_g": self.y_g}
         for section in _SECTIONS:
             flat |= getattr(self, section)
         flat |= {key: getattr(self.thrusters[0], key) for key in SHARED_THRUSTER_KEYS}
@@ -205,7 +207,7 @@ class Vehicle(BaseModel):
                 thrusters[k] = thrusters[k].model_copy(update={"scale": number})
             elif symbol in SHARED_THRUSTER_KEYS:
                 thrusters = [t.model_copy(update={symbol: number}) for t in thrusters]
-            elif symbol in ("mass", "inertia_z", "x_g"):
+            elif symbol in ("mass", "inertia_z", "x_g", "y_g"):
                 update[symbol] = number
             elif symbol in PARAMETERS:
                 section = PARAMETERS[symbol].section

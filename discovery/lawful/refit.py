@@ -37,7 +37,7 @@ _FLAT = 1e-9
 """Share of the largest eigenvalue of a normal matrix (columns of length one) below which data say nothing."""
 _LEAST_MASS = 1e-3
 """Smallest eigenvalue of M, scaled to a unit rigid body, that a refit may reach."""
-_MASSES = {"X_udot", "Y_vdot", "N_rdot", "Y_rdot", "mass", "x_g"}
+_MASSES = {"X_udot", "Y_vdot", "N_rdot", "Y_rdot", "mass", "x_g", "y_g"}
 
 
 @dataclass(frozen=True, slots=True)

@@ -241,7 +241,7 @@ def test_missing_file_names_the_shipped_vehicles() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "near"), [("surge_quadratic_dampin", "surge_quadratic_damping"), ("lagg", "thruster_lag")]
+    ("asked", "near"), [("surge_quadratic_dampin", "surge_quadratic_damping"), ("thruster_lagg", "thruster_lag")]
 )
 def test_unknown_effect_names_the_nearest(asked: str, near: str) -> None:
     with pytest.raises(RequestError, match=f"unknown effect {asked!r}: did you mean {near!r}"):
