@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...discovery.findings import FailingPlace
 from ...physics.frames import AXES
 from ...residuals.scores import ACCELERATION_UNITS
+from .best_cut import best_cut
 from .bins import Split, splits
 from .block_fit import draws
 from .features import Feature, features, merged
@@ -58,39 +59,30 @@ def regimes(
     ------
     (words, (n,) rows inside, how many quantities the words name); thresholds are those of the words, rounded
     """
-    from sklearn.tree import DecisionTreeRegressor  # here, because it takes half a second
-
     if rows.sum() < 2 * least or not squares[rows].any():
         return
-    grown = DecisionTreeRegressor(max_depth=DEPTH, min_samples_leaf=least, random_state=0)
-    seen = squares[rows]
-    grown.fit(np.column_stack([one.values for one in found])[rows], np.minimum(seen, np.quantile(seen, _CLIP)))
-    for ranges in _nodes(grown.tree_, found):
+    seen, columns = squares[rows], np.column_stack([one.values for one in found])[rows]
+    for ranges in _nodes(columns, np.minimum(seen, np.quantile(seen, _CLIP)), found, least, {}):
         inside = np.logical_and.reduce([one.inside(*ranges[one.name]) for one in found if one.name in ranges])
         parts = merged(ranges, found)
         yield ", ".join(one.phrase(*ends) for one, ends in parts), inside, len(parts)
 
 
-def _nodes(tree: object, found: Sequence[Feature]) -> Iterator[dict[str, Range]]:
-    """The ranges by name of quantity that lead to every node below the root."""
-    left, right, column, threshold = (
-        getattr(tree, name) for name in ("children_left", "children_right", "feature", "threshold")
-    )
-    waiting: list[tuple[int, dict[str, Range]]] = [(0, {})]
-    while waiting:
-        node, ranges = waiting.pop()
-        if ranges:
-            yield ranges
-        if left[node] < 0:
-            continue
-        one = found[int(column[node])]
-        cut = one.rounded(float(threshold[node]))
-        low, high = ranges.get(one.name, (-np.inf, np.inf))
-        if low < cut < high:
-            waiting += [
-                (int(left[node]), {**ranges, one.name: (low, cut)}),
-                (int(right[node]), {**ranges, one.name: (cut, high)}),
-            ]
+def _nodes(
+    columns: Array, target: Array, found: Sequence[Feature], least: int, ranges: dict[str, Range], depth: int = DEPTH
+) -> Iterator[dict[str, Range]]:
+    """The ranges by name of quantity that lead to every node of the tree below one, the sides above a cut first."""
+    split = best_cut(columns, target, least) if depth else None
+    if split is None:
+        return
+    one = found[split[0]]
+    cut, (low, high) = one.rounded(split[1]), ranges.get(one.name, (-np.inf, np.inf))
+    if low < cut < high:
+        above = columns[:, split[0]] > split[1]
+        for side, ends in ((above, (cut, high)), (~above, (low, cut))):
+            inner = {**ranges, one.name: ends}
+            yield inner
+            yield from _nodes(columns[side], target[side], found, least, inner, depth - 1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...measurements.log_options import AS_GUESSED, Reading
 
-PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "scikit-learn", "cvxpy", "clarabel", "matplotlib")
+PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "cvxpy", "clarabel", "matplotlib")
 
 
 def versions() -> dict[str, str]:
