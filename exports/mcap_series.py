@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from heapq import merge
 from math import isfinite
 from pathlib import Path
-from typing import BinaryIO, cast
 
 import numpy as np
 import pandas as pd
@@ -99,7 +98,7 @@ def require_mcap() -> None:
         when the package mcap is missing, with the remedy.
     """
     try:
-        import mcap.writer  # noqa: F401
+        import mcap.records  # noqa: F401
     except ImportError:
         raise RequestError("a series for viewers needs the package mcap: pip install 'undertow[logs]'") from None
 
@@ -126,17 +125,16 @@ def write_series(
         when the package mcap is missing.
     """
     require_mcap()
-    from mcap.writer import Writer
+    from .mcap_file import McapFile, Message
 
     table = predictions[0].table
     logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
     exact = in_order([stretch.frame() for stretch in stretches(parts)], rounded=False)
     definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
     with writing(path) as content:
-        writer = Writer(cast(BinaryIO, _Counted(content)))  # in chunks, compressed by zstandard
-        writer.start(library="undertow")
+        writer = McapFile(content, "undertow")
         schemas: dict[str, int] = {}
-        recorded: list[Iterator[tuple[int, int, bytes]]] = []
+        recorded: list[Iterator[Message]] = []
         about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
         for log, source in sorted(logs.items()):
             rows = (table["log"] == log).to_numpy()
@@ -153,41 +151,19 @@ def write_series(
             for topic in _topics(predictions, channels, rows, clock, f"{prefix}/{BOAT}".removeprefix("/")):
                 if topic.schema not in schemas:
                     definition = json.dumps(definitions[topic.schema]).encode()
-                    schemas[topic.schema] = writer.register_schema(topic.schema, "jsonschema", definition)
+                    schemas[topic.schema] = writer.schema(topic.schema, definition)
                 name = topic.name
                 while name in taken:  # two models whose names differ in no letter
                     name += "_"
                 taken.add(name)
                 told = {key: one_line(text) for key, text in topic.about.items()}
-                channel = writer.register_channel(prefix + name, "json", schemas[topic.schema], told)
+                channel = writer.channel(prefix + name, schemas[topic.schema], told)
                 running.append((channel, topic.texts))
             recorded.append(_in_turn(clock, running))
-        for stamp, channel, data in merge(*recorded, key=lambda message: message[:2]):
-            writer.add_message(channel, stamp, data, stamp)
-        writer.add_metadata("undertow", about)
+        writer.messages(recorded[0] if len(recorded) == 1 else merge(*recorded))
+        writer.metadata("undertow", about)
         writer.finish()
     return Path(path)
-
-
-class _Counted:
-    """A stream that knows how much was written to it, as a pipe does not: places in the file are told by that."""
-
-    def __init__(self, stream: BinaryIO) -> None:
-        self._stream, self._at = stream, 0
-
-    def write(self, data: bytes) -> int:
-        """Write, and count."""
-        self._stream.write(data)
-        self._at += len(data)
-        return len(data)
-
-    def flush(self) -> None:
-        """Pass on what was written."""
-        self._stream.flush()
-
-    def tell(self) -> int:
-        """Bytes so far."""
-        return self._at
 
 
 @dataclass(frozen=True, slots=True)

@@ -292,7 +292,7 @@ def test_a_series_that_cannot_be_written_is_refused_before_the_work(
     words = ["compare", place / "log.csv", "-v", "blueboat", "--series"]
     refused(*words, "nowhere/a.mcap", match="nowhere does not exist; create it")
     refused(*words, tmp_path, match="it is a folder; give the name of a file")
-    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    monkeypatch.setitem(sys.modules, "mcap.records", None)
     refused(*words, "a.mcap", match=r"needs the package mcap: pip install 'undertow\[logs\]'")
 
 
@@ -300,7 +300,7 @@ def test_without_the_extra_a_run_is_whole_but_for_it_and_says_so(
     run: undertow.Run, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     target = undertow.write_run(run, tmp_path / "run", report=False)
-    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    monkeypatch.setitem(sys.modules, "mcap.records", None)
     with pytest.warns(UserWarning, match=r"series.mcap is left out: .* pip install 'undertow\[logs\]'"):
         undertow.write_run(run, target, report=False)
     assert {p.name for p in target.iterdir()} == {p.name for p in written.iterdir()} - {"series.mcap"}
@@ -315,7 +315,7 @@ def test_the_verb_says_that_the_extra_is_missing(
     place: Path, run: undertow.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    monkeypatch.setitem(sys.modules, "mcap.records", None)
     monkeypatch.setattr("undertow.workflows.discover_and_add.discover", lambda *_, **__: run)
     result = call("discover", place / "log.csv", "-v", "blueboat", "--out", "run", "--no-report")
     assert result.exit_code == 0
