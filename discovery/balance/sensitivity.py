@@ -226,14 +226,19 @@ def _propagators(data: Rollings, vehicle: Vehicle, states: Array) -> tuple[Array
 
 
 def _operator(data: Rollings, forward: Array, drive: Array) -> Array:
+    """What an added acceleration at each row makes of the binned velocities, (starts, 3 bins, 3 (steps + 1)).
+
+    Backwards in time, as the adjoint goes: how the bins depend on the state at a row is handed on to the row before.
+    """
     steps, starts, n, _ = forward.shape
     bins = steps // data.per_bin
-    operator = np.zeros((starts, bins, 3, steps + 1, 3))
-    response = np.zeros((starts, n, steps + 1, 3))
-    for k in range(steps):
-        live = response[:, :, : k + 2].reshape(starts, n, -1)
-        response[:, :, : k + 2] = (forward[k] @ live).reshape(starts, n, k + 2, 3)
-        response[:, :, k] += drive[k]
-        response[:, :, k + 1] += drive[k]
-        operator[:, k // data.per_bin] += response[:, :3] / data.per_bin
+    operator = np.zeros((starts, bins * 3, steps + 1, 3))
+    felt = np.zeros((starts, bins * 3, n))
+    for k in reversed(range(steps)):
+        first = k // data.per_bin * 3  # bins that are over by then feel nothing
+        felt[:, first : first + 3, :3] += np.eye(3) / data.per_bin
+        driven = felt[:, first:] @ drive[k]
+        operator[:, first:, k] += driven
+        operator[:, first:, k + 1] += driven
+        felt[:, first:] = felt[:, first:] @ forward[k]
     return operator.reshape(starts, bins * 3, (steps + 1) * 3)
