@@ -18,6 +18,8 @@ from .products import Key, Parts, Products, gathered, less, water
 _RATES = ("u_dot", "v_dot", "r_dot")
 _KNOWN = 4
 """Vehicles whose parts are kept: a model's own, to which others beside it are compared."""
+_TOGETHER = 65_536
+"""Numbers that go through the test functions at once: enough for calls to be few, and little beside any log's columns."""
 
 
 class Kernel(NamedTuple):
@@ -37,13 +39,17 @@ class Kernel(NamedTuple):
         pieces = -(-weights.size // self.stride)
         padded = np.zeros((pieces, self.stride))
         padded.flat[: weights.size] = weights
-        whole = np.zeros((self.count + pieces - 1, self.stride))
-        known = min(rows.shape[-1], whole.size)
-        for place in np.ndindex(rows.shape[:-1]):
-            whole.flat[:known] = rows[place][:known]
-            met, sums = padded @ whole.T, total[place]
+        strides = self.count + pieces - 1
+        known = min(rows.shape[-1], strides * self.stride)
+        flat, sums = rows.reshape(-1, rows.shape[-1]), total.reshape(-1, self.count)
+        few = max(1, _TOGETHER // known)
+        for k in range(0, len(flat), few):
+            some, met_by = flat[k : k + few], sums[k : k + few]
+            whole = np.zeros((len(some), strides * self.stride))
+            whole[:, :known] = some[:, :known]
+            met = (padded @ whole.reshape(-1, self.stride).T).reshape(pieces, len(some), strides)
             for piece in range(pieces):
-                sums += met[piece, piece : piece + self.count]
+                met_by += met[piece, :, piece : piece + self.count]
         return total
 
 
@@ -97,15 +103,14 @@ class TestedTerms(Products):
             [{k: p for k, p in line.items() if (k[1] is None) is s} for line in parts] for s in (True, False)
         )
         total = self.summed((still[0], still[1], still[2]))
-        for line, sums in zip(flowing, total, strict=True):
-            rows = np.zeros_like(self.velocity[0])
+        rows = np.zeros((3, *self.velocity[0].shape))
+        for line, along, sums in zip(flowing, rows, total, strict=True):
             for key, (coefficient, vehicle) in line.items():
                 if key[0] == "rate":
                     sums += coefficient * self._rate(key[2], vehicle)
                 else:
-                    rows += coefficient * self.along(key, vehicle)
-            sums += self.passed(rows)
-        return total
+                    along += coefficient * self.along(key, vehicle)
+        return total + self.passed(rows)
 
     def _balance(self, vehicle: Vehicle) -> Parts:
         for known, parts in self._known:
@@ -125,7 +130,7 @@ class TestedTerms(Products):
         return self._rate(key[2], vehicle) if key[0] == "rate" else super().worked_out(key, vehicle)
 
     def passed(self, rows: Array) -> Array:
-        """Rows (copies, n) through the test functions, (copies, tests)."""
+        """Rows (..., n) through the test functions, (..., tests)."""
         return self._test(rows, [kernel.value for kernel in self._kernels])
 
     def wake(self, axis: int, vehicle: Vehicle) -> Array:
@@ -154,4 +159,4 @@ class TestedTerms(Products):
 
     def _test(self, rows: Array, weights: Sequence[Array]) -> Array:
         pieces = zip(self._kernels, weights, pairwise(self._edges), strict=True)
-        return np.concatenate([kernel.apply(rows[:, a:b], weight) for kernel, weight, (a, b) in pieces], axis=1)
+        return np.concatenate([kernel.apply(rows[..., a:b], weight) for kernel, weight, (a, b) in pieces], axis=-1)
