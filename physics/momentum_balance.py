@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from .effects import PARAMETERS
 from .frames import AXES, Array
@@ -13,8 +14,7 @@ NEGLIGIBLE = 1e-12
 """Coefficient that is what rounding leaves of nothing, in SI units: its term is not written."""
 
 
-@dataclass(frozen=True, slots=True)
-class BalanceTerm:
+class BalanceTerm(NamedTuple):
     """One summand: `coefficient` times the product of `factors`, made of the parameters `symbols`.
 
     A factor is `u v r` (relative to the water) or a modulus such as `|u|`, a derivative `u_dot`, the force of a
@@ -61,7 +61,7 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
             BalanceTerm(m[0][2], ("u_dot",), beside),
         ],
     ]
-    force: list[list[BalanceTerm]] = [
+    force = [
         [
             BalanceTerm(float(share), (f"T:{thruster.name}",), ())
             for share, thruster in zip(row, vehicle.thrusters, strict=True)
@@ -77,7 +77,8 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
         BalanceTerm(m[0][2], ("v", "r"), beside),
     ]
     for symbol, axis, form in HYDRODYNAMIC:
-        force[axis].append(BalanceTerm(p[symbol], form.factors, (symbol,)))
+        if p[symbol]:
+            force[axis].append(BalanceTerm(p[symbol], form.factors, (symbol,)))
         if p["fouling_rate"] and PARAMETERS[symbol].section == "damping":
             grown = BalanceTerm(p[symbol] * p["fouling_rate"], (*form.factors, "t"), (symbol, "fouling_rate"))
             force[axis].append(grown)
@@ -97,7 +98,8 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
         (1, p["sway_trim"], (), "sway_trim"),
         (2, p["yaw_trim"], (), "yaw_trim"),
     ):
-        force[axis].append(BalanceTerm(coefficient, factors, (symbol,)))
+        if coefficient:
+            force[axis].append(BalanceTerm(coefficient, factors, (symbol,)))
     found = [
         Balance(axis, _present(left), _present(right)) for axis, left, right in zip(AXES, inertia, force, strict=True)
     ]

@@ -1,6 +1,7 @@
 """Thrusters: from a logged command to a force, with every fault the catalogue knows."""
 
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Annotated, Literal
 
 import numpy as np
@@ -44,6 +45,7 @@ _SHAPE = (
     *GAINS,
 )
 """What decides the response of a thruster, beside gain and advance loss."""
+_shape_of = attrgetter(*_SHAPE)
 
 
 class TableCurve(BaseModel):
@@ -197,7 +199,7 @@ class Thruster(BaseModel):
     @property
     def shape(self) -> tuple[object, ...]:
         """What decides the response of its `unit`."""
-        return tuple(getattr(self, key) for key in _SHAPE)
+        return _shape_of(self)
 
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
