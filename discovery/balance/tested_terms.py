@@ -103,13 +103,16 @@ class TestedTerms(Products):
             [{k: p for k, p in line.items() if (k[1] is None) is s} for line in parts] for s in (True, False)
         )
         total = self.summed((still[0], still[1], still[2]))
-        rows = np.zeros((3, *self.velocity[0].shape))
-        for line, along, sums in zip(flowing, rows, total, strict=True):
+        wanted: dict[Key, list[tuple[int, float, Vehicle]]] = {}
+        for axis, line in enumerate(flowing):
             for key, (coefficient, vehicle) in line.items():
-                if key[0] == "rate":
-                    sums += coefficient * self._rate(key[2], vehicle)
-                else:
-                    along += coefficient * self.along(key, vehicle)
+                wanted.setdefault(key, []).append((axis, coefficient, vehicle))
+        rows = np.zeros((3, *self.velocity[0].shape))
+        for key, (first, *others) in wanted.items():
+            rate = key[0] == "rate"
+            product, sums = (self._rate(key[2], first[2]), total) if rate else (self.along(key, first[2]), rows)
+            for axis, coefficient, _ in (first, *others):
+                sums[axis] += coefficient * product
         return total + self.passed(rows)
 
     def _balance(self, vehicle: Vehicle) -> Parts:
