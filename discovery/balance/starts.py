@@ -1,5 +1,6 @@
 """Rollouts laid over motions: starts, what was measured along them, and all that no model changes."""
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -28,6 +29,8 @@ _ROUNDING = 1e-4
 """Share by which a motion may be out of time: half a millisecond in a rollout of 5 s."""
 _KEPT = 64_000_000
 """Bytes of responses that are kept: on five minutes of log, those of every starting shape of two thrusters."""
+_ROLLED = 2
+"""Vehicles whose rollouts are kept: the one that a fit stands at, and the one that it tries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +76,7 @@ class Rollings:
     noise : (3,) white sensor noise of one row
     air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
     kept : responses of thrusters of a gain and a loss of one, which many models share
+    rolled : states of the latest vehicles: a step that is tried is where the next one begins
     """
 
     motions: tuple[Motion, ...]
@@ -87,6 +91,7 @@ class Rollings:
     noise: Array
     air: Array | None = None
     kept: Remembered[tuple[Array, ...]] = field(default_factory=lambda: Remembered(_KEPT))
+    rolled: deque[tuple[Vehicle, Array]] = field(default_factory=lambda: deque(maxlen=_ROLLED))
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
         """Thrust and its advance loss along all rollouts, (thrusters, steps + 1, starts) each."""
@@ -110,10 +115,17 @@ class Rollings:
 
     def commanded(self, motions: Sequence[Motion]) -> "Rollings":
         """The same rollouts of the same motions, under other commands."""
-        return replace(self, motions=tuple(motions), kept=Remembered(_KEPT))
+        return replace(self, motions=tuple(motions), kept=Remembered(_KEPT), rolled=deque(maxlen=_ROLLED))
 
     def states(self, vehicle: Vehicle) -> Array:
         """Open-loop states along all rollouts, (starts, steps + 1, 6)."""
+        for known, states in self.rolled:
+            if known is vehicle:
+                return states
+        self.rolled.append((vehicle, self._rolled_out(vehicle)))
+        return self.rolled[-1][1]
+
+    def _rolled_out(self, vehicle: Vehicle) -> Array:
         thrust, load = self.inputs(vehicle)
         remembers = vehicle.values["memory_sway"] or vehicle.values["memory_yaw"]
         memory = self.memory(vehicle) if remembers else None

@@ -19,7 +19,7 @@ _RATES = ("u_dot", "v_dot", "r_dot")
 _KNOWN = 4
 """Vehicles whose parts are kept: a model's own, to which others beside it are compared."""
 _TOGETHER = 65_536
-"""Numbers that go through the test functions at once: enough for calls to be few, and little beside any log's columns."""
+"""Numbers that go through the test functions at once: calls are few, and memory is little beside any log's columns."""
 
 
 class Kernel(NamedTuple):
