@@ -18,6 +18,8 @@ RESTART = 10.0
 """Open-loop rollouts in the series start again from the measured state every so often [s]."""
 _DIGITS = 7
 """Decimals: a tenth of a micrometre, below any sensor, and far above what differs between machines."""
+_PREDICTED = ("u_dot", "v_dot", "r_dot", "north", "east", "psi", "u", "v", "r")
+"""Columns of what a model says: accelerations filtered as the measured ones, and open-loop states."""
 
 
 def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -> pd.DataFrame:
@@ -30,10 +32,9 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     frames = []
     for stretch in stretches(parts):
         frame, motion = _measured(stretch, channels), stretch.motion
+        said = {model: _predicted(model, stretch) for model in dict.fromkeys((before, after))}
         for name, model in (("before", before), ("after", after)):
-            modelled = same_filter(model.acceleration(motion), motion, stretch.data)
-            frame[[f"{c}_{name}" for c in ("u_dot", "v_dot", "r_dot")]] = modelled
-            frame[[f"{c}_{name}" for c in ("north", "east", "psi", "u", "v", "r")]] = restarted(model, motion)
+            frame[[f"{column}_{name}" for column in _PREDICTED]] = said[model]
         if isinstance(before, VehicleModel):
             force = residual(before.vehicle, motion, stretch.data).force
             frame[["X_residual", "Y_residual", "N_residual"]] = force
@@ -81,6 +82,13 @@ def _measured(stretch: Stretch, channels: Sequence[str]) -> pd.DataFrame:
     frame[list(channels)] = motion.commands
     frame[["u_dot", "v_dot", "r_dot"]] = accelerations(motion)
     return frame
+
+
+def _predicted(model: Model, stretch: Stretch) -> np.ndarray:
+    """What a model says along a stretch, (n, 9): see `_PREDICTED`."""
+    motion = stretch.motion
+    modelled = same_filter(model.acceleration(motion), motion, stretch.data)
+    return np.column_stack([modelled, restarted(model, motion)])
 
 
 def restarted(model: Model, motion: Motion) -> np.ndarray:
