@@ -1,6 +1,7 @@
 """The auditor: what it takes as stated, what it tells, how it searches, and foreign functions."""
 
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -268,6 +269,18 @@ def test_the_search_climbs_to_a_narrow_top():
     assert value(best).max() == pytest.approx(1.0, abs=1e-4)
     assert (best >= box.low).all()
     assert (best <= box.high).all()
+
+
+@pytest.mark.parametrize("size", [4, 6])
+def test_states_lie_evenly_in_their_box(size: int):
+    box = Box(np.full(size, -2.0), np.full(size, 6.0))
+    states = (spread(box, 4000, seed=3) + 2.0) / 8.0
+    assert states.shape == (4096, size)
+    assert np.diff(np.sort(states, axis=0), axis=0) == pytest.approx(1.0 / 4096)
+    for one, other in combinations(range(size), 2):
+        cells = np.histogram2d(states[:, one], states[:, other], bins=16, range=[(0.0, 1.0)] * 2)[0]
+        assert cells.min() >= 8, "16 in each cell on average, of which random states leave 4 in some"
+    assert not np.array_equal(spread(box, 4096, seed=4), spread(box, 4096, seed=3))
 
 
 def test_a_formula_is_asked_for_a_hundred_thousand_states_at_most(monkeypatch: pytest.MonkeyPatch):
