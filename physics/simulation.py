@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -39,6 +39,23 @@ class Rollouts:
     diverged: np.ndarray
 
 
+class Around(NamedTuple):
+    """What is around a boat.
+
+    Attributes
+    ----------
+    air : (2, steps + 1, batch) velocity of the air over ground, north and east [m/s]; None where it is still
+    clock : minutes from the beginning of the log to each start, (batch,)
+    """
+
+    air: Array | None = None
+    clock: Array | float = 0.0
+
+
+STILL = Around()
+"""Still air, at the beginning of the log."""
+
+
 def integrate(
     vehicle: Vehicle | None,
     time_step: float,
@@ -46,9 +63,8 @@ def integrate(
     thrust: Array,
     load: Array,
     memory: Array | None = None,
-    air: Array | None = None,
+    around: Around = STILL,
     added: Added | None = None,
-    clock: Array | float = 0.0,
 ) -> Rollouts:
     """Integrate the force equation by classical Runge-Kutta for a batch of starts.
 
@@ -59,12 +75,11 @@ def integrate(
     initial : (batch, 6) north, east, psi, u, v, r
     thrust, load : (thrusters, steps + 1, batch) [N], [N s/m], linear between steps
     memory : (batch, 2) initial wake memory of sway speed and yaw rate; default: the initial velocities
-    air : (2, steps + 1, batch) velocity of the air over ground, north and east [m/s], linear between steps; default:
-        still
+    around : the air, linear between steps, and when the starts are; default: still, at the beginning of the log
     added : acceleration beside the vehicle's; default: none. What is beyond `SPEED_LIMIT` in a step is cut there, or a
         rollout that diverges would be off the map before it is held
-    clock : minutes from the beginning of the log to each start, (batch,)
     """
+    air, clock = around
     steps, batch = thrust.shape[1] - 1, initial.shape[0]
     state = np.zeros((8, batch))
     state[:6] = initial.T
@@ -169,7 +184,8 @@ def rollout(
     air = None if motion.air is None else motion.air.T[:, window]
     thrust, load = act.thrust[:, window], act.load[:, window]
     with np.errstate(over="ignore", invalid="ignore"):
-        return integrate(vehicle, motion.time_step, initial, thrust, load, memory, air, added, motion.minutes[starts])
+        around = Around(air, motion.minutes[starts])
+        return integrate(vehicle, motion.time_step, initial, thrust, load, memory, around, added)
 
 
 def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:

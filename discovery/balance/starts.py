@@ -13,7 +13,7 @@ from ...physics.errors import RequestError
 from ...physics.forces import memory_states, thruster_response
 from ...physics.frames import Array
 from ...physics.motion import Motion
-from ...physics.simulation import integrate
+from ...physics.simulation import Around, integrate
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
@@ -130,8 +130,8 @@ class Rollings:
         remembers = vehicle.values["memory_sway"] or vehicle.values["memory_yaw"]
         memory = self.memory(vehicle) if remembers else None
         with np.errstate(over="ignore", invalid="ignore"):
-            clock = self.minutes[0]
-            return integrate(vehicle, self.step, self.initial, thrust, load, memory, self.air, clock=clock).states
+            around = Around(self.air, self.minutes[0])
+            return integrate(vehicle, self.step, self.initial, thrust, load, memory, around).states
 
     @property
     def minutes(self) -> Array:

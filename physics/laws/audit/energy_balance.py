@@ -4,7 +4,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from ...forces import memory_states, stated_push, through_water
+from ...forces import ForceEquation, memory_states, stated_push, through_water
 from ...frames import Array
 from ...motion import Motion
 from ..energy import MARGIN, TOLERANCE, coasting_power, thrust_power
@@ -72,8 +72,8 @@ class EnergyBalance(Law):
         """Power that the model gains along a motion, and power that it is given [W], (n,) each."""
         vehicle = witness.vehicle
         nu = np.stack(through_water(vehicle, motion), axis=-1)
-        drift = motion.velocity - nu
-        turn = np.stack([drift[:, 1] * nu[:, 2], -drift[:, 0] * nu[:, 2], 0.0 * nu[:, 2]], axis=-1)
+        nothing, moving = (0.0 * motion.heading,) * 3, (tuple(nu.T), tuple(motion.velocity.T))
+        turn = np.stack(ForceEquation(vehicle).acceleration(nothing, *moving, motion.heading), axis=-1)
         gained = coasting_power(witness.mass, nu, witness.along(motion) - turn)
         air = None if motion.air is None else (motion.air[:, 0], motion.air[:, 1])
         outside = (nu * stated_push(vehicle, motion.heading, tuple(nu.T), air)).sum(axis=1)

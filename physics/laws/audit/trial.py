@@ -120,7 +120,7 @@ def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
     def answer(nu: Array, psi: Array, pushed: Array) -> Array:
         triple = (nu[:, 0], nu[:, 1], nu[:, 2])
         force = equation.force(triple, psi, pushed[:, :count].T, pushed[:, count:].T, triple[1:])
-        return np.stack(equation.acceleration(force, triple, triple), axis=-1)
+        return np.stack(equation.acceleration(force, triple, triple, psi), axis=-1)
 
     done, seconds = rolled(answer, thrust, SECONDS), SECONDS
     random, done = (Rollouts(done.states[rows], done.diverged[rows]) for rows in (slice(held, None), slice(held)))

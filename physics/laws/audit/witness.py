@@ -225,7 +225,8 @@ class Witness:
             raise RequestError(
                 f"model: expected finite accelerations, got {said[k].tolist()} at {state_in_words((u, v, r))}"
             )
-        turn = np.stack(still.acceleration((0.0 * psi, 0.0 * psi, 0.0 * psi), tuple(nu.T), tuple(velocity.T)), axis=-1)
+        nothing = (0.0 * psi, 0.0 * psi, 0.0 * psi)
+        turn = np.stack(still.acceleration(nothing, tuple(nu.T), tuple(velocity.T), psi), axis=-1)
         if calm(self.vehicle) == self.vehicle:
             return said - turn
         push = stated_push(self.vehicle, psi, tuple(nu.T))

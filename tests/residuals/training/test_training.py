@@ -106,7 +106,7 @@ def test_coasting_power_is_what_damping_takes_out() -> None:
     equation = ForceEquation(HULL)
     triple = tuple(states.T)
     force = equation.force(triple, np.zeros(400), np.zeros((2, 400)))
-    acceleration = np.stack(equation.acceleration(force, triple, triple), axis=-1)
+    acceleration = np.stack(equation.acceleration(force, triple, triple, np.zeros(400)), axis=-1)
     mass = mass_matrix(HULL)
     power = coasting_power(mass, states, acceleration)
     np.testing.assert_allclose(power, damping_power(HULL, states), atol=1e-12 * np.abs(power).max())
@@ -546,7 +546,7 @@ def test_the_force_equation_takes_tensors_and_arrays_alike() -> None:
         fast, psi = tuple(map(kind, velocity)), kind(heading)
         relative = relative_velocity(LIVELY, psi, fast)
         force = equation.force(relative, psi, kind(thrust), kind(load), fast[1:], (kind(air[0]), kind(air[1])))
-        return np.stack([np.asarray(x) for x in (*force, *equation.acceleration(force, relative, fast))])
+        return np.stack([np.asarray(x) for x in (*force, *equation.acceleration(force, relative, fast, psi))])
 
     np.testing.assert_allclose(both(torch.as_tensor), both(np.asarray), rtol=1e-13)
 
