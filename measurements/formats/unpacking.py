@@ -187,11 +187,13 @@ class TableText(io.RawIOBase):
     Attributes
     ----------
     refusal : the error with which reading ended, for a parser that hides it behind one of its own
+    packed : bytes of the file, where it is packed
     """
 
     def __init__(self, path: Path, gzipped: bool) -> None:
         self._file: Any = gzip.open(path, "rb") if gzipped else path.open("rb")  # noqa: SIM115 - `close` closes it
-        self._packed = path.stat().st_size if gzipped else None
+        self._on_disk = path.stat().st_size
+        self.packed = self._on_disk if gzipped else None
         self._size = 0
         self._line = 0
         self.refusal: LogError | None = None
@@ -204,14 +206,20 @@ class TableText(io.RawIOBase):
         LogError
             for a packed table of more text, longer lines, or more numbers than fit.
         """
-        if self._packed is None:
+        if self.packed is None:
             return
         numbers = 0
         while block := self.read(BLOCK):
             numbers += block.count(separator.encode()) + block.count(b"\n")
-            check_table(numbers, self._packed)
+            check_table(numbers, self.packed)
         self._file.seek(0)
         self._size = self._line = 0
+
+    @property
+    def done(self) -> tuple[int, int]:
+        """Bytes of the file that were read so far, and all of them."""
+        read = self._size if self.packed is None else self._file.fileobj.tell()
+        return min(read, self._on_disk), self._on_disk
 
     def readable(self) -> bool:
         """Say yes."""
@@ -231,8 +239,8 @@ class TableText(io.RawIOBase):
         end = content.rfind(b"\n")
         self._line = self._line + len(content) if end < 0 else len(content) - end - 1
         try:
-            if self._packed is not None:
-                check_unpacked(self._size, self._packed, most_held(self._packed, _MOST_LETTERS))
+            if self.packed is not None:
+                check_unpacked(self._size, self.packed, most_held(self.packed, _MOST_LETTERS))
             if self._line > _LONGEST_LINE:
                 raise LogError(f"expected a table with lines of at most {_LONGEST_LINE} bytes, got a longer one")
         except LogError as error:

@@ -85,7 +85,7 @@ def _since(start: int, part: Recording) -> Sequence[Stream]:
 def _table(table: _Table, where: str) -> Recording:
     """Cut a table as any wide table is cut, then name its streams by the struct that holds them."""
     frame = pd.DataFrame({table.name: table.time} | {str(k): value for k, value in enumerate(table.columns.values())})
-    found = wide_recording(frame, where)
+    found = wide_recording([frame], where)
     named = [
         replace(stream, topic=topic, field=name)
         for stream, (topic, name) in zip(found.streams, table.columns, strict=True)

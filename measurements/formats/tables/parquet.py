@@ -50,9 +50,9 @@ def _read(head: Head, request: Request) -> Recording:
     named = dict(zip(given, columns, strict=True))
     frame.columns = [named[str(name)] for name in frame.columns]
     if is_long(columns):
-        return long_recording(frame, head.path)
+        return long_recording([frame], head.path)
     unread = tuple(name for name in names if name.field not in wanted)
-    return wide_recording(frame, head.path, unread)
+    return wide_recording([frame], head.path, unread)
 
 
 def _claimed(metadata: Any, columns: Sequence[str]) -> int:

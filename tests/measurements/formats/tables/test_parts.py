@@ -1,0 +1,73 @@
+"""Tables are read in parts: whatever these are, the recording is the same, and only its numbers are kept."""
+
+import gzip
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from undertow.measurements.formats.base import Recording, Request
+from undertow.measurements.formats.registry import read_recording
+from undertow.measurements.formats.tables import tables
+
+ROWS = 4000
+FIELDS = ("psi", "u", "x")
+
+
+def long_text() -> str:
+    lines = ["time,topic,field,value"]
+    for k in range(ROWS):
+        lines += [f"{k / 20:.3f},odometry,{name},{'word' if k == 7 else k}" for name in FIELDS]
+        lines += [f"{k / 20 + 0.01:.3f},command,newton_port,{k % 3}"]
+    return "\n".join(lines) + "\n"
+
+
+def wide_text() -> str:
+    rows = (f"{1_700_000_000 + k / 20:.3f},{k},{'-' if k == 9 else 0.5 * k}" for k in range(ROWS))
+    return "\n".join(["t,u,v", *rows])
+
+
+def numbers(recording: Recording) -> list[tuple[str, bytes, bytes, bytes]]:
+    return [(s.name, s.time.tobytes(), s.value.tobytes(), s.row.tobytes()) for s in recording.streams]
+
+
+@pytest.mark.parametrize("text", [long_text(), wide_text()], ids=["long", "wide"])
+@pytest.mark.parametrize("packed", [False, True])
+def test_the_size_of_the_parts_changes_nothing(text: str, packed: bool, tmp_path: Path, monkeypatch):
+    path = tmp_path / "log.csv"
+    path.write_bytes(gzip.compress(text.encode()) if packed else text.encode())
+    whole, told = read_recording(path), []
+    monkeypatch.setattr(tables, "_PART", 1000)
+    parts = read_recording(path, Request(progress=lambda done, total: told.append((done, total))))
+    assert numbers(parts) == numbers(whole)
+    assert (parts.notes, parts.start_ns) == (whole.notes, whole.start_ns)
+    size = path.stat().st_size
+    assert len(told) > 10
+    assert told == sorted(told)
+    assert told[-1] == (size, size)
+
+
+def test_the_fields_of_one_message_share_their_stamps(tmp_path: Path):
+    path = tmp_path / "log.csv"
+    path.write_text(long_text())
+    command, *odometry = read_recording(path).streams
+    assert [stream.field for stream in odometry] == list(FIELDS)
+    assert all(stream.time is odometry[0].time for stream in odometry)
+    assert not np.array_equal(command.time, odometry[0].time)
+    assert odometry[0].row[:3].tolist() == [2, 6, 10]
+    assert np.isnan(odometry[0].value[7])
+
+
+def test_a_table_takes_little_more_memory_than_its_numbers(tmp_path: Path, monkeypatch):
+    path = tmp_path / "log.csv"
+    rows = 100_000
+    path.write_text("time,topic,field,value\n" + "".join(f"{k // 4},a,f{k % 4},{k}\n" for k in range(rows)))
+    monkeypatch.setattr(tables, "_PART", 40_000)
+    read_recording(path)
+    tracemalloc.start()
+    try:
+        read_recording(path)
+        assert tracemalloc.get_traced_memory()[1] < 8 * 6 * rows  # time twice, value and row, and a part
+    finally:
+        tracemalloc.stop()
