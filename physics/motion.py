@@ -94,9 +94,10 @@ class Motion:
     def slice(self, start: int, stop: int) -> "Motion":
         """Rows `start` to `stop` (exclusive) as a motion of its own; earlier commands become its run-up."""
         rows = slice(start, stop)
-        past = self.commands[:start]
-        past = past if self.run_up is None else np.concatenate([self.run_up, past])
         most = round(RUN_UP / self.time_step)
+        past = self.commands[max(0, start - most) : start]
+        if self.run_up is not None and len(past) < most:
+            past = np.concatenate([self.run_up[len(past) - most :], past])
         return replace(
             self,
             time=self.time[rows],
@@ -104,6 +105,6 @@ class Motion:
             heading=self.heading[rows],
             velocity=self.velocity[rows],
             commands=self.commands[rows],
-            run_up=past[-most:] if past.size else None,
+            run_up=past if past.size else None,
             air=None if self.air is None else self.air[rows],
         )
