@@ -13,6 +13,7 @@ from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
+from ..physics.freed_memory import hand_back
 from ..physics.sources import with_sources
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate
@@ -37,7 +38,9 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
     chosen = settings or DiscoverySettings()
     expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
     expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
-    return assess(inputs, find_missing(inputs.fitting, inputs.vehicle, chosen, progress), chosen, progress)
+    found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress)
+    hand_back()
+    return assess(inputs, found, chosen, progress)
 
 
 def add(
@@ -76,6 +79,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
     errors = [evaluate(model, inputs.parts.judged) for model in models]
     steps = tuple(score_step(error, *_added(label)) for (label, _), error in zip(found.steps, errors, strict=True))
+    hand_back()
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     corrected = models[-1] if len(models) > 1 else _renamed(models[0])
@@ -87,6 +91,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
             judged.append(judged[0].called(corrected))
         else:
             judged.append(judge(model, inputs.parts, known.get(model.name)))
+    hand_back()
     audit = next(each.audit for each in judged if each.audit is not None and each.model is corrected)
     compared = comparison(judged, inputs, table, notes=notes)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)

@@ -21,6 +21,7 @@ from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import LogError, RequestError, expect
+from ..physics.freed_memory import hand_back
 from ..physics.vehicle import Vehicle, load_vehicle
 from .soundness import sound
 
@@ -66,6 +67,7 @@ def read_inputs(
     if reading.channel_map is not None:
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
     read = tuple(read_log(name, reading, progress=progress) for name in names)
+    hand_back()
     examinations = [examine(log, model) for log in read]
     inspections = tuple(inspect_log(log, model, examination=made) for log, made in zip(read, examinations, strict=True))
     if any(inspection.plan.missing for inspection in inspections):
@@ -84,12 +86,14 @@ def read_inputs(
             sensors[source] = kinematics_of(own, channels.get(source, ()))
         errors = {source: found.errors for source, found in sensors.items()}
         weak, paper = (without_sensor_errors(data, errors) for data in (weak, paper))
+    divided, parts = split(weak), Parts(split(paper), judge)
+    hand_back()
     return Inputs(
         paths=names,
         logs=read,
         vehicle=model,
-        weak=split(weak),
-        parts=Parts(split(paper), judge),
+        weak=divided,
+        parts=parts,
         notes=(*told, *weak.notes, *out_of_step, *_sensor_notes(sensors)),
         reading=reading,
         warnings=warnings,

@@ -15,6 +15,7 @@ from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
+from ...physics.freed_memory import hand_back
 from .provenance import command, seen_from, versions
 from .read import read_run
 from .run import Run, Say
@@ -76,6 +77,7 @@ def write_run(
 
     def build(work: Path) -> list[str]:
         _write_files(run, work, target)
+        hand_back()
         _write_viewer_series(run, work / "series.mcap", say)
         seal(work, _record(run, target), DATA)
         if report:
