@@ -9,12 +9,12 @@ from typing import Literal
 from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
-from ..measurements.kinematic_errors import Kinematics
+from ..measurements.kinematic_errors import Kinematics, corrected_for
 from ..measurements.kinematics import kinematics_of
 from ..measurements.log import read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
-from ..measurements.preparation.prepare import prepare, without_sensor_errors
+from ..measurements.preparation.prepare import prepare
 from ..measurements.preparation.split import split
 from ..measurements.prepared_logs import Inputs, Parts, PathLike
 from ..measurements.quality.examination import examine, pool
@@ -77,7 +77,8 @@ def read_inputs(
     opposed = [text for _, texts in told_of for text in texts]
     together = pool(examinations) if len(read) > 1 else ()
     warnings = (*opposed, *sound(inspections, together, model, reading.as_is))
-    weak, paper = prepare(read, model, WEAK), prepare(read, model, PAPER)
+    # The filter comes after the cut into parts, so that it never looks across a boundary.
+    weak, even = (prepare(read, model, recipe) for recipe in (WEAK, replace(PAPER, cutoff=None)))
     sensors: dict[str, Kinematics] = {}
     if not reading.as_is:
         channels = {str(log.path): tuple(log.channels) for log in read}
@@ -85,8 +86,8 @@ def read_inputs(
             own = [m for m in weak.motions if m.source == source]
             sensors[source] = kinematics_of(own, channels.get(source, ()))
         errors = {source: found.errors for source, found in sensors.items()}
-        weak, paper = (without_sensor_errors(data, errors) for data in (weak, paper))
-    divided, parts = split(weak), Parts(split(paper), judge)
+        weak, even = (data.mapped(lambda m: corrected_for(m, errors.get(m.source, {}))) for data in (weak, even))
+    divided, parts = split(weak), Parts(split(even, PAPER), judge)
     hand_back()
     return Inputs(
         paths=names,

@@ -1,7 +1,6 @@
 """Preparation: logs become motions on one even time base, gap-free, in the grammar of `Motion`."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from ...physics.frames import Array, body_to_earth, earth_to_body
 from ...physics.motion import RUN_UP, Motion
 from ...physics.vehicle import Vehicle
 from ..canonical import Channel
-from ..kinematic_errors import corrected_for
 from ..log import Log
 from .dataset import PAPER, WEAK, DataSet, Recipe
 from .derive import smooth
@@ -91,17 +89,6 @@ def prepare(logs: Log | Sequence[Log], vehicle: Vehicle | None, recipe: Recipe =
         return DataSet(tuple(raw), tuple(notes), recipe)
     filtered = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in raw)
     return DataSet(filtered, tuple(notes), recipe, tuple(raw))
-
-
-def without_sensor_errors(data: DataSet, errors: Mapping[str, Mapping[str, float]]) -> DataSet:
-    """The data as right sensors would have measured them: errors by the source of the motions, see `kinematics`."""
-    if not any(errors.values()):
-        return data
-    raw = tuple(corrected_for(motion, errors.get(motion.source, {})) for motion in data.raw)
-    if data.recipe.cutoff is None:
-        return replace(data, motions=raw)
-    cutoff, order = data.recipe.cutoff, data.recipe.order
-    return replace(data, motions=tuple(smooth(motion, cutoff, order) for motion in raw), unfiltered=raw)
 
 
 def motions_within(log: Log, recipe: Recipe, choose: Callable[[list[Span]], list[Span]]) -> tuple[Motion, ...]:

@@ -28,33 +28,38 @@ class Split:
     test: DataSet
 
 
-def split(data: DataSet) -> Split:
+def split(data: DataSet, recipe: Recipe | None = None) -> Split:
     """Divide each log of a data set in the order of time, by the shares and the guard of its recipe.
 
     The first share of the usable seconds of *every* log is for training, the next for validation, the last for test.
     The guard is dropped around each boundary, half on either side. If the recipe has a cutoff, each piece is filtered
     on its own, from the unfiltered motions, so no value of one part reaches another.
 
+    Parameters
+    ----------
+    recipe : in the place of that of the data, for motions that were left without the filter that it asks for
+
     Raises
     ------
     LogError
         when a part with a positive share ends up with no motion.
     """
+    recipe = recipe or data.recipe
     pieces: dict[str, list[Motion]] = {part: [] for part in PARTS}
     dropped = 0.0
     for _, group in groupby(data.raw, key=lambda motion: motion.source):
-        dropped += _divide(tuple(group), data.recipe, pieces)
-    for part, share in zip(PARTS, data.recipe.shares, strict=True):
+        dropped += _divide(tuple(group), recipe, pieces)
+    for part, share in zip(PARTS, recipe.shares, strict=True):
         if share > 0 and not pieces[part]:
             raise LogError(
                 f"expected motion for the {part} part ({share:.0%} of each log), got none from {data.seconds:.1f} s "
-                f"with a guard of {data.recipe.guard:g} s. Give a longer log, other shares or a shorter guard."
+                f"with a guard of {recipe.guard:g} s. Give a longer log, other shares or a shorter guard."
             )
-    shares = "/".join(f"{100 * share:.0f}" for share in data.recipe.shares)
-    notes = [*data.notes, f"split: chronological {shares} of each log, guard {data.recipe.guard:g} s"]
+    shares = "/".join(f"{100 * share:.0f}" for share in recipe.shares)
+    notes = [*data.notes, f"split: chronological {shares} of each log, guard {recipe.guard:g} s"]
     if dropped:
         notes.append(f"split: pieces under {_LEAST_PIECE:g} s dropped, {dropped:.1f} s in all")
-    return Split(*(_filtered(tuple(pieces[part]), tuple(notes), data.recipe) for part in PARTS))
+    return Split(*(_filtered(tuple(pieces[part]), tuple(notes), recipe) for part in PARTS))
 
 
 def paper_preparation(logs: Log | Sequence[Log], vehicle: Vehicle, recipe: Recipe = PAPER) -> Split:
