@@ -129,7 +129,7 @@ def write_series(
 
     table = predictions[0].table
     logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
-    exact = in_order([stretch.frame() for stretch in stretches(parts)], rounded=False)
+    exact = in_order([stretch.columns for stretch in stretches(parts)], rounded=False)
     definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
     with writing(path) as content:
         writer = McapFile(content, "undertow")

@@ -14,15 +14,13 @@ from ..measurements.preparation.derive import accelerations
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import Array
 from ..physics.simulation import SPEED_LIMIT
-from .models.base import Model
+from .models.base import Model, rolled_out
 from .residual import same_filter
 
 HORIZONS = (2.0, 10.0, 30.0)
 """Rollout lengths [s]."""
 SPACING = 0.5
 """Distance between rollout starts [s]."""
-_AT_ONCE = 512
-"""Rollouts of one batch: enough for arrays to pay, and few enough for 50 MB whatever the log's length."""
 
 
 ACCELERATION_UNITS = {"surge": "m/s^2", "sway": "m/s^2", "yaw": "rad/s^2"}
@@ -220,10 +218,7 @@ def rollout_errors(
         for steps in sorted(set(lengths.values()), reverse=True):
             starts = np.array([s for s in range(0, motion.time.size - steps, every) if s not in counted])
             counted.update(starts.tolist())
-            if starts.size == 0:
-                continue
-            for batch in (starts[k : k + _AT_ONCE] for k in range(0, starts.size, _AT_ONCE)):
-                states = model.rollout(motion, batch, steps).states
+            for batch, states in rolled_out(model, motion, starts, steps):
                 error = states - truth[batch[:, None] + np.arange(steps + 1)]
                 place = (error[..., :2] ** 2).sum(axis=-1, keepdims=True)
                 per_row = np.concatenate([error[..., 3:] ** 2, place], axis=-1)

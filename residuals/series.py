@@ -2,16 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import accelerations
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts
 from ..physics.motion import Motion
-from .models.base import Model, VehicleModel
+from .models.base import Model, VehicleModel, rolled_out
 from .residual import residual, same_filter
 
 RESTART = 10.0
@@ -29,17 +31,21 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     accelerations filtered alike, open-loop rollouts restarted every 10 s, and the residual force of the first model
     (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns.
     """
-    frames = []
+    found = []
     for stretch in stretches(parts):
-        frame, motion = _measured(stretch, channels), stretch.motion
+        columns, motion = _measured(stretch, channels), stretch.motion
         said = {model: _predicted(model, stretch) for model in dict.fromkeys((before, after))}
         for name, model in (("before", before), ("after", after)):
-            frame[[f"{column}_{name}" for column in _PREDICTED]] = said[model]
+            columns |= named([f"{column}_{name}" for column in _PREDICTED], said[model])
         if isinstance(before, VehicleModel):
             force = residual(before.vehicle, motion, stretch.data).force
-            frame[["X_residual", "Y_residual", "N_residual"]] = force
-        frames.append(frame)
-    return in_order(frames)
+            columns |= named(["X_residual", "Y_residual", "N_residual"], force)
+        found.append(columns)
+    return in_order(found)
+
+
+Columns = dict[str, NDArray[Any]]
+"""A table by its columns (n,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +57,11 @@ class Stretch:
     part: str
     data: DataSet
 
-    def frame(self) -> pd.DataFrame:
-        """A row for each time step, with its time [s], log and part."""
-        return pd.DataFrame({"time": self.motion.time, "log": self.log, "part": self.part})
+    @property
+    def columns(self) -> Columns:
+        """Time [s], log and part of each row."""
+        n = self.motion.time.size
+        return {"time": self.motion.time, "log": np.full(n, self.log), "part": np.full(n, self.part, object)}
 
 
 def stretches(parts: Parts) -> list[Stretch]:
@@ -66,22 +74,34 @@ def stretches(parts: Parts) -> list[Stretch]:
     ]
 
 
-def in_order(frames: Sequence[pd.DataFrame], rounded: bool = True) -> pd.DataFrame:
-    """The rows of all stretches in one table, by log and time, and `rounded` as `series.csv` holds them."""
-    ordered = sorted(frames, key=lambda frame: (frame["log"].iloc[0], frame["time"].iloc[0]))
-    if rounded:
-        ordered = [frame.round(_DIGITS) for frame in ordered]
-    return pd.concat(ordered, ignore_index=True)
+def named(names: Sequence[str], values: NDArray[Any]) -> Columns:
+    """The columns of values (n, names) by name."""
+    return dict(zip(names, values.T, strict=True))
 
 
-def _measured(stretch: Stretch, channels: Sequence[str]) -> pd.DataFrame:
-    frame, motion = stretch.frame(), stretch.motion
-    frame[["north", "east"]] = motion.position
-    frame["psi"] = motion.heading
-    frame[["u", "v", "r"]] = motion.velocity
-    frame[list(channels)] = motion.commands
-    frame[["u_dot", "v_dot", "r_dot"]] = accelerations(motion)
-    return frame
+def in_order(found: Sequence[Columns], rounded: bool = True) -> pd.DataFrame:
+    """The rows of all stretches in one table, by log and time, and `rounded` as `series.csv` holds them.
+
+    What is joined is taken out of the stretches column by column: a long log is not in memory twice.
+    """
+    ordered = sorted(found, key=lambda columns: (columns["log"][0], columns["time"][0]))
+    table = {}
+    for name in list(ordered[0]):
+        column = np.concatenate([columns.pop(name) for columns in ordered])
+        table[name] = column.round(_DIGITS) if rounded and column.dtype.kind == "f" else column
+    return pd.DataFrame(table, copy=False)
+
+
+def _measured(stretch: Stretch, channels: Sequence[str]) -> Columns:
+    motion = stretch.motion
+    return {
+        **stretch.columns,
+        **named(["north", "east"], motion.position),
+        "psi": motion.heading,
+        **named(["u", "v", "r"], motion.velocity),
+        **named(channels, motion.commands),
+        **named(["u_dot", "v_dot", "r_dot"], accelerations(motion)),
+    }
 
 
 def _predicted(model: Model, stretch: Stretch) -> np.ndarray:
@@ -97,10 +117,8 @@ def restarted(model: Model, motion: Motion) -> np.ndarray:
     states = np.column_stack([motion.position, motion.heading, motion.velocity])
     truth = states.copy()
     starts = np.arange(0, n - every, every)
-    if starts.size:
-        rolled = model.rollout(motion, starts, every).states
-        for start, rows in zip(starts, rolled, strict=True):
-            states[start : start + every] = rows[:-1]
+    for batch, rolled in rolled_out(model, motion, starts, every):
+        states[batch[:, None] + np.arange(every)] = rolled[:, :-1]
     last = int(starts[-1]) + every if starts.size else 0
     if last < n - 1:
         states[last:] = model.rollout(motion, np.array([last]), n - 1 - last).states[0]

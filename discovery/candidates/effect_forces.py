@@ -8,7 +8,7 @@ import pandas as pd
 from ...measurements.prepared_logs import Parts
 from ...physics.vehicle import Vehicle
 from ...residuals.residual import residual
-from ...residuals.series import in_order, stretches
+from ...residuals.series import Columns, in_order, named, stretches
 from .candidate import candidates
 from .nuisance import CALIBRATED
 
@@ -52,14 +52,12 @@ def effect_forces(
     if not _alike(stages[-1], after):
         stages.append(after)
         names.append(rest)
-    frames: dict[str, list[pd.DataFrame]] = {name: [] for name in names}
+    found: dict[str, list[Columns]] = {name: [] for name in names}
     for stretch in stretches(parts):
         left = [residual(vehicle, stretch.motion, stretch.data).force for vehicle in stages]
         for name, force in zip(names, -np.diff(left, axis=0), strict=True):
-            frame = stretch.frame()
-            frame[list(FORCES)] = force
-            frames[name].append(frame)
-    return {name: in_order(found) for name, found in frames.items()}
+            found[name].append(stretch.columns | named(FORCES, force))
+    return {name: in_order(columns) for name, columns in found.items()}
 
 
 def found_forces(

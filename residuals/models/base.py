@@ -1,6 +1,7 @@
 """What every model answers: acceleration along a motion and in lasting states, and open-loop rollouts."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from typing import Literal, final
 
 import numpy as np
@@ -12,6 +13,8 @@ from ...physics.simulation import Rollouts, rollout
 from ...physics.vehicle import Vehicle
 
 Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
+_AT_ONCE = 512
+"""Rollouts of one batch: enough for arrays to pay, and few enough for 50 MB whatever the log's length."""
 
 
 class Model(ABC):
@@ -59,6 +62,12 @@ class Model(ABC):
         heading : (n,) [rad]
         commands : (n, thrusters) in the unit of the vehicle's thrusters
         """
+
+
+def rolled_out(model: Model, motion: Motion, starts: np.ndarray, steps: int) -> Iterator[tuple[np.ndarray, Array]]:
+    """Rows (batch,) and states (batch, steps + 1, 6) of open-loop rollouts, in batches that memory does not notice."""
+    for batch in (starts[k : k + _AT_ONCE] for k in range(0, starts.size, _AT_ONCE)):
+        yield batch, model.rollout(motion, batch, steps).states
 
 
 @final
