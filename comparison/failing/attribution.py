@@ -1,5 +1,6 @@
 """Which effect removes an error, and how much of it: computed by putting the effects in and taking them out."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...discovery.findings import Removal
 from ...measurements.preparation.dataset import DataSet
+from ...measurements.preparation.split import PARTS
 from ...physics.effects import EFFECTS
 from ...physics.errors import VehicleError
 from ...physics.forces import actuation, modelled_acceleration
@@ -37,13 +39,18 @@ _SAME = 1e-6
 
 
 class Along:
-    """The logs of a comparison, train, validation and test part, in the order in which `series.series` has them."""
+    """The logs of a comparison, train, validation and test part, in the order in which `series.series` has them.
 
-    def __init__(self, parts: Sequence[DataSet]) -> None:
-        self._parts = tuple(parts)
-        motions = [motion for data in parts for motion in data.motions]
-        sources: dict[str, int] = {}
-        log = np.concatenate([np.full(m.time.size, sources.setdefault(m.source, len(sources))) for m in motions])
+    Parameters
+    ----------
+    only : the part that is wanted
+    """
+
+    def __init__(self, parts: Sequence[DataSet], only: str = "all") -> None:
+        logs = {source: k for k, source in enumerate(dict.fromkeys(m.source for data in parts for m in data.motions))}
+        self._parts = [data for name, data in zip(PARTS, parts, strict=True) if only in ("all", name)]
+        motions = [motion for data in self._parts for motion in data.motions]
+        log = np.concatenate([np.full(m.time.size, logs[m.source]) for m in motions])
         self._order = np.lexsort((np.concatenate([m.time for m in motions]), log))
 
     def acceleration(self, vehicle: Vehicle) -> Array:
@@ -112,13 +119,13 @@ class Contributions:
 
 
 def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Contributions | None:
-    """What each effect by which `after` differs from `before` does to the error along all parts of the logs.
+    """What each effect by which `after` differs from `before` does to the error along logs.
 
     Parameters
     ----------
     before, after : the models of the series' first and last columns
     along : those logs
-    stage : the rows of the whole series, of the first model
+    stage : the rows of the series along them, of the first model
 
     Returns
     -------
@@ -134,15 +141,17 @@ def contributions(before: Model, after: Model, along: Along, stage: Scene) -> Co
     try:
         if np.abs(mixed.acceleration(frozenset(names)) - along.acceleration(after.vehicle)).max() > _SAME:
             return None  # other thrusters or curves: more than the catalogue can say
-        removed = {name: np.zeros(stage.error.shape) for name in names}
-        for subset, name, weight in _additions(names):
-            removed[name] += weight * (mixed.squares(subset) - mixed.squares(subset | {name}))
-        whole = frozenset(names)
-        missed = [mixed.squares(whole - {name}) - mixed.squares(whole) for name in names]
+        removed, missed = (np.zeros((len(names), *stage.error.shape)) for _ in range(2))
+        for subset, (counts, lacks) in _weights(names).items():
+            squares = mixed.squares(subset)
+            for k, name in enumerate(names):
+                for table, weights in ((removed, counts), (missed, lacks)):
+                    if name in weights:
+                        table[k] += weights[name] * squares
     except (VehicleError, np.linalg.LinAlgError):
         return None  # a mixture of the two that is no sound vehicle
     changes = tuple(_in_words(before.vehicle, after.vehicle, groups[name]) for name in names)
-    return Contributions(names, changes, np.array([removed[name] for name in names]), np.array(missed))
+    return Contributions(names, changes, removed, missed)
 
 
 class _Mixtures:
@@ -152,7 +161,6 @@ class _Mixtures:
         self, vehicle: Vehicle, groups: Mapping[str, Mapping[str, float]], along: Along, measured: Array
     ) -> None:
         self._vehicle, self._groups, self._along, self._measured = vehicle, groups, along, measured
-        self._known: dict[frozenset[str], Array] = {}
 
     def acceleration(self, subset: frozenset[str]) -> Array:
         """Modelled acceleration of the first vehicle with some of the effects."""
@@ -161,9 +169,7 @@ class _Mixtures:
 
     def squares(self, subset: frozenset[str]) -> Array:
         """Its squared error, (n, 3)."""
-        if subset not in self._known:
-            self._known[subset] = np.square(self.acceleration(subset) - self._measured)
-        return self._known[subset]
+        return np.square(self.acceleration(subset) - self._measured)
 
 
 def _differences(before: Vehicle, after: Vehicle) -> dict[str, dict[str, float]]:
@@ -178,6 +184,26 @@ def _differences(before: Vehicle, after: Vehicle) -> dict[str, dict[str, float]]
         name = belongs.get(symbol) or scales.get(symbol) or symbol
         groups.setdefault(name, {})[symbol] = new
     return groups
+
+
+Weights = dict[str, float]
+"""By effect, with what weight a squared error counts."""
+
+
+def _weights(names: tuple[str, ...]) -> dict[frozenset[str], tuple[Weights, Weights]]:
+    """For each set of effects, how its squared error counts in what each effect removes, and in what its lack costs.
+
+    By set, so that of a long log the errors of one set alone are in memory.
+    """
+    found: defaultdict[frozenset[str], tuple[Weights, Weights]] = defaultdict(lambda: ({}, {}))
+    for subset, name, weight in _additions(names):
+        for there, sign in ((subset, 1.0), (subset | {name}, -1.0)):
+            counts = found[there][0]
+            counts[name] = counts.get(name, 0.0) + sign * weight
+    for name in names:
+        found[frozenset(names) - {name}][1][name] = 1.0
+        found[frozenset(names)][1][name] = -1.0
+    return found
 
 
 def _additions(names: tuple[str, ...]) -> list[tuple[frozenset[str], str, float]]:

@@ -77,20 +77,19 @@ def where_they_fail(
     """
     judged, rows_of = judged_rows(table, judge)
     names = [(before, "before"), *([(after, "after")] if after is not None else [])]
-    whole = scene(table, "before")
-    along = Along(parts)
-    effects = contributions(before, after, along, whole) if after is not None and link else None
-    later = np.square(scene(table, "after").error) if after is not None else None
+    table, along = table[judged], Along(parts, rows_of)
+    stages = {which: scene(table, which) for _, which in names}
+    effects = contributions(before, after, along, stages["before"]) if after is not None and link else None
+    later = np.square(stages["after"].error) if after is not None else None
     failures: list[FailingPlace] = []
     structure: list[Structure] = []
     known: Scene | None = None
     for model, which in names:
-        stage = scene(table[judged], which)
-        first = which == "before"
-        fate = _Fate(whole, judged, effects if first else None, later if first else None)
+        stage = stages[which]
+        fate = _Fate(stage, effects, later) if which == "before" else _Fate(stage)
         if known is None or not np.array_equal(stage.error, known.error, equal_nan=True):  # as where nothing is missing
             known = stage
-            looks = structure_of(stage, along.thrust(model.vehicle)[judged], model.name, rows_of)
+            looks = structure_of(stage, along.thrust(model.vehicle), model.name, rows_of)
             heard = [k for k, axis in enumerate(AXES) if looks.frequency[axis].verdict not in NOISE]
             places, worst = worst_places(stage, axes=heard), segments(stage)
         for found in places:
@@ -131,19 +130,15 @@ def judged_rows(table: pd.DataFrame, judge: str) -> tuple[NDArray[np.bool_], str
 class _Fate:
     """What becomes of the error of a place: how large it is in the last model, and which effects removed it."""
 
-    def __init__(
-        self, whole: Scene, judged: NDArray[np.bool_], effects: Contributions | None, later: Array | None
-    ) -> None:
-        self._whole, self._judged, self._effects, self._later = whole, np.flatnonzero(judged), effects, later
+    def __init__(self, stage: Scene, effects: Contributions | None = None, later: Array | None = None) -> None:
+        self._stage, self._effects, self._later = stage, effects, later
 
-    def of(self, told: Told, inside: NDArray[np.bool_], axis: int) -> Told:
+    def of(self, told: Told, rows: NDArray[np.bool_], axis: int) -> Told:
         """What is told of a place, with that."""
-        rows = np.zeros(len(self._whole.table), bool)
-        rows[self._judged[inside]] = True
-        removed, why = ((), "") if self._effects is None else self._effects.to(self._whole, rows, axis)
+        removed, why = ((), "") if self._effects is None else self._effects.to(self._stage, rows, axis)
         if self._later is None:
             return told.but(removed_by=removed)
         after = float(np.sqrt(np.nanmean(self._later[rows, axis])))
-        before = float(np.sqrt(np.nanmean(np.square(self._whole.error[rows, axis]))))
+        before = float(np.sqrt(np.nanmean(np.square(self._stage.error[rows, axis]))))
         unlinked = why if why and after < _FALLS * before else None
         return told.but(rmse_after=round(after, 6), removed_by=removed, unlinked=unlinked)

@@ -222,9 +222,10 @@ def _best(
     badness: float,
 ) -> list[tuple[float, int, Place]]:
     """The places that the choosing half proposes, with their scores."""
-    inside = np.array([place.inside for place in places]) & usable & chooses
-    of_error = inside @ squares / max(squares[chooses].sum(), 1e-300)
-    of_rows = inside.sum(axis=1) / max(int((usable & chooses).sum()), 1)
+    seen = usable & chooses
+    error = np.array([(place.inside & seen) @ squares for place in places])
+    of_error = error / max(squares[chooses].sum(), 1e-300)
+    of_rows = np.array([np.count_nonzero(place.inside & seen) for place in places]) / max(int(seen.sum()), 1)
     words = np.array([place.parts - 1 for place in places])
     excess = of_error - of_rows - _A_WORD * words
     sized = (of_rows >= _LEAST_SHARE) & (of_rows <= _MOST_SHARE)
