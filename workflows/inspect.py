@@ -10,6 +10,7 @@ from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
+from ..physics.freed_memory import hand_back
 from ..physics.vehicle import Vehicle
 
 
@@ -67,6 +68,7 @@ def look_over(
             raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
         check_target(fix, logs)
     read = [read_log(log, reading, progress=progress, mend=True) for log in logs]
+    hand_back()
     if len(read) > 1:
         return inspect_logs(read, vehicle).but(notes=notes), read[0]
     examination = examine(read[0], vehicle)

@@ -3,9 +3,12 @@
 import gzip
 import warnings
 import zlib
+from array import array
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,6 +31,8 @@ _MOST_COLUMNS = 10_000
 """Columns, or topics with their fields: a bag with everything in it has some thousand."""
 LONG_ROW = 4
 """Numbers that a row of a long table takes in memory: time, value, and what sorts them."""
+_HEADER = 2
+"""Line of the first row, below the header."""
 _PART = 2_000_000
 """Cells that are parsed at once, so that words in the place of numbers are not all in memory together."""
 
@@ -133,36 +138,52 @@ def long_recording(parts: Iterable[pd.DataFrame], path: object) -> Recording:
 
     Fields of one message come at the same instants; their streams share one array of stamps.
     """
-    stamps: list[pd.Series] = []
-    pieces: dict[tuple[str, str], list[tuple[NDArray[np.int64], Array]]] = {}
+    column = _TimeColumn(path)
+    found: defaultdict[tuple[str, str], _Rows] = defaultdict(_Rows)
     done = 0
     for part in parts:
-        stamps.append(_stamps(part, path))
-        value = _numbers(part["value"])
-        for name, rows in _by_name(part, path):
-            pieces.setdefault(name, []).append((rows + done, value[rows]))
-        _check_fields(len(pieces), path)
+        stamps, value, earlier = column.take(part), _numbers(part["value"]), np.zeros(0)
+        for label, rows in _by_name(part, path):
+            earlier = _shared(earlier, stamps[rows])
+            found[label].add(earlier, value[rows], rows + (done + _HEADER))
+        _check_fields(len(found), path)
         done += len(part)
-    time, start, notes = _seconds(stamps, path)
     streams: list[Stream] = []
-    for topic, field in sorted(pieces):
-        own = pieces.pop((topic, field))
-        rows, value = (np.concatenate(found) for found in zip(*own, strict=True))
-        instants = time[rows]
-        if streams and np.array_equal(streams[-1].time, instants):
-            instants = streams[-1].time
-        rows += 2
-        streams.append(Stream(topic.strip(), field.strip(), instants, value, rows))
-    return Recording(tuple(streams), notes, start_ns=start)
+    for (topic, name), rows in sorted(found.items(), key=lambda item: item[0]):
+        time = column.seconds(np.concatenate(rows.stamps))
+        time = _shared(streams[-1].time, time) if streams else time
+        value, line = np.frombuffer(rows.value), np.frombuffer(rows.line, dtype=np.int64)
+        streams.append(Stream(topic.strip(), name.strip(), time, value, line))
+    return Recording(tuple(streams), column.notes, start_ns=column.start_ns)
+
+
+@dataclass(slots=True)
+class _Rows:
+    """The rows of a stream of a long table: stamps part by part, values and lines in memory that grows with them."""
+
+    stamps: list[NDArray[Any]] = field(default_factory=list)
+    value: "array[float]" = field(default_factory=lambda: array("d"))
+    line: "array[int]" = field(default_factory=lambda: array("q"))
+
+    def add(self, stamps: NDArray[Any], value: Array, line: NDArray[np.int64]) -> None:
+        """Take the rows of a part."""
+        self.stamps.append(stamps)
+        self.value.frombytes(value.tobytes())
+        self.line.frombytes(line.tobytes())
+
+
+def _shared(earlier: NDArray[Any], later: NDArray[Any]) -> NDArray[Any]:
+    """One array in the place of two that are equal."""
+    return earlier if np.array_equal(earlier, later) else later
 
 
 def _by_name(part: pd.DataFrame, path: object) -> Iterator[tuple[tuple[str, str], NDArray[np.int64]]]:
     """The rows of each field of a topic in a part of a long table; rows that name no field are none's."""
-    topic, field = part["topic"].astype("category").cat, part["field"].astype("category").cat
-    fields = len(field.categories)
+    topic, name = part["topic"].astype("category").cat, part["field"].astype("category").cat
+    fields = len(name.categories)
     # Numbers of two bytes are sorted ten times as fast.
     most = (len(topic.categories) + 1) * (fields + 1)
-    key = (topic.codes.to_numpy(np.int64) + 1) * (fields + 1) + field.codes.to_numpy(np.int64) + 1
+    key = (topic.codes.to_numpy(np.int64) + 1) * (fields + 1) + name.codes.to_numpy(np.int64) + 1
     order = np.argsort(key.astype(np.int16) if most < 2**15 else key, kind="stable")
     starts = np.flatnonzero(np.diff(key[order], prepend=-1))
     _check_fields(starts.size, path)
@@ -171,8 +192,8 @@ def _by_name(part: pd.DataFrame, path: object) -> Iterator[tuple[tuple[str, str]
             continue
         which_topic, which_field = divmod(int(key[rows[0]]), fields + 1)
         if which_field:
-            name = str(topic.categories[which_topic - 1]) if which_topic else ""
-            yield (name, str(field.categories[which_field - 1])), rows
+            told = str(topic.categories[which_topic - 1]) if which_topic else ""
+            yield (told, str(name.categories[which_field - 1])), rows
 
 
 def _check_fields(count: int, path: object) -> None:
@@ -187,17 +208,18 @@ def wide_recording(parts: Iterable[pd.DataFrame], path: object, unread: tuple[Na
     ----------
     unread : columns that it lacks
     """
-    stamps: list[pd.Series] = []
+    column = _TimeColumn(path)
+    stamps: list[NDArray[Any]] = []
     pieces: dict[str, list[Array]] = {}
     for part in parts:
-        stamps.append(_stamps(part, path))
+        stamps.append(column.take(part))
         for name in part.columns:
-            if name != stamps[-1].name:
+            if name != column.name:
                 pieces.setdefault(str(name), []).append(_numbers(part[name]))
-    time, start, notes = _seconds(stamps, path)
-    row = np.arange(time.size, dtype=np.int64) + 2
+    time = column.seconds(np.concatenate(stamps))
+    row = np.arange(time.size, dtype=np.int64) + _HEADER
     streams = [Stream("", name, time, np.concatenate(pieces.pop(name)), row) for name in list(pieces)]
-    return Recording(tuple(streams), notes, unread, start)
+    return Recording(tuple(streams), column.notes, unread, column.start_ns)
 
 
 def _with_remarks(recording: Recording, head: Head) -> Recording:
@@ -226,37 +248,69 @@ def _numbers(column: pd.Series) -> Array:
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
-def _stamps(part: pd.DataFrame, path: object) -> pd.Series:
-    """The time column of a part of a table."""
-    name = time_column(tuple(part.columns))
-    if name is None:
-        raise LogError(f"{path}: no time column among {listed(part.columns)}; {EXPECTED}.")
-    return part[name].copy()  # or it would keep the other columns
+class _TimeColumn:
+    """The time column of a table that is read in parts.
 
+    Attributes
+    ----------
+    name : of the column; known once a part was taken
+    """
 
-def _seconds(stamps: list[pd.Series], path: object) -> tuple[Array, int, tuple[str, ...]]:
-    """Time of each row [s], the stamp at its zero [ns], and a note where that is not the file's own zero."""
-    column = pd.concat(stamps, ignore_index=True) if len(stamps) != 1 else stamps[0]
-    stamps.clear()
-    name = str(column.name)
-    clock = {"M": "datetime64[ns]", "m": "timedelta64[ns]"}.get(getattr(column.dtype, "kind", ""))
-    if clock is not None:
-        exact: NDArray = column.to_numpy(clock).astype(np.int64)
-        if column.hasnans:
-            exact = np.where(column.isna(), np.nan, exact)
-        per_second = 1e9
-    else:
-        integer = pd.api.types.is_integer_dtype(column) and not column.hasnans and column.max() < _LAST
-        exact = column.to_numpy(np.int64) if integer else _numbers(column)
-        exact = exact if integer else np.where(exact < _LAST, exact, np.nan)
-        per_second = TIME_COLUMNS[name.lower()]
-    first = np.fmin.reduce(exact)
-    if np.isnan(first):
-        raise LogError(f"{path}: column '{name}' holds no numbers, got {shown(column.iloc[0])}; {EXPECTED}.")
-    if first / per_second < _EPOCH:
-        return exact / per_second, 0, ()
-    # Subtracting before the conversion to seconds keeps the nanoseconds of stamps since 1970.
-    scale = int(1e9 / per_second)
-    start = int(first) * scale + round((first - int(first)) * scale)
-    start = start if start < _LAST else 0
-    return (exact - first) / per_second, start, (f"time counts from the first stamp, {name} = {first}",)
+    def __init__(self, path: object) -> None:
+        self.name = ""
+        self._path, self._firsts, self._cell = path, [], ""
+        self._per_second = 1e9
+
+    def take(self, part: pd.DataFrame) -> NDArray[Any]:
+        """The stamps of a part as the file has them, in whole numbers where it has such."""
+        name = time_column(tuple(part.columns))
+        if name is None:
+            raise LogError(f"{self._path}: no time column among {listed(part.columns)}; {EXPECTED}.")
+        column = part[name]
+        clock = {"M": "datetime64[ns]", "m": "timedelta64[ns]"}.get(getattr(column.dtype, "kind", ""))
+        if clock is not None:
+            stamps: NDArray[Any] = column.to_numpy(clock).astype(np.int64)
+            if column.hasnans:
+                stamps = np.where(column.isna(), np.nan, stamps)
+        else:
+            integer = pd.api.types.is_integer_dtype(column) and not column.hasnans and column.max() < _LAST
+            stamps = column.to_numpy(np.int64, copy=True) if integer else _numbers(column)
+            stamps = stamps if integer else np.where(stamps < _LAST, stamps, np.nan)
+            self._per_second = TIME_COLUMNS[name.lower()]
+        self.name, self._cell = name, self._cell or shown(column.iloc[0])
+        self._firsts.append(np.fmin.reduce(stamps))
+        return stamps
+
+    @property
+    def _first(self) -> Any:
+        """The smallest stamp of all parts."""
+        first = np.fmin.reduce(self._firsts)
+        if np.isnan(first):
+            raise LogError(f"{self._path}: column '{self.name}' holds no numbers, got {self._cell}; {EXPECTED}.")
+        return first
+
+    @property
+    def _from_first(self) -> bool:
+        """Whether the time counts from the first stamp, for it counts from an epoch in the file."""
+        return bool(self._first / self._per_second >= _EPOCH)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A note where the time's zero is not the file's own."""
+        told = f"time counts from the first stamp, {self.name} = {self._first}"
+        return (told,) if self._from_first else ()
+
+    @property
+    def start_ns(self) -> int:
+        """The file's stamp of the zero of the time [ns]."""
+        if not self._from_first:
+            return 0
+        first, scale = self._first, int(1e9 / self._per_second)
+        start = int(first) * scale + round((first - int(first)) * scale)
+        return start if start < _LAST else 0
+
+    def seconds(self, stamps: NDArray[Any]) -> Array:
+        """The time of stamps [s], known once all parts were taken."""
+        # Subtracting before the conversion to seconds keeps the nanoseconds of stamps since 1970.
+        found: Array = (stamps - self._first if self._from_first else stamps) / self._per_second
+        return found
