@@ -8,9 +8,10 @@ the log's own, so that the file lies over the log in a viewer.
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import merge
+from itertools import chain
 from math import isfinite
 from pathlib import Path
 
@@ -46,6 +47,8 @@ _SECOND = 1_000_000_000
 """[ns]."""
 _PATH_STEP = 10
 """Rows from one place of the drawn path to the next."""
+_AT_ONCE = 10_000
+"""Rows of which messages are made at once: a quarter of an hour, some MB of text."""
 _DIGITS = 9
 """Decimals of forces [N, N m] and quaternions: more is rounding, which differs between machines."""
 
@@ -109,6 +112,7 @@ def write_series(
     channels: Sequence[str],
     parts: Parts,
     starts: Mapping[str, int],
+    progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Write what was measured and what each model predicts; equal inputs give equal bytes.
 
@@ -118,6 +122,7 @@ def write_series(
     channels : names of the command columns
     parts : that the series runs along; where they are of several logs, topics begin with `/log0`, `/log1` ...
     starts : stamp of each log at the zero of its motions' time [ns], by their source
+    progress : told rows done and rows in all
 
     Raises
     ------
@@ -129,26 +134,36 @@ def write_series(
 
     table = predictions[0].table
     logs = {stretch.log: stretch.motion.source for stretch in stretches(parts)}
-    exact = in_order([stretch.columns for stretch in stretches(parts)], rounded=False)
+    time = in_order([stretch.columns for stretch in stretches(parts)], rounded=False)["time"].to_numpy()
     definitions = {**SCHEMAS, "undertow.Measured": measured_schema(channels)}
+    done = 0
+
+    def made(rows: int) -> None:
+        nonlocal done
+        done += rows
+        if progress is not None:
+            progress(done, len(table))
+
     with writing(path) as content:
         writer = McapFile(content, "undertow")
         schemas: dict[str, int] = {}
         recorded: list[Iterator[Message]] = []
         about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
         for log, source in sorted(logs.items()):
-            rows = (table["log"] == log).to_numpy()
+            rows = np.flatnonzero(table["log"] == log)  # one after the other
             prefix = f"/log{log}" if len(logs) > 1 else ""
             start = starts[source]
-            clock = _Clock.of(exact.loc[rows, "time"].to_numpy(), start)
+            boat = f"{prefix}/{BOAT}".removeprefix("/")
+            blocks = _blocks(predictions, channels, slice(int(rows[0]), int(rows[-1]) + 1), time, start, boat, made)
+            clock, topics = next(blocks)
             about[f"log{log}"] = one_line(source)
             if start:
                 about[f"log{log}_starts_at_ns"] = str(start)
             if clock.shift:
                 about[f"log{log}_stamps_moved_by_s"] = str(clock.shift)
             taken: set[str] = set()
-            running: list[tuple[int, Iterator[str]]] = []
-            for topic in _topics(predictions, channels, rows, clock, f"{prefix}/{BOAT}".removeprefix("/")):
+            numbers: list[int] = []
+            for topic in topics:
                 if topic.schema not in schemas:
                     definition = json.dumps(definitions[topic.schema]).encode()
                     schemas[topic.schema] = writer.schema(topic.schema, definition)
@@ -157,9 +172,8 @@ def write_series(
                     name += "_"
                 taken.add(name)
                 told = {key: one_line(text) for key, text in topic.about.items()}
-                channel = writer.channel(prefix + name, schemas[topic.schema], told)
-                running.append((channel, topic.texts))
-            recorded.append(_in_turn(clock, running))
+                numbers.append(writer.channel(prefix + name, schemas[topic.schema], told))
+            recorded.append(_in_turn(numbers, chain([(clock, topics)], blocks)))
         writer.messages(recorded[0] if len(recorded) == 1 else merge(*recorded))
         writer.metadata("undertow", about)
         writer.finish()
@@ -175,11 +189,11 @@ class _Clock:
     shift: int
 
     @classmethod
-    def of(cls, time: Array, start: int) -> "_Clock":
-        """From times [s] since a stamp [ns]; MCAP has none below zero."""
+    def of(cls, time: Array, start: int, first: float) -> "_Clock":
+        """From times [s] since a stamp [ns], `first` that of the log; MCAP has none below zero."""
         whole = np.floor(time)
         nanos = np.round((time - whole) * _SECOND).astype(np.int64)
-        shift = max(0, -((start + int(whole[0]) * _SECOND) // _SECOND))
+        shift = max(0, -((start + int(np.floor(first)) * _SECOND) // _SECOND))
         both = zip(whole.astype(np.int64).tolist(), nanos.tolist(), strict=True)
         stamps = [divmod(start + (sec + shift) * _SECOND + nsec, _SECOND) for sec, nsec in both]
         return cls([sec for sec, _ in stamps], [nsec for _, nsec in stamps], shift)
@@ -189,13 +203,16 @@ class _Clock:
         return (sec * _SECOND + nsec for sec, nsec in zip(self.seconds, self.nanos, strict=True))
 
 
-def _in_turn(clock: _Clock, topics: Sequence[tuple[int, Iterator[str]]]) -> Iterator[tuple[int, int, bytes]]:
+def _in_turn(
+    channels: Sequence[int], blocks: Iterable[tuple[_Clock, Sequence["_Topic"]]]
+) -> Iterator[tuple[int, int, bytes]]:
     """Stamp, channel and content of the messages of one log, made as they are asked for: an hour has half a million."""
-    for stamp in clock:
-        for channel, texts in topics:
-            text = next(texts, "")
-            if text:
-                yield stamp, channel, text.encode()
+    for clock, topics in blocks:
+        for stamp in clock:
+            for channel, topic in zip(channels, topics, strict=True):
+                text = next(topic.texts, "")
+                if text:
+                    yield stamp, channel, text.encode()
 
 
 # Topics
@@ -211,10 +228,31 @@ class _Topic:
     about: Mapping[str, str] = field(default_factory=dict)
 
 
+def _blocks(
+    predictions: Sequence[Prediction],
+    channels: Sequence[str],
+    rows: slice,
+    time: Array,
+    start: int,
+    boat: str,
+    made: Callable[[int], None],
+) -> Iterator[tuple[_Clock, list[_Topic]]]:
+    """Everything along the rows of one log, block by block, so that a long one is never in memory as text.
+
+    `made` is told how many rows a block had, once its messages were taken.
+    """
+    for begin in range(rows.start, rows.stop, _AT_ONCE):
+        block = slice(begin, min(begin + _AT_ONCE, rows.stop))
+        clock = _Clock.of(time[block], start, float(time[rows.start]))
+        way = _path(_place(predictions[0].table[rows][::_PATH_STEP], ""), clock) if begin == rows.start else ""
+        yield clock, _topics(predictions, channels, block, clock, boat, way)
+        made(block.stop - block.start)
+
+
 def _topics(
-    predictions: Sequence[Prediction], channels: Sequence[str], rows: np.ndarray, clock: _Clock, boat: str
+    predictions: Sequence[Prediction], channels: Sequence[str], rows: slice, clock: _Clock, boat: str, way: str
 ) -> list[_Topic]:
-    """Everything along the rows of one log; `boat` is the name of its frame."""
+    """Everything along some rows of one log; `boat` is the name of its frame, `way` the message with its whole way."""
     table = predictions[0].table[rows]
     names = (*STATE, *RATES, *channels)
     flat = _flat(names, table[[_IN_TABLE.get(name, name) for name in names]].to_numpy())
@@ -223,7 +261,7 @@ def _topics(
     found = [
         _Topic("/measured", "undertow.Measured", parts),
         _Topic("/measured/pose", "foxglove.PoseInFrame", _stamped(POSE_IN_FRAME_TEXT, place, clock)),
-        _Topic("/measured/path", "foxglove.PosesInFrame", iter([_path(place, clock)])),
+        _Topic("/measured/path", "foxglove.PosesInFrame", iter([way])),
         _Topic("/tf", "foxglove.FrameTransform", _stamped(FRAME_TRANSFORM_TEXT.replace("BOAT", boat), place, clock)),
     ]
     for model in predictions:
@@ -240,7 +278,7 @@ def _topics(
         for topic, forces in model.effects.items():
             effect = BY_NAME.get(topic.split("/")[-1].split("[")[0])
             about = {} if effect is None else {"equation": effect.equation, "meaning": effect.meaning}
-            texts = _flat(FORCES, forces.loc[rows, list(FORCES)].to_numpy())
+            texts = _flat(FORCES, forces[rows][list(FORCES)].to_numpy())
             found.append(_Topic(f"/effects/{'/'.join(map(_plain, topic.split('/')))}", "undertow.Force", texts, about))
     return found
 
@@ -293,6 +331,6 @@ def _stamped(text: str, place: Array, clock: _Clock) -> Iterator[str]:
 
 
 def _path(place: Array, clock: _Clock) -> str:
-    """One message with the whole way, a place a second."""
-    poses = ",".join(POSE_TEXT % tuple(row) for row in place[::_PATH_STEP].tolist())
+    """One message with the whole way, of a place a second."""
+    poses = ",".join(POSE_TEXT % tuple(row) for row in place.tolist())
     return PATH_TEXT % (clock.seconds[0], clock.nanos[0], poses)

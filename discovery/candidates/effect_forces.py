@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 import pandas as pd
 
 from ...measurements.prepared_logs import Parts
@@ -13,6 +12,7 @@ from .candidate import candidates
 from .nuisance import CALIBRATED
 
 FORCES = ("X", "Y", "N")
+_OF_ROWS = ("time", "log", "part")
 OTHER = "other"
 """What separates two vehicles and is no parameter of an effect: mass, places of thrusters, curves."""
 
@@ -52,12 +52,17 @@ def effect_forces(
     if not _alike(stages[-1], after):
         stages.append(after)
         names.append(rest)
-    found: dict[str, list[Columns]] = {name: [] for name in names}
+    found: list[Columns] = []
     for stretch in stretches(parts):
-        left = [residual(vehicle, stretch.motion, stretch.data).force for vehicle in stages]
-        for name, force in zip(names, -np.diff(left, axis=0), strict=True):
-            found[name].append(stretch.columns | named(FORCES, force))
-    return {name: in_order(columns) for name, columns in found.items()}
+        columns, left = stretch.columns, residual(stages[0], stretch.motion, stretch.data).force
+        for name, vehicle in zip(names, stages[1:], strict=True):
+            earlier, left = left, residual(vehicle, stretch.motion, stretch.data).force
+            columns |= named([f"{name} {axis}" for axis in FORCES], -(left - earlier))
+        found.append(columns)
+    table = in_order(found)
+    # What the rows have in common is in memory once.
+    own = {name: {axis: table[f"{name} {axis}"] for axis in FORCES} for name in names}
+    return {name: pd.DataFrame({**{c: table[c] for c in _OF_ROWS}, **own[name]}, copy=False) for name in names}
 
 
 def found_forces(
