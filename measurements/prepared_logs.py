@@ -9,7 +9,7 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .inspection import Inspection, inspect_log
 from .kinematic_errors import Kinematics
-from .log import Log
+from .log import read_log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import DataSet
 from .preparation.split import PARTS, Split
@@ -48,10 +48,12 @@ class Parts:
 class Inputs:
     """Logs read and prepared once, for everything that follows.
 
+    Their channels are not kept: of a long log they would take as much memory as its motions.
+
     Attributes
     ----------
     paths : the files that were read
-    logs : as read
+    starts : the stamp of each log at the zero of its motions' time [ns], by their source
     vehicle : the nominal model
     weak : unfiltered parts at the logs' own rate, for the weak form
     parts : the paper's preparation, on which models are judged
@@ -63,7 +65,7 @@ class Inputs:
     """
 
     paths: tuple[str, ...]
-    logs: tuple[Log, ...]
+    starts: Mapping[str, int]
     vehicle: Vehicle
     weak: Split
     parts: Parts
@@ -83,10 +85,10 @@ class Inputs:
 
     @property
     def inspections(self) -> tuple[Inspection, ...]:
-        """Of each log, for this vehicle; made anew where they were made for another."""
+        """Of each log, for this vehicle; where they were made for another, the logs are read again."""
         if self.inspected is not None and self.inspected[0] == self.vehicle:
             return self.inspected[1]
-        return tuple(inspect_log(log, self.vehicle) for log in self.logs)
+        return tuple(inspect_log(read_log(path, self.reading), self.vehicle) for path in self.paths)
 
     @property
     def fitting(self) -> tuple[Motion, ...]:
@@ -97,11 +99,6 @@ class Inputs:
     def log_names(self) -> str:
         """Names of the logs' files, for a sentence."""
         return ", ".join(Path(path).name for path in self.paths)
-
-    @property
-    def starts(self) -> dict[str, int]:
-        """The stamp of each log at the zero of its motions' time [ns], by their source."""
-        return {str(log.path): log.start_ns for log in self.logs}
 
     @property
     def channels(self) -> tuple[str, ...]:

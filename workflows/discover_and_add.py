@@ -38,6 +38,7 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
     chosen = settings or DiscoverySettings()
     expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
     expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
+    hand_back()
     found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress)
     hand_back()
     return assess(inputs, found, chosen, progress)

@@ -88,10 +88,9 @@ def read_inputs(
         errors = {source: found.errors for source, found in sensors.items()}
         weak, even = (data.mapped(lambda m: corrected_for(m, errors.get(m.source, {}))) for data in (weak, even))
     divided, parts = split(weak), Parts(split(even, PAPER), judge)
-    hand_back()
     return Inputs(
         paths=names,
-        logs=read,
+        starts={str(log.path): log.start_ns for log in read},
         vehicle=model,
         weak=divided,
         parts=parts,

@@ -60,7 +60,8 @@ def test_a_run_remembers_the_namespace_and_add_reads_the_same(tmp_path, world, m
         done("add", "surge_quadratic_damping", "log.mcap", "--vehicle", "blueboat", "--namespace", "beta", "--json")
     )
     assert added == again
-    np.testing.assert_array_equal(alone.logs[0].channels["u"].value, other.odometry[:, 3])
+    read = read_log("log.mcap", alone.reading)
+    np.testing.assert_array_equal(read.channels["u"].value, other.odometry[:, 3])
     refused("add", "munk_moment", "--run", "run", "--namespace", "alpha", match="leave out --namespace")
 
 
