@@ -47,7 +47,9 @@ def inspect(
         )
         model = None if vehicle is None else load_vehicle(vehicle)
         with reading_progress(progress, quiet()) as told:
-            found, read = look_over(logs, model, Reading(frame, channels, namespace), fix=fix, progress=told)
+            found, read = look_over(
+                logs, model, Reading(frame, channels, namespace), fix=fix, progress=told, say=progress
+            )
         if map_out is not None:
             write_text(map_out, on_top("inspect --map-out", map_text(read.entries, read.unused)))
         tell_replaced(earlier)

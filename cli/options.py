@@ -47,7 +47,7 @@ def read_logs(
     from ..workflows.inputs import read_inputs
 
     with reading_progress(progress, quiet()) as told:
-        return read_inputs(logs, vehicle, reading, judge=judge, progress=told)
+        return read_inputs(logs, vehicle, reading, judge=judge, progress=told, say=progress)
 
 
 def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:

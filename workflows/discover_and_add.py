@@ -15,6 +15,7 @@ from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
 from ..physics.sources import with_sources
+from ..reports.terminal.pace import paced
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate
 from ..residuals.series import series
@@ -78,7 +79,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         progress("scoring every step on held-out data")
     models = _models(found)
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
-    errors = [evaluate(model, inputs.parts.judged) for model in models]
+    errors = [evaluate(model, inputs.parts.judged) for model in paced(models, "models scored", progress)]
     steps = tuple(score_step(error, *_added(label)) for (label, _), error in zip(found.steps, errors, strict=True))
     hand_back()
     if progress is not None:
@@ -87,7 +88,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
     known = {models[0].name: errors[0], corrected.name: errors[-1]}
     every, notes = reference_models(inputs, [corrected], found.basis)
     judged: list[Judged] = []
-    for model in every:
+    for model in paced(every, "models compared", progress, even=False):
         if model is corrected and corrected.vehicle == inputs.vehicle:
             judged.append(judged[0].called(corrected))
         else:

@@ -23,6 +23,7 @@ from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.freed_memory import hand_back
 from ..physics.vehicle import Vehicle, load_vehicle
+from ..reports.terminal.pace import Pace
 from .soundness import sound
 
 Judge = Literal["train", "validation", "test", "all"]
@@ -37,6 +38,7 @@ def read_inputs(
     *,
     judge: str = "test",
     progress: Callable[[int, int], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Inputs:
     """Read and prepare logs for a vehicle.
 
@@ -47,6 +49,7 @@ def read_inputs(
     reading : how the logs are read, and whether broken ones are taken as they are
     judge : the part on which models are scored: "test", "validation", "train" or "all"
     progress : told bytes done and bytes in all of each large log
+    say : called with a line now and then while long logs are checked
 
     Raises
     ------
@@ -68,7 +71,8 @@ def read_inputs(
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
     read = tuple(read_log(name, reading, progress=progress) for name in names)
     hand_back()
-    examinations = [examine(log, model) for log in read]
+    checked = None if say is None else Pace(say, "checks of the log", even=False).told
+    examinations = [examine(log, model, progress=checked) for log in read]
     inspections = tuple(inspect_log(log, model, examination=made) for log, made in zip(read, examinations, strict=True))
     if any(inspection.plan.missing for inspection in inspections):
         prepare(read, model, WEAK)  # what is missing is told before what is wrong with the rest

@@ -12,6 +12,7 @@ from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
 from ..physics.vehicle import Vehicle
+from ..reports.terminal.pace import Pace
 
 
 def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
@@ -41,6 +42,7 @@ def look_over(
     *,
     fix: Path | None = None,
     progress: Callable[[int, int], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> tuple[Inspection | Inspections, Log]:
     """Inspect logs, and write one of them repaired.
 
@@ -49,6 +51,7 @@ def look_over(
     paths : logs, folders of logs, or patterns
     vehicle : whose needs are checked
     reading, progress : see `read_log`
+    say : called with a line now and then while a long log is checked
     fix : file for the repaired log, None to write nothing
 
     Returns
@@ -71,7 +74,8 @@ def look_over(
     hand_back()
     if len(read) > 1:
         return inspect_logs(read, vehicle).but(notes=notes), read[0]
-    examination = examine(read[0], vehicle)
+    checked = None if say is None else Pace(say, "checks of the log", even=False).told
+    examination = examine(read[0], vehicle, progress=checked)
     inspection = inspect_log(read[0], vehicle, examination=examination)
     inspection = inspection.but(notes=(*inspection.notes, *notes))
     if fix is None:

@@ -1,6 +1,6 @@
 """All checks on one log, or on several logs of one boat together."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ...physics.vehicle import Vehicle
@@ -45,10 +45,20 @@ class Examination:
         return tuple(finding.sentence for finding in unfixed if finding.verdict in SEVERITY[:2])
 
 
-def examine(log: Log, vehicle: Vehicle | None = None) -> Examination:
-    """Make all checks on one log; with a vehicle, its thrusters are what the commands must agree with."""
+def examine(
+    log: Log, vehicle: Vehicle | None = None, *, progress: Callable[[int, int], None] | None = None
+) -> Examination:
+    """Make all checks on one log.
+
+    Parameters
+    ----------
+    vehicle : whose thrusters the commands must agree with
+    progress : told how many checks are made, and how many there are
+    """
     record, findings, seen = Record.of(log, vehicle), [], []
-    for check in CHECKS:
+    for done, check in enumerate(CHECKS):
+        if progress is not None:
+            progress(done, len(CHECKS))
         seen.append(record)
         found = check.examine([record])
         findings += found

@@ -1,14 +1,13 @@
 """Progress of reading a large log: a bar in bytes on a terminal, a plain line now and then elsewhere."""
 
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-LARGE = 50_000_000
-"""Bytes from which a log's reading is worth a line, where there is no terminal: it takes some seconds."""
-EVERY = 5.0
-"""Seconds between plain lines: often enough to see that it goes on, seldom enough for the log of a batch job."""
+from .pace import Pace
+
+_MEGABYTE = 1e6
+"""[B], in which lines tell of bytes."""
 
 
 @contextmanager
@@ -18,7 +17,8 @@ def reading_progress(say: Callable[[str], None], quiet: bool = False) -> Iterato
     By `say`, too, where `quiet` says that nobody wants a bar.
     """
     if quiet or not sys.stderr.isatty():
-        yield _lines(say)
+        pace = Pace(say, "reading", " MB")
+        yield lambda done, total: pace.told(done / _MEGABYTE, total / _MEGABYTE)
         return
     from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn, TransferSpeedColumn
@@ -38,15 +38,3 @@ def reading_progress(say: Callable[[str], None], quiet: bool = False) -> Iterato
             bar.update(task, completed=done, total=total, visible=done < total)
 
         yield drawn
-
-
-def _lines(say: Callable[[str], None]) -> Callable[[int, int], None]:
-    last = time.monotonic()
-
-    def told(done: int, total: int) -> None:
-        nonlocal last
-        if total >= LARGE and done < total and time.monotonic() - last > EVERY:
-            last = time.monotonic()
-            say(f"read {done / 1e6:.0f} of {total / 1e6:.0f} MB")
-
-    return told

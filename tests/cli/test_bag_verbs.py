@@ -14,7 +14,7 @@ from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.terminal import reading_progress
+from undertow.reports.terminal import pace, reading_progress
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.read import read_run_inputs
 
@@ -95,14 +95,17 @@ def test_a_run_of_an_earlier_version_has_no_namespace(tmp_path):
 
 def test_reading_a_large_log_is_told_in_lines_or_in_a_bar(monkeypatch, capsys):
     said = []
-    monkeypatch.setattr(reading_progress, "EVERY", 0.0)
+    monkeypatch.setattr(pace, "FIRST", 0.0)
+    monkeypatch.setattr(pace, "EVERY", 0.0)
     with reading_progress.reading_progress(said.append) as told:
         for done_bytes in (10, 60_000_000, 120_000_000):
             told(done_bytes, 120_000_000)
         told(10, 1000)
-    assert said == ["read 0 of 120 MB", "read 60 of 120 MB"]
+    begun = [line.partition(",")[0] for line in said]
+    assert begun == ["reading: 0 of 120 MB", "reading: 60 of 120 MB", "reading: 0 of 0 MB"]
+    assert said[1].endswith("about 0 s left")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     with reading_progress.reading_progress(said.append) as told:
         told(60_000_000, 120_000_000)
-    assert len(said) == 2
+    assert len(said) == 3
     assert "reading" in capsys.readouterr().err

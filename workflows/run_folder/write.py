@@ -16,6 +16,7 @@ from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
 from ...physics.freed_memory import hand_back
+from ...reports.terminal.pace import Pace
 from .provenance import command, seen_from, versions
 from .read import read_run
 from .run import Run, Say
@@ -62,7 +63,8 @@ def write_run(
     Parameters
     ----------
     report : False to leave the HTML page out
-    progress : called with a line when `series.mcap` is left out, for want of the extra `logs`; a warning without it
+    progress : called with a line for each step that takes long, and when `series.mcap` is left out, for want of the
+        extra `logs`; a warning without it
     force : replace also files that undertow did not write, or that were changed since
 
     Raises
@@ -73,12 +75,13 @@ def write_run(
     expect("write_run: run", run, Run, "undertow.discover(INPUTS) and undertow.add(EFFECTS, INPUTS) make one")
     read = run.inputs
     target = check_target(out, (read.paths, read.reading.channel_map), report=report, force=force)
-    say = progress or _warn
+    if progress is not None:
+        progress("writing the run folder")
 
     def build(work: Path) -> list[str]:
         _write_files(run, work, target)
         hand_back()
-        _write_viewer_series(run, work / "series.mcap", say)
+        _write_viewer_series(run, work / "series.mcap", progress)
         seal(work, _record(run, target), DATA)
         if report:
             write_page(work)
@@ -121,12 +124,12 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
     }
 
 
-def _write_viewer_series(run: Run, path: Path, say: Say) -> None:
+def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> None:
     """The series for viewers, or a line on why there is none."""
     try:
         require_mcap()
     except RequestError as error:
-        say(f"{path.name} is left out: {error}")
+        (progress or _warn)(f"{path.name} is left out: {error}")
         return
     found, parts = run.discovery, run.inputs.parts
     forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
@@ -134,7 +137,8 @@ def _write_viewer_series(run: Run, path: Path, say: Say) -> None:
         Prediction("before", found.nominal, run.series, "before"),
         Prediction("after", found.corrected, run.series, "after", forces),
     )
-    write_series(path, told, run.inputs.channels, parts, run.inputs.starts)
+    pace = None if progress is None else Pace(progress, f"rows of {path.name}").told
+    write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace)
 
 
 def _warn(line: str) -> None:
