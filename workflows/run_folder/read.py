@@ -1,9 +1,9 @@
 """Read a run folder whole, and say clearly what is wrong with it when it cannot be shown."""
 
 import hashlib
-import io
 import os
 import re
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -152,8 +152,11 @@ def _vehicle(content: bytes, path: Path) -> Vehicle:
 def _series(content: bytes, path: Path) -> pd.DataFrame:
     if content.count(b",") > _MOST_CELLS or content.find(b"\n", 0, _LONGEST_HEADER) < 0 < len(content):
         raise RequestError(f"{path}: expected at most {_MOST_CELLS} numbers in lines, got another table; {REMEDY}")
+    del content  # of a long log, more than the numbers in it
     try:
-        series = pd.read_csv(io.BytesIO(content), low_memory=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", pd.errors.DtypeWarning)  # what is no number is refused below
+            series = pd.read_csv(path)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
         raise RequestError(f"{path} is not a readable CSV ({shortened(str(error), 300)}); {REMEDY}") from None
     lacking = [name for name in SERIES_COLUMNS if name not in series.columns]

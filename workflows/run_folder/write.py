@@ -84,6 +84,7 @@ def write_run(
         _write_viewer_series(run, work / "series.mcap", progress)
         seal(work, _record(run, target), DATA)
         if report:
+            hand_back()
             write_page(work)
         return os.listdir(work)
 

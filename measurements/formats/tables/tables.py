@@ -128,7 +128,8 @@ def _counted(parts: Iterable[pd.DataFrame], width: int, text: TableText, request
             words = not isinstance(column.dtype, pd.CategoricalDtype) and not pd.api.types.is_numeric_dtype(column)
             if name != time and words:
                 part[name] = _numbers(column.astype("category"))  # each word is looked at once
-        yield part
+        if len(part):
+            yield part
     if not rows:
         raise LogError("a header but no rows; the log is empty. Was the recording stopped at once?")
 
