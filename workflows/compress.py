@@ -51,9 +51,9 @@ def compress(
     """
     inputs = read_inputs(logs, vehicle, reading)
     found = []
-    for log in inputs.logs:
-        own = [motion for motion in inputs.fitting if motion.source == str(log.path)]
-        digest = log_digests([str(log.path)])[0]["sha256"] or ""
+    for source in dict.fromkeys(motion.source for motion in inputs.fitting):
+        own = [motion for motion in inputs.fitting if motion.source == source]
+        digest = log_digests([source])[0]["sha256"] or ""
         found.append(_of_one(own, inputs.vehicle, degree, digest))
     return reduce(add, found)
 
