@@ -5,17 +5,20 @@ stand for all. A factor of many rows is made of those of their parts (TSQR; Demm
 factors of logs add; and each block of time has its own, for whatever draws or leaves out blocks.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
-from scipy.linalg import lapack
+from scipy.linalg import get_lapack_funcs
 
 from ...measurements.statistics.single_threaded import single_threaded
 from ...physics.errors import RequestError
 from ...physics.file_records import Record
 from ...physics.frames import Array
 
+(_factored,) = cast("list[Callable[..., tuple[Array, Array, Array, int]]]", get_lapack_funcs(("geqrf",)))
+"""LAPACK's QR of a matrix that it may write over."""
 _CHUNK = 1 << 16
 """Numbers of the rows that are reduced at a time: half a megabyte stays in the cache of any core."""
 
@@ -134,7 +137,7 @@ def compress(parts: Iterable[Array]) -> tuple[Array, int]:
 
 def _reduced(rows: Array) -> Array:
     """The upper triangle of the QR of rows (n, k), (min(n, k), k)."""
-    found, _, _, _ = lapack.dgeqrf(np.asfortranarray(rows), overwrite_a=1)
+    found, _, _, _ = _factored(np.asfortranarray(rows), overwrite_a=1)
     return np.triu(found[: rows.shape[1]])
 
 

@@ -8,9 +8,11 @@ like the rehearsed.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from ...physics.file_records import Record, Whole
@@ -19,6 +21,8 @@ from ..candidates.linearisation import Linearisation, Option
 from .gram import RIDGE, GramScores
 from .scoring import Scoring
 
+Single = NDArray[np.float32]
+"""Numbers in single precision: thousands of copies are summed up, and none of them is a result."""
 REHEARSALS = 999
 """Copies: a name that none of them would have earned is told as 1 in 1,000."""
 _NUMBERS = 2_000_000
@@ -69,19 +73,25 @@ class Rehearsals:
         self, search: Scoring, linear: Linearisation, scores: GramScores, now: Mapping[str, Option], seed: int
     ) -> None:
         self._search, self._linear, self._scores, self._now = search, linear, scores, now
-        self._columns = (linear.columns / scores.scale).astype(np.float32)
         self._gram = scores.gram.sum(axis=0)
         self._noise = np.zeros_like(self._gram) if scores.noise is None else scores.noise.sum(axis=0)
         self._total, self._blur = (np.tensordot(scores.weight, gram, axes=1) for gram in (self._gram, self._noise))
         self._rows = search.balance.bins
-        places = linear.columns.shape[0] // self._rows
-        self._length = next_fast_len(places, real=True)
-        rng = np.random.default_rng([seed, REHEARSALS])
-        turns = np.exp(2j * np.pi * rng.random((REHEARSALS, self._length // 2 + 1)))
-        turns[:, 0] = np.sign(turns[:, 0].real)
-        if self._length % 2 == 0:
-            turns[:, -1] = np.sign(turns[:, -1].real)
-        self._turns = turns.astype(np.complex64)
+        self._length: int = next_fast_len(linear.columns.shape[0] // self._rows, real=True) or 1
+        self._seed = seed
+
+    @cached_property
+    def _columns(self) -> Single:
+        """(tests, 3, columns + 1), scaled; in single precision, half as much to multiply by copies."""
+        return (self._linear.columns / self._scores.scale).astype(np.float32)
+
+    @cached_property
+    def _turns(self) -> NDArray[np.complex64]:
+        """By how much each frequency is turned in each copy, (copies, frequencies); what has no phase changes sign."""
+        angles = np.random.default_rng([self._seed, REHEARSALS]).random((REHEARSALS, self._length // 2 + 1))
+        alone = [0, -1] if self._length % 2 == 0 else [0]
+        angles[:, alone] = np.round(angles[:, alone]) / 2.0
+        return np.exp(2j * np.pi * angles).astype(np.complex64)
 
     def chance(self, key: str) -> Chance:
         """How often nothing would have looked as good as an effect that stands in the model."""
@@ -98,10 +108,11 @@ class Rehearsals:
     def _of(self, rest: Sequence[Option], own: Sequence[_Trial], every: Sequence[_Trial]) -> Chance:
         """How often the best of all trials earns as much on a copy as the best of some does on the log itself."""
         columns, _, _, target = self._scores.layout(rest)
-        combination = target.copy()
-        solved, _ = self._solved(columns, (self._total[columns] - self._blur[columns]) @ target[:, None])
+        combination: Array = target.copy()
+        pull: Array = (self._total[columns] - self._blur[columns]) @ target
+        solved, _ = self._solved(columns, pull[:, None])
         combination[columns] -= solved[0]
-        left = np.tensordot(self._columns, combination.astype(np.float32), axes=(2, 0))
+        left: Single = np.tensordot(self._columns, combination.astype(np.float32), axes=(2, 0))
         mine = self._gains(left.T[:, None], columns, own, self._noise @ combination).max()
         best = [self._gains(copies, columns, every).max(axis=0) for copies in self._copies(left)]
         return Chance(better=int((np.concatenate(best) >= mine).sum()), of=REHEARSALS)
@@ -117,24 +128,25 @@ class Rehearsals:
         free = np.array([option.free[k] for k in places], dtype=int)
         limits = (-np.inf, np.inf)
         if free.size == 1 and gone < 0:
-            size = self._scores.scale[free[0]]
+            size = float(self._scores.scale[free[0]])
             limits = (option.lower[places[0]] * size, option.upper[places[0]] * size)
         offset, sign = (gone, -1.0) if gone >= 0 else (option.offset, 1.0)
         return _Trial(free, offset, sign, self._search.price_of(option), limits)
 
-    def _copies(self, left: Array) -> Iterator[Array]:
+    def _copies(self, left: Single) -> Iterator[Single]:
         """Copies of a rest (tests, 3) as (3, copies, tests), some at a time."""
         size = self._sizes(left)
         places = left.shape[0] // self._rows
         white = (left / size).reshape(places, self._rows * 3)
-        spectrum = rfft(white, self._length, axis=0).T[:, None]
+        spectrum = np.asarray(rfft(white, self._length, axis=0)).T[:, None]
         step = max(1, _NUMBERS // (3 * left.shape[0]))
         for start in range(0, REHEARSALS, step):
-            drawn = irfft(spectrum * self._turns[start : start + step], self._length, axis=2)[:, :, :places]
+            turned = spectrum * self._turns[start : start + step]
+            drawn = np.asarray(irfft(turned, self._length, axis=2))[:, :, :places]
             drawn = drawn.reshape(self._rows, 3, -1, places).transpose(1, 2, 3, 0)
             yield drawn.reshape(3, drawn.shape[1], -1) * size.T[:, None]
 
-    def _sizes(self, left: Array) -> Array:
+    def _sizes(self, left: Single) -> Single:
         """Root mean square of the rest in the block of each test, (tests, 3)."""
         block = self._search.balance.block
         count = np.bincount(block)
@@ -157,7 +169,7 @@ class Rehearsals:
         inner = (self._gram - share * self._noise)[:, columns[:, None], columns]
         return solved, inner
 
-    def _gains(self, rests: Array, kept: np.ndarray, trials: Sequence[_Trial], blur: Array | None = None) -> Array:
+    def _gains(self, rests: Single, kept: np.ndarray, trials: Sequence[_Trial], blur: Array | None = None) -> Array:
         """Log-likelihood that each option earns beside the kept columns on each rest, (options, rests).
 
         Parameters

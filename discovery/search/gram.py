@@ -178,7 +178,7 @@ class GramScores:
     def layout(self, chosen: Sequence[Option]) -> tuple[np.ndarray, Array, Array, Array]:
         """Free columns (p,), lower and upper limits (p,), and the target as a combination of all columns, scaled."""
         columns, lower, upper = [], [], []
-        target = np.zeros(self.size + 1)
+        target: Array = np.zeros(self.size + 1)
         target[-1] = 1.0
         for option in chosen:
             if option.offset >= 0:

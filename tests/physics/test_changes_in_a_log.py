@@ -21,7 +21,7 @@ every_change = pytest.mark.parametrize("change", CHANGES, ids=lambda change: nex
 
 def driven(minutes: float = 2.0) -> Motion:
     """A motion of the unchanged hull, ahead and turning, that begins at some time of a log."""
-    t = 60.0 * minutes + 0.1 * np.arange(300)
+    t = 60.0 * minutes + 0.1 * np.arange(300, dtype=float)
     push = np.column_stack([20.0 + 8.0 * np.sin(0.4 * t), 20.0 + 8.0 * np.cos(0.3 * t)]) * 5.0 + 1500.0
     still = Motion(t, np.zeros((300, 2)), np.zeros(300), np.zeros((300, 3)), push, ("port", "stbd"))
     return simulate_motion(HULL, still)

@@ -8,7 +8,7 @@ STEP = 0.1
 
 
 def motion(rows: int, before: int = 0) -> Motion:
-    time = STEP * np.arange(rows)
+    time = STEP * np.arange(rows, dtype=float)
     commands = np.arange(-before, rows, dtype=float)[:, None]
     return Motion(
         time=time,

@@ -72,8 +72,9 @@ class EnergyBalance(Law):
         """Power that the model gains along a motion, and power that it is given [W], (n,) each."""
         vehicle = witness.vehicle
         nu = np.stack(through_water(vehicle, motion), axis=-1)
-        nothing, moving = (0.0 * motion.heading,) * 3, (tuple(nu.T), tuple(motion.velocity.T))
-        turn = np.stack(ForceEquation(vehicle).acceleration(nothing, *moving, motion.heading), axis=-1)
+        psi, idle = motion.heading, 0.0 * motion.heading
+        moving = (tuple(nu.T), tuple(motion.velocity.T))
+        turn = np.stack(ForceEquation(vehicle).acceleration((idle, idle, idle), *moving, psi), axis=-1)
         gained = coasting_power(witness.mass, nu, witness.along(motion) - turn)
         air = None if motion.air is None else (motion.air[:, 0], motion.air[:, 1])
         outside = (nu * stated_push(vehicle, motion.heading, tuple(nu.T), air)).sum(axis=1)
