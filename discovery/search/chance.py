@@ -75,7 +75,7 @@ class Rehearsals:
         self._search, self._linear, self._scores, self._now = search, linear, scores, now
         self._gram = scores.gram.sum(axis=0)
         self._noise = np.zeros_like(self._gram) if scores.noise is None else scores.noise.sum(axis=0)
-        self._total, self._blur = (np.tensordot(scores.weight, gram, axes=1) for gram in (self._gram, self._noise))
+        self._total, self._blur = (np.einsum("a,aij->ij", scores.weight, gram) for gram in (self._gram, self._noise))
         self._rows = search.balance.bins
         self._length: int = next_fast_len(linear.columns.shape[0] // self._rows, real=True) or 1
         self._seed = seed
