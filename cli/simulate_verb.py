@@ -18,7 +18,7 @@ def amounts() -> str:
             "Added to the vehicle's own number, so that X_uu=-12 makes -8 to -20 (a term such as yaw:u|r| too): "
             f"{added}.",
             f"Put in the place of the vehicle's own number: {absolute}.",
-            "Symbols such as X_uu, lag or port_scale count like their effects; mass, inertia_z and Y_rdot are put in "
+            "Symbols such as X_uu, lag or port_scale count like their effects; inertia_z and Y_rdot are put in "
             "place. What came of it is printed.",
         )
     )

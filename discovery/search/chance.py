@@ -45,7 +45,7 @@ class Chance(Record):
     @property
     def in_words(self) -> str:
         """What it says of an effect that none of them reached, in a sentence."""
-        return f"By chance, noise like this log's makes nothing look as good in 1 of {self.of + 1:,} logs."
+        return f"In {self.of} rehearsals of this log's noise without it no effect looked as good: 1 in {self.of + 1:,}."
 
 
 class _Trial(NamedTuple):

@@ -79,5 +79,5 @@ def test_findings_say_how_rare_it_is():
     findings = find_missing([world.motion(0.05)], HULL).findings
     (found,) = [effect for effect in findings.candidates if effect.verdict == "missing"]
     assert found.chance == Chance(better=0, of=REHEARSALS)
-    assert "1 of 1,000" in found.sentence
+    assert "1 in 1,000" in found.sentence
     assert findings.to_dict()["candidates"][0]["chance"] == {"better": 0, "of": 999}
