@@ -22,8 +22,9 @@ from .candidates.nuisance import CALIBRATED, command_timing
 from .candidates.unnamed_terms import term_candidate
 from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
+from .evidence.invariance import invariance
 from .evidence.lasting_rest import beside_rests, lasting_rests
-from .evidence.limits import as_timed, believed, doubts
+from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.record_errors import beside, compass_error, record_errors
 from .evidence.verdicts import Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
@@ -37,6 +38,8 @@ from .search.command_resolution import within_resolution
 from .search.floating import Search, State
 from .selection import Selected, select, slender
 from .settings import DiscoverySettings
+
+_DIFFERS = "a cause has one size all over a log, and this has not"
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +121,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
+    invariant = invariance(search, final)
+    doubtful = {key: f"{_DIFFERS}: {same.differs}" for key, same in invariant.items() if same.differs} | doubtful
+    doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     doubtful = within_resolution(search, final) | (hidden.doubts if hidden else {}) | doubtful
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
@@ -139,6 +145,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         doubtful,
         rests,
         held_back,
+        invariant,
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))

@@ -60,6 +60,15 @@ class FoundTerm(Record):
         return content
 
 
+class Part(Record):
+    """One number of an effect in a part of the log, as in `FoundTerm`, with its 95 % interval."""
+
+    where: str
+    symbol: str
+    value: Number
+    ci95: Interval
+
+
 class FoundEffect(Record):
     """The findings on one effect of the catalogue.
 
@@ -73,6 +82,8 @@ class FoundEffect(Record):
         look-alikes, 0..1
     error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
     chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
+    parts : its numbers in the parts of the log that know them: halves, slow and fast, ahead and astern, turning
+    agrees : whether they are one number; None where no part was asked
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
     """
@@ -86,6 +97,8 @@ class FoundEffect(Record):
     confidence: Number
     error_drop: Number
     chance: Chance | None = absent()
+    parts: tuple[Part, ...] = Field(default=(), exclude_if=lambda value: not value)
+    agrees: Flag | None = absent()
     indistinguishable_from: tuple[str, ...] = ()
     terms: tuple[FoundTerm, ...] = ()
 

@@ -444,7 +444,7 @@ EFFECTS: tuple[Effect, ...] = (
     Effect(
         "hull_fouling",
         "hull",
-        (Parameter("fouling_rate", "environment", "1/min", lower=-0.05, upper=0.5, step=0.01),),
+        (Parameter("fouling_rate", "damping", "1/min", lower=0.0, upper=0.5, step=0.01),),
         "D := (1 + fouling_rate t) D for all damping, t from the beginning of the log",
         "All drag grows as time goes by, as it does where weed or a net is caught.",
         added=False,

@@ -271,8 +271,20 @@ def calm(vehicle: Vehicle) -> Vehicle:
     return vehicle.with_values({symbol: null for symbol, null in stated.items() if vehicle.value(symbol) != null})
 
 
-def stated_push(vehicle: Vehicle, heading: Array, relative: Triple, air: tuple[Array, Array] | None = None) -> Array:
+def at_beginning(vehicle: Vehicle) -> Vehicle:
+    """The vehicle as it is when a log begins: without what changes by the minute."""
+    rates = {p.symbol: p.null for p in PARAMETERS.values() if p.unit.endswith("/min")}
+    return vehicle.with_values({symbol: null for symbol, null in rates.items() if vehicle.value(symbol) != null})
+
+
+def stated_push(
+    vehicle: Vehicle,
+    heading: Array,
+    relative: Triple,
+    air: tuple[Array, Array] | None = None,
+    minutes: Array | float = 0.0,
+) -> Array:
     """Force (n, 3) [N, N, N m] of the wind and the trim that the vehicle file states."""
     idle = np.zeros((len(vehicle.thrusters), np.asarray(heading).size))
-    pair = [ForceEquation(v).force(relative, heading, idle, air=air) for v in (vehicle, calm(vehicle))]
+    pair = [ForceEquation(v).force(relative, heading, idle, air=air, minutes=minutes) for v in (vehicle, calm(vehicle))]
     return np.stack([a - b + np.zeros_like(heading) for a, b in zip(*pair, strict=True)], axis=-1)

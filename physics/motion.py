@@ -1,6 +1,7 @@
 """The one grammar of a log: a `Motion`, SI units, NED/FRD axes, an even time base."""
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -9,6 +10,10 @@ from .frames import Array
 
 RUN_UP = 20.0
 """Longest history of commands that a motion keeps [s]: a delay of 2 s and six time constants of a lag of 3 s."""
+
+
+_OF_TIME = cast("Array", None)
+"""Minutes that are those of the time base; no motion has it once it is made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +38,8 @@ class Motion:
     derived : which velocities are derivatives of positions or of the heading, so that their noise is no white one
     command_step : time between two records of the commands [s]; 0 where it is not known
     out_of_step : by how much its columns may be out of step with each other, as far as the log's reader can tell [s]
+    minutes : (n,) since the first row of the log [min], by which what changes in a log is told; of `time` where it is
+        not given
 
     Raises
     ------
@@ -52,15 +59,19 @@ class Motion:
     derived: tuple[bool, bool, bool] = (False, False, False)
     command_step: float = 0.0
     out_of_step: float = 0.0
+    minutes: Array = _OF_TIME
 
     def __post_init__(self) -> None:
         n = self.time.shape[0]
+        if self.minutes is _OF_TIME:
+            object.__setattr__(self, "minutes", self.time / 60.0)
         wanted = {
             "time": (n,),
             "position": (n, 2),
             "heading": (n,),
             "velocity": (n, 3),
             "commands": (n, len(self.thrusters)),
+            "minutes": (n,),
         } | ({} if self.air is None else {"air": (n, 2)})
         for name, shape in wanted.items():
             array = getattr(self, name)
@@ -80,11 +91,6 @@ class Motion:
     def time_step(self) -> float:
         """The even step of the time base [s]."""
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
-
-    @property
-    def minutes(self) -> Array:
-        """Time since the beginning of the log (n,) [min], by which what changes in a log is told."""
-        return self.time / 60.0
 
     @property
     def duration(self) -> float:
@@ -107,4 +113,5 @@ class Motion:
             commands=self.commands[rows],
             run_up=past if past.size else None,
             air=None if self.air is None else self.air[rows],
+            minutes=self.minutes[rows],
         )

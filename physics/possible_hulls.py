@@ -39,7 +39,7 @@ def impossible(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> di
 def insistable(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> set[str]:
     """Every key that a vehicle may insist on."""
     limited = {p.symbol for p in PARAMETERS.values() if p.section in _WORDS and np.isfinite(p.upper)}
-    return {*limited, "x_g", *(s for s in values if ":" in s), *(t.name for t in thrusters)}
+    return {*limited, "x_g", "y_g", *(s for s in values if ":" in s), *(t.name for t in thrusters)}
 
 
 def _signs(values: Mapping[str, float]) -> dict[str, str]:
@@ -103,7 +103,7 @@ def _places(values: Mapping[str, float], thrusters: Sequence[Thruster]) -> dict[
     mass, inertia, ahead, beside = (values[symbol] for symbol in ("mass", "inertia_z", "x_g", "y_g"))
     least = mass * (ahead**2 + beside**2)
     if inertia < least:
-        found["x_g"] = (
+        found["x_g" if abs(ahead) >= abs(beside) else "y_g"] = (
             f"x_g = {ahead:g} m, y_g = {beside:g} m: a mass of {mass:g} kg that far from the origin has {least:g} "
             f"kg m^2 of inertia about it at least, and inertia_z, which is about the origin, is {inertia:g}"
         )

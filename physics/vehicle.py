@@ -148,6 +148,16 @@ class Vehicle(BaseModel):
                 f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}, m13={m13:g}; "
                 "added mass carries its sign (X_udot = -2.6 adds 2.6 kg)"
             )
+        if self.value("fouling_rate") < 0.0:
+            raise ValueError(
+                f"fouling_rate must not be negative, got {self.value('fouling_rate'):g} 1/min: damping that falls for "
+                "long enough would drive the boat"
+            )
+        shadowed = [name for name in names if f"{name}_scale" in SHARED_THRUSTER_KEYS]
+        if shadowed:
+            raise ValueError(
+                f"a thruster cannot be named {shadowed[0]!r}: {shadowed[0]}_scale is that of all thrusters"
+            )
         if self.value("memory_time") <= 0:
             raise ValueError(f"memory_time must be positive, got {self.value('memory_time'):g} s")
         known = insistable(self.values, self.thrusters)

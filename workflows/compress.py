@@ -17,6 +17,7 @@ from ..discovery.settings import DiscoverySettings
 from ..measurements.log_digests import log_digests
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .inputs import read_inputs
@@ -53,7 +54,11 @@ def compress(
     found = []
     for source in dict.fromkeys(motion.source for motion in inputs.fitting):
         own = [motion for motion in inputs.fitting if motion.source == source]
-        digest = log_digests([source])[0]["sha256"] or ""
+        digest = log_digests([source])[0]["sha256"]
+        if digest is None:
+            raise RequestError(
+                f"{source}: expected a file that can be read again for its digest, got none; keep it in place"
+            )
         found.append(_of_one(own, inputs.vehicle, degree, digest))
     return reduce(add, found)
 

@@ -16,6 +16,7 @@ from ..measurements.prepared_logs import INPUTS_CURE, Inputs
 from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
+from ..physics.forces import at_beginning
 from ..physics.in_words import listing
 from ..physics.reading import Plain
 from ..residuals.models.base import Model, VehicleModel
@@ -174,7 +175,7 @@ def train(
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
             inputs.parts.split,
-            inputs.vehicle,
+            at_beginning(inputs.vehicle),  # a network knows no time
             chosen,
             settings=settings,
             folder=target,

@@ -140,6 +140,11 @@ class Balance(ABC):
 
     @property
     @abstractmethod
+    def speeds(self) -> Array:
+        """Mean measured velocity over ground at each test, (tests, 3) [m/s, m/s, rad/s]."""
+
+    @property
+    @abstractmethod
     def sources(self) -> list[str]:
         """Where each row of `squares` comes from."""
 

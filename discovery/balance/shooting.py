@@ -170,6 +170,11 @@ class Shooting(Balance):
         return int(self._data.measured.shape[0])
 
     @property
+    def speeds(self) -> Array:
+        """Those of the bins."""
+        return self._rows(self._data.measured)
+
+    @property
     def sources(self) -> list[str]:
         """Where each rollout comes from."""
         return [m.source for m, rows in zip(self._data.motions, self._data.starts, strict=True) for _ in rows]

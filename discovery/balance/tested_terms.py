@@ -8,7 +8,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from ...physics.forces import thruster_response
-from ...physics.frames import Array
+from ...physics.frames import Array, earth_to_body
 from ...physics.momentum_balance import balances
 from ...physics.motion import Motion
 from ...physics.thrusters import Thruster, first_order_lag
@@ -158,6 +158,8 @@ class TestedTerms(Products):
         if axis < 2:  # less what the turning of the current adds over ground
             drift = self.velocity[1 - axis] - self.relative(vehicle)[1 - axis]
             claimed = claimed + (-1.0, 1.0)[axis] * drift * self.velocity[2]
+            northwards, eastwards = (rate / 60.0 for rate in water(vehicle)[2:])
+            claimed = claimed - earth_to_body(self.heading, northwards, eastwards)[axis]
         return self.passed(claimed)
 
     def _test(self, rows: Array, weights: Sequence[Array]) -> Array:

@@ -139,6 +139,11 @@ class WeakForm(Balance):
         return 1
 
     @property
+    def speeds(self) -> Array:
+        """Passed through the test functions."""
+        return self.average([motion.velocity for motion in self.motions])
+
+    @property
     def sources(self) -> list[str]:
         """None are kept apart."""
         return []

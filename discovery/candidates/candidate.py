@@ -10,7 +10,7 @@ from ...physics.vehicle import Vehicle
 
 _LIGHTEST = 0.2
 """Share of a vehicle's mass that is looked for at least: who is five times wrong has taken another unit."""
-_NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g", "mass")
+_NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass")
 
 
 class Kind(Enum):

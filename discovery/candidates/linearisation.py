@@ -207,6 +207,8 @@ class Linearisation:
         if parameter.symbol in GAINS:  # the bent curve is linear in its gains, and the advance loss apart from it
             apart = {*GAINS, "advance_loss"}
             return tuple((t.scale, *(p[key] for key in SHARED if key not in apart)) for t in about.thrusters)
+        if parameter.section == "top":  # times each other in the mass matrix
+            return (*current, p["mass"], p["x_g"], p["y_g"])
         if parameter.section == "thrusters":
             return (*current, *((t.scale, *(p[key] for key in SHARED)) for t in about.thrusters))
         if parameter.section == "memory":
@@ -221,7 +223,11 @@ def _near_by(vehicle: Vehicle) -> Vehicle:
     """
     if len({tuple(getattr(thruster, key) for key in SHARED) for thruster in vehicle.thrusters}) > 1:
         return vehicle
-    symbols = (*CURRENT, *SHARED, *(f"{t.name}_scale" for t in vehicle.thrusters))
+    symbols = (
+        *CURRENT[:2],
+        *(key for key in SHARED if key != "thrust_rate"),
+        *(f"{t.name}_scale" for t in vehicle.thrusters),
+    )
     values = {symbol: vehicle.value(symbol) for symbol in symbols}
     return vehicle.with_values({symbol: _ROUGH * round(value / _ROUGH) for symbol, value in values.items()})
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate, Kind
@@ -13,6 +14,10 @@ from .weighing import Evidence
 _TOGETHER = (
     "the common scale and every thruster's own are fitted at once, and only their products move a force, so that the "
     "log cannot tell one of them from the others"
+)
+_DIFFERENCES = (
+    "the speeds of this log are differences of its positions, whose noise looks like another mass; give a log with "
+    "measured speeds"
 )
 _SLACK = 0.05
 """Share of an interval's width by which an estimate may lie beyond its end: rounding, and steps of a profile."""
@@ -63,6 +68,13 @@ def doubts(
         if why:
             found[candidate.key] = why
     return found
+
+
+def of_differences(pool: Sequence[Candidate], kept: Sequence[str], motions: Sequence[Motion]) -> dict[str, str]:
+    """Why effects of mass are not certain on logs whose speeds are derived from positions, by key."""
+    if not any(any(motion.derived[:2]) for motion in motions):
+        return {}
+    return {c.key: _DIFFERENCES for c in pool if c.key in kept and c.effect.family == "mass"}
 
 
 def _of_nothing(candidate: Candidate, nominal: Vehicle, intervals: Mapping[str, Interval]) -> str:

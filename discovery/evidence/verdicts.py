@@ -18,6 +18,7 @@ from ..reason import Reason
 from ..search.bootstrap import Interval
 from ..search.chance import REHEARSALS
 from ..search.floating import ALIVE, Search
+from .invariance import Invariance
 from .weighing import PERHAPS, Evidence, parameter_total
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
@@ -46,6 +47,7 @@ class Grounds:
     unseen : candidates that the search could not judge
     doubtful : why kept effects are not certain all the same, by key: they stay in the model, and are not called missing
     rests : what lasts and is explained by nothing
+    invariant : the size of each kept effect in the parts of the log, by key
     beside : what of it stands beside kept effects, by key: they are not called missing either
     """
 
@@ -62,6 +64,7 @@ class Grounds:
     doubtful: Mapping[str, str] = field(default_factory=dict)
     rests: Sequence[LastingRest] = ()
     beside: Mapping[str, str] = field(default_factory=dict)
+    invariant: Mapping[str, Invariance] = field(default_factory=dict)
 
 
 def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence[FoundEffect] = ()) -> Findings:
@@ -154,6 +157,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
         sentence = reason.tell(effect.meaning, doubt or beside or _told(e, reason))
+    same = g.invariant.get(e.key)
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
     return FoundEffect(
         effect=effect.name,
@@ -165,6 +169,8 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         confidence=e.confidence,
         error_drop=e.error_drop,
         chance=e.chance,
+        parts=same.parts if same else (),
+        agrees=not same.differs if same and same.parts else None,
         indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
         terms=terms,
     )

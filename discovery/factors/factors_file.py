@@ -58,7 +58,7 @@ def read_factors(path: str | os.PathLike[str]) -> Factors:
     try:
         found = _arrays(read_bytes(path, _MOST))
         content = parse_json(found["about"].tobytes())
-    except (ValueError, KeyError, zipfile.BadZipFile, NotImplementedError, EOFError) as error:
+    except (ValueError, KeyError, zipfile.BadZipFile, RuntimeError, EOFError) as error:
         raise RequestError(f"{path}: not readable as factors ({reason(error)}); {_REMEDY}") from None
     about = _About.read(content, path, _REMEDY)
     factors = Factors(about.columns, about.targets, found["r"], found["rows"], found["log"], about.logs, about.settings)
@@ -93,8 +93,12 @@ def _wrong(factors: Factors) -> str:
     for what, numbers in (("rows", factors.rows), ("log", factors.log)):
         if numbers.shape != factors.r.shape[:1]:
             return f"expected a number of {what} for each of {factors.r.shape[0]} blocks, got {numbers.shape}"
-    if not np.isfinite(factors.r).all() or np.tril(factors.r, -1).any():
+    with np.errstate(over="ignore"):
+        finite = np.isfinite((factors.r**2).sum())
+    if not finite or np.tril(factors.r, -1).any():
         return "expected upper triangular factors of finite numbers, got others"
-    if (factors.rows < 0).any() or (factors.log < 0).any() or (factors.log >= len(factors.logs)).any():
-        return "expected rows of logs that are listed, got others"
+    if len(set(factors.logs)) < len(factors.logs):
+        return "expected each log once, got one twice"
+    if (factors.rows <= 0).any() or (factors.log < 0).any() or (factors.log >= len(factors.logs)).any():
+        return "expected blocks with rows, of logs that are listed, got others"
     return ""

@@ -21,7 +21,8 @@ ALIAS = 0.98
 """Canonical correlation above which two candidates move alike."""
 LEAST_SIGNAL = 2.0
 """Signal to noise of a column below which sensor noise decides its coefficient."""
-
+_ADDED = ("surge_added_mass", "sway_added_mass")
+"""What another mass is the sum of."""
 _ROUNDING = 1e-20
 """Noise on a column that is a smaller share of its square is none: its signal to noise is infinite."""
 
@@ -73,7 +74,8 @@ def identify(
     limited = tuple(key for key in excitation if key not in alive and key not in trace)
     together = np.tensordot(weight, signal, axes=1)
     special = {c.key: alive[c.key] for c in pool if c.key in alive and not c.effect.general}
-    names = [key for key in special if not (key == "thrust_scale" and any("thruster_asym" in k for k in alive))]
+    sums = {"thrust_scale": any("thruster_asym" in k for k in alive), "mass_offset": set(_ADDED) <= set(alive)}
+    names = [key for key in special if not sums.get(key, False)]  # what others add up to
     used = [index for key in names for index in special[key]]
     groups, condition = alias_groups(together, special), _condition(together, used)
     quiet = tuple(name for name, is_quiet in zip(AXES, search.quiet, strict=True) if is_quiet)

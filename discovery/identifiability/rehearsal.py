@@ -20,7 +20,7 @@ _BESIDE = 0.1
 """Share of the largest share below which an effect does not act on an axis, but spills over to it."""
 _ANY = 1e4
 """Amount that stands for any, where no rehearsal tells what is plausible."""
-_LARGEST = {"cg_offset": 0.3}
+_LARGEST = {"cg_offset": 0.3, "lateral_cg": 0.1}
 """Amounts beyond which an effect is not plausible, where its physical limits are wider [its unit]."""
 
 
@@ -56,16 +56,18 @@ class Rehearsal:
 def rehearse(search: Search, vehicle: Vehicle, active: Sequence[str]) -> Rehearsal | None:
     """Drive every trial on a vehicle and take the columns of a search's candidates about it.
 
-    The trials begin on the heading on which the log begins. When all of them diverge, as they may on a vehicle that a
+    The trials begin on the heading on which the log begins, and all are driven when it ends: what changes by the minute
+    has then done all that the log can show of it. When all of them diverge, as they may on a vehicle that a
     doubtful fit has made, the nominal vehicle drives them; None when they diverge there too.
 
     Parameters
     ----------
     active : keys of the candidates present in `vehicle`
     """
-    heading = float(search.balance.motions[0].heading[0])
+    motions = search.balance.motions
+    heading, end = float(motions[0].heading[0]), max(float(motion.minutes[-1]) for motion in motions)
     for driver in (vehicle, search.nominal):
-        runs = [(n, run) for n, several in enumerate(drive(driver, TRIALS, heading)) for run in several]
+        runs = [(n, run) for n, several in enumerate(drive(driver, TRIALS, heading, end)) for run in several]
         if runs:
             return _rehearsal(search, vehicle, active, runs)
     return None
@@ -150,4 +152,5 @@ def _joined(runs: Sequence[Motion]) -> Motion:
         np.concatenate([run.velocity for run in runs]),
         np.concatenate([run.commands for run in runs]),
         runs[0].thrusters,
+        minutes=np.concatenate([run.minutes for run in runs]),
     )

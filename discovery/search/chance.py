@@ -107,13 +107,13 @@ class Rehearsals:
 
     def _of(self, rest: Sequence[Option], own: Sequence[_Trial], every: Sequence[_Trial]) -> Chance:
         """How often the best of all trials earns as much on a copy as the best of some does on the log itself."""
-        columns, _, _, target = self._scores.layout(rest)
-        combination: Array = target.copy()
-        pull: Array = (self._total[columns] - self._blur[columns]) @ target
-        solved, _ = self._solved(columns, pull[:, None])
-        combination[columns] -= solved[0]
+        fit = self._scores.fit(rest)
+        combination = self._scores.layout(rest)[3]
+        combination[fit.columns] -= fit.change * self._scores.scale[fit.columns]
+        columns = fit.columns[~fit.held]  # what a limit holds stays held
+        share = self._scores.noise_taken(fit.columns)
         left: Single = np.tensordot(self._columns, combination.astype(np.float32), axes=(2, 0))
-        mine = self._gains(left.T[:, None], columns, own, self._noise @ combination).max()
+        mine = self._gains(left.T[:, None], columns, own, share * (self._noise @ combination)).max()
         best = [self._gains(copies, columns, every).max(axis=0) for copies in self._copies(left)]
         return Chance(better=int((np.concatenate(best) >= mine).sum()), of=REHEARSALS)
 
@@ -137,7 +137,7 @@ class Rehearsals:
         """Copies of a rest (tests, 3) as (3, copies, tests), some at a time."""
         size = self._sizes(left)
         places = left.shape[0] // self._rows
-        white = (left / size).reshape(places, self._rows * 3)
+        white = (left / size).reshape(places, self._rows * 3) * np.float32(np.sqrt(self._length / places))
         spectrum = np.asarray(rfft(white, self._length, axis=0)).T[:, None]
         step = max(1, _NUMBERS // (3 * left.shape[0]))
         for start in range(0, REHEARSALS, step):

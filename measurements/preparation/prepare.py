@@ -232,6 +232,7 @@ def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span
         derived=_derived(log, part, step),
         command_step=command_step(channels),
         out_of_step=log.out_of_step,
+        minutes=(grid - _reference(log).time[0]) / 60.0,
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..forces import actuation
 from ..frames import Array
 from ..motion import Motion
-from ..simulation import integrate
+from ..simulation import Around, integrate
 from ..vehicle import Vehicle
 from .manoeuvres import COMMAND_STEP, hold, thruster_commands
 
@@ -159,7 +159,9 @@ TRIALS: tuple[Trial, ...] = (
 """Every trial, from the simplest to the most laborious."""
 
 
-def drive(vehicle: Vehicle, trials: Sequence[Trial] = TRIALS, heading: float = 0.0) -> tuple[tuple[Motion, ...], ...]:
+def drive(
+    vehicle: Vehicle, trials: Sequence[Trial] = TRIALS, heading: float = 0.0, minutes: float = 0.0
+) -> tuple[tuple[Motion, ...], ...]:
     """Simulate trials from rest, all at once, in steps of 0.1 s.
 
     Thrusters that push sideways rest. A run that diverges is left out.
@@ -167,6 +169,7 @@ def drive(vehicle: Vehicle, trials: Sequence[Trial] = TRIALS, heading: float = 0
     Parameters
     ----------
     heading : of the first run of each trial [rad]
+    minutes : after the beginning of a log at which all of them are driven
 
     Returns
     -------
@@ -182,14 +185,15 @@ def drive(vehicle: Vehicle, trials: Sequence[Trial] = TRIALS, heading: float = 0
         level = _padded(hold(*trial.steps), longest)
         commands = thruster_commands(vehicle, level[:, 0], level[:, 1])
         rest = np.zeros((longest, 3))
-        still.append(Motion(time, rest[:, :2], rest[:, 0], rest, commands, names, f"rehearsed: {trial.name}"))
+        name, now = f"rehearsed: {trial.name}", np.full(longest, minutes)
+        still.append(Motion(time, rest[:, :2], rest[:, 0], rest, commands, names, name, minutes=now))
     forces = [actuation(vehicle, motion) for motion in still]
     thrust = np.stack([forces[k].thrust for k, _ in runs], axis=-1)
     load = np.stack([forces[k].load for k, _ in runs], axis=-1)
     initial = np.zeros((len(runs), 6))
     initial[:, 2] = [heading + turn for _, turn in runs]
     with np.errstate(over="ignore", invalid="ignore"):
-        result = integrate(vehicle, COMMAND_STEP, initial, thrust, load)
+        result = integrate(vehicle, COMMAND_STEP, initial, thrust, load, around=Around(None, minutes))
     driven: list[list[Motion]] = [[] for _ in trials]
     for (k, _), states, diverged in zip(runs, result.states, result.diverged, strict=True):
         if not diverged:

@@ -179,11 +179,11 @@ def test_the_effects_add_up_to_the_difference_of_the_modelled_forces(run: undert
 
 
 def test_what_is_no_effect_is_told_apart(run: undertow.Run) -> None:
-    heavier = BOAT.with_values({"mass": 40.0, "yaw_trim": 1.0})
+    heavier = BOAT.with_values({"inertia_z": 9.0, "yaw_trim": 1.0})
     forces = effect_forces(BOAT, heavier, run.inputs.parts, effects_between(BOAT, heavier))
     assert list(forces) == ["yaw_trim", "other"]
     assert forces["yaw_trim"]["N"].to_numpy() == pytest.approx(1.0, abs=1e-6)
-    assert forces["other"]["X"].abs().max() > 1.0
+    assert forces["other"]["N"].abs().max() > 1.0
     assert effect_forces(BOAT, BOAT, run.inputs.parts, []) == {}
 
 
@@ -306,7 +306,7 @@ def test_without_the_extra_a_run_is_whole_but_for_it_and_says_so(
     assert {p.name for p in target.iterdir()} == {p.name for p in written.iterdir()} - {"series.mcap"}
     told: list[str] = []
     undertow.write_run(run, target, report=False, progress=told.append)
-    assert told == [
+    assert [line for line in told if "series" in line] == [
         "series.mcap is left out: a series for viewers needs the package mcap: pip install 'undertow[logs]'"
     ]
 

@@ -2,17 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.discover import find_missing
+from undertow.physics.errors import VehicleError
 from undertow.physics.forces import modelled_acceleration, modelled_force
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import rollout, simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")
 CHANGES = ({"battery_sag": -0.08}, {"hull_fouling": 0.15}, {"turning_current": (0.05, -0.03)})
@@ -70,7 +75,7 @@ def test_a_rollout_from_the_middle_goes_on_as_the_whole_does(change: Mapping[str
     whole = simulate_motion(changed, driven())
     part = rollout(changed, whole, np.array([100]), 150).states[0]
     np.testing.assert_allclose(part[:, 3:], whole.velocity[100:251], atol=1e-9)
-    other = rollout(changed, replace(whole, time=whole.time + 300.0), np.array([100]), 150).states[0]
+    other = rollout(changed, replace(whole, minutes=whole.minutes + 5.0), np.array([100]), 150).states[0]
     assert np.abs(other[:, 3:] - part[:, 3:]).max() > 1e-3
 
 
@@ -87,3 +92,33 @@ def test_discovery_names_it(change: Mapping[str, float], noise: str):
 def test_nothing_changes_in_a_steady_log():
     found = find_missing([simulate_world(HULL, {}, duration=240.0, noise="field", seed=12).motion()], HULL)
     assert found.findings.missing == ()
+
+
+def test_a_log_whose_clock_does_not_begin_at_zero_is_the_same_log(tmp_path: Path):
+    log = simulate_world(HULL, {"battery_sag": -0.08}, duration=200.0, noise="field", seed=13)
+    table = pd.read_csv(log.write(tmp_path / "log.csv"))
+    later = tmp_path / "later.csv"
+    table.assign(time=table["time"] + 1000.0).to_csv(later, index=False)
+    found = [find_missing(read_inputs(path, HULL).fitting, HULL).findings for path in (tmp_path / "log.csv", later)]
+    assert found[0].missing == found[1].missing == ("battery_sag",)
+    one, other = (next(c for c in findings.candidates if c.verdict == "missing").terms[0].value for findings in found)
+    assert other == pytest.approx(one, rel=1e-3)
+
+
+@every_change
+def test_what_a_model_claims_is_its_own_balance(change: Mapping[str, float]):
+    changed, motion = apply_effects(HULL, change), driven()
+    weak = WeakForm([motion], WeakSettings(), [modelled_acceleration(changed, motion)])
+    np.testing.assert_allclose(weak.balance(changed), 0.0, atol=1e-9)
+
+
+def test_drag_that_falls_for_ever_is_refused():
+    with pytest.raises(VehicleError, match="fouling_rate must not be negative"):
+        vehicle_from_dict(HULL.to_dict() | {"damping": {"X_u": -10.0, "fouling_rate": -0.1}}, "clean")
+
+
+def test_a_thruster_cannot_bear_the_name_of_a_scale_of_all():
+    data = HULL.to_dict()
+    data["thrusters"][0]["name"] = "arm"
+    with pytest.raises(VehicleError, match="arm_scale is that of all thrusters"):
+        vehicle_from_dict(data, "arm")

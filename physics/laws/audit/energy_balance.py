@@ -77,7 +77,7 @@ class EnergyBalance(Law):
         turn = np.stack(ForceEquation(vehicle).acceleration((idle, idle, idle), *moving, psi), axis=-1)
         gained = coasting_power(witness.mass, nu, witness.along(motion) - turn)
         air = None if motion.air is None else (motion.air[:, 0], motion.air[:, 1])
-        outside = (nu * stated_push(vehicle, motion.heading, tuple(nu.T), air)).sum(axis=1)
+        outside = (nu * stated_push(vehicle, motion.heading, tuple(nu.T), air, motion.minutes)).sum(axis=1)
         driven = thrust_power(vehicle, motion)
         given = np.maximum(margin * driven, driven / margin) + outside
         if not vehicle.memory:

@@ -80,6 +80,7 @@ def trial_motion(vehicle: Vehicle, commands: Array, time_step: float) -> tuple[M
         commands=commands.reshape(n, -1),
         thrusters=tuple(t.name for t in vehicle.thrusters),
         source="trial",
+        minutes=np.zeros(n),
     )
     return motion, np.arange(count) * rows
 

@@ -153,7 +153,9 @@ def test_a_file_holds_all_of_it_and_equal_factors_are_equal_files(tmp_path):
     [
         ({"r": np.zeros((2 * BLOCKS, 3, 3))}, "expected factors of 9 by 9 numbers"),
         ({"rows": np.zeros(3, dtype=int)}, "a number of rows for each of 24 blocks"),
-        ({"log": np.full(2 * BLOCKS, 2)}, "expected rows of logs that are listed"),
+        ({"rows": np.zeros(2 * BLOCKS, dtype=int)}, "expected blocks with rows"),
+        ({"r": np.full((2 * BLOCKS, 9, 9), np.triu(np.full((9, 9), 1e200)))}, "expected upper triangular factors"),
+        ({"log": np.full(2 * BLOCKS, 2)}, "of logs that are listed"),
         ({"r": np.full((2 * BLOCKS, 9, 9), 1.0)}, "expected upper triangular factors"),
         ({"r": np.array(["x"])}, "not readable as factors"),
         ({"r": np.array([{"a": 1}], dtype=object)}, "not readable as factors"),

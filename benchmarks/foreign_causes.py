@@ -1,0 +1,163 @@
+"""What discovery makes of causes that its catalogue does not hold: a study over random hulls.
+
+Each world is a hull of the catalogue with one force more that no effect of it describes, in a size that matters. False:
+an effect was called missing. Honest: undecided, or a term without a name, or a rest that is told. A cause that hardly
+changes the log may be passed by (nothing missing).
+
+    python benchmarks/foreign_causes.py [--seeds 12] [--first 9500] [--cause NAME]... [--table docs/foreign_causes.md]
+
+Exit code 1 where more than one in a hundred logs got a false name.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from undertow.discovery.discover import find_missing
+from undertow.physics.errors import RequestError
+from undertow.physics.matrices import mass_matrix
+from undertow.physics.motion import Motion
+from undertow.physics.simulation import rollout
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.worlds.typical_effects import random_hull
+from undertow.physics.worlds.world import FINE_STEP, NOISE, World
+
+Array = NDArray[np.float64]
+Force = Callable[[float, Array, Array], Array]
+"""Force (3,) [N, N, N m] from the time [s], a state (6,) and the commands, as shares of full command."""
+PROGRAMMES, NOISES = ("rich", "zigzag", "gentle"), ("clean", "field", "rough")
+SECONDS = 240.0
+
+
+@dataclass(frozen=True)
+class Foreign(World):
+    """A world with one force more."""
+
+    force: Force = lambda t, x, c: np.zeros(3)
+
+    def _driven(self, start: Motion) -> Motion:
+        inverse = np.linalg.inv(mass_matrix(self.vehicle))
+        share = (start.commands - 1500.0) / 500.0
+
+        def added(step: int, state: Array) -> Array:
+            return (inverse @ self.force(step * FINE_STEP, state[:, 0], share[step]))[:, None]
+
+        found = rollout(self.vehicle, start, np.array([0]), start.time.size - 1, added).states[0]
+        return replace(start, position=found[:, :2].copy(), heading=found[:, 2].copy(), velocity=found[:, 3:].copy())
+
+
+def causes(hull: Vehicle, rng: np.random.Generator) -> dict[str, Force]:
+    """Forces that the catalogue does not hold, of plausible sizes for a hull of thirty kilograms."""
+    size = hull.mass / 30.0
+    much = rng.uniform(0.7, 1.4)
+    edges = rng.uniform(60.0, 180.0, 2)
+    walk = np.cumsum(rng.standard_normal((round(SECONDS / FINE_STEP) + 2, 2)), axis=0) * np.sqrt(FINE_STEP)
+    gust = walk - np.array([np.convolve(w, np.full(1000, 1e-3), "same") for w in walk.T]).T
+
+    def strips(x: Array) -> Array:
+        along = np.linspace(-0.5, 0.5, 9)
+        flow = x[4] + along * x[5]
+        drag = -40.0 * size * much * flow * np.abs(flow) / along.size
+        return np.array([0.0, drag.sum(), (drag * along).sum()])
+
+    k = size * much
+    return {
+        "drag with a kink": lambda t, x, c: _ahead(-25.0 * k * np.sign(x[3]) * max(abs(x[3]) - 0.8, 0.0)),
+        "drag without a sign": lambda t, x, c: _ahead(-7.0 * k * x[3] ** 2),
+        "drag of a power of three": lambda t, x, c: _ahead(-8.0 * k * x[3] ** 3),
+        "strips of cross-flow": lambda t, x, c: strips(x),
+        "thrust lost in turns": lambda t, x, c: _ahead(-14.0 * k * abs(x[5]) * c.clip(0.0).sum()),
+        "gusts": lambda t, x, c: _turned(x[2], 5.0 * k * gust[int(t / FINE_STEP)]),
+        "a net that is caught": lambda t, x, c: _ahead(-12.0 * k * x[3] * (t > edges[0])),
+        "thrust that ends early": lambda t, x, c: _ahead(-30.0 * k * (c.clip(0.6) - 0.6).sum()),
+        "a wall near by": lambda t, x, c: np.array([0.0, -6.0 * k * x[3] ** 2 * np.cos(0.05 * x[0]), 0.0]),
+    }
+
+
+def _ahead(force: float) -> Array:
+    return np.array([force, 0.0, 0.0])
+
+
+def _turned(heading: float, force: Array) -> Array:
+    c, s = np.cos(heading), np.sin(heading)
+    return np.array([c * force[0] + s * force[1], c * force[1] - s * force[0], 0.0])
+
+
+@dataclass(slots=True)
+class Count:
+    """Logs of a cause, and what was said of them."""
+
+    logs: int = 0
+    false: int = 0
+    honest: int = 0
+    nothing: int = 0
+
+
+def study(cause: str, seed: int, count: Count) -> None:
+    """Judge one world."""
+    rng = np.random.default_rng([seed, 41])
+    hull = random_hull(load_vehicle("blueboat"), rng)
+    programme, noise = str(rng.choice(PROGRAMMES)), str(rng.choice(NOISES))
+    try:
+        world = Foreign(hull, programme, SECONDS, seed, force=causes(hull, rng)[cause])
+        motion = world.run(NOISE[noise]).motion()
+    except RequestError as error:
+        print(f"{cause} {seed}: {error}", flush=True)
+        return
+    findings = find_missing([motion], hull).findings
+    count.logs += 1
+    count.false += bool(findings.missing)
+    honest = findings.verdict == "undecided" or findings.unnamed or findings.rests
+    count.honest += bool(honest) and not findings.missing
+    count.nothing += findings.verdict == "nothing missing"
+    told = [(c.effect, round(c.confidence, 3)) for c in findings.candidates if c.verdict == "missing"]
+    said = f"{[t.symbol for t in findings.unnamed]} {[r.axis for r in findings.rests]}"
+    print(f"{cause} {seed} {programme} {noise} | {findings.verdict} | {told} | {said}", flush=True)
+
+
+def page(counts: dict[str, Count], seeds: range) -> str:
+    """The text of the table."""
+    lines = [
+        "# Causes without a name\n",
+        "Written by `python benchmarks/foreign_causes.py --table docs/foreign_causes.md`; do not edit. Random hulls "
+        f"(seeds {seeds.start} to {seeds.stop - 1}), {SECONDS:g} s, noise and programmes mixed, one force more that "
+        "the catalogue does not hold. False: an effect was called missing. Honest: undecided, or a term without a "
+        "name, or a rest that is told. Passed by: nothing missing.\n",
+        "| cause | logs | false | honest | passed by |",
+        "| --- " * 5 + "|",
+        *(f"| {name} | {c.logs} | {c.false} | {c.honest} | {c.nothing} |" for name, c in counts.items()),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Run the study."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=12)
+    parser.add_argument("--first", type=int, default=9500)
+    parser.add_argument("--cause", action="append")
+    parser.add_argument("--table", type=Path)
+    given = parser.parse_args()
+    hull = load_vehicle("blueboat")
+    names = given.cause or list(causes(hull, np.random.default_rng(0)))
+    seeds = range(given.first, given.first + given.seeds)
+    counts = {name: Count() for name in names}
+    for name, count in counts.items():
+        for seed in seeds:
+            study(name, seed, count)
+    text = page(counts, seeds)
+    print(text)
+    if given.table:
+        given.table.write_text(text, encoding="utf-8")
+    logs, false = (sum(getattr(c, what) for c in counts.values()) for what in ("logs", "false"))
+    return int(false > 0.01 * logs)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

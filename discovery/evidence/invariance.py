@@ -1,0 +1,180 @@
+"""Whether an effect has one size all over a log: a cause has, a stand-in has another in every regime.
+
+The coefficients of a true effect are the same in both halves of a log, slow and fast, ahead and astern, turning to
+either side (Peters, Buhlmann and Meinshausen 2016). An effect that only resembles what acts, as a quadratic drag does a
+drag with a kink, is asked for in another size where the boat moves otherwise. Each effect of the final model gets
+columns of its own for one part of the log, all others one for the whole; what its size is there, less what it is
+elsewhere, is told with the errors of whole blocks.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...measurements.statistics.blocks import block_scores, sandwich
+from ...physics.frames import Array
+from ..candidates.candidate import Kind
+from ..candidates.linearisation import Option
+from ..findings import Part
+from ..search.bootstrap import Interval
+from ..search.floating import Search, State
+from ..search.gram import RIDGE
+
+_LEAST_SHARE = 0.15
+"""Share of the tests that a part must hold, and leave: a few seconds astern say nothing of a size."""
+_TURNING = 0.3
+"""Share of the root mean square yaw rate from which a boat turns to a side."""
+_CERTAIN = 6.0
+"""Standard errors by which two sizes differ for certain: 16 blocks make errors too small by a third."""
+_MATERIAL = 0.15
+"""Share of an effect's size by which it must differ between parts to be another one: noise on the columns and what is
+bent about the model move sizes by less."""
+_WIDE = 2.13
+"""Standard errors of a 95 % interval, with the 15 degrees of freedom of 16 blocks."""
+_KNOWN = 0.15
+"""Standard error, as a share of the size, up to which a part knows it: else it is not heard."""
+
+
+class Invariance(NamedTuple):
+    """An effect's size in the parts of a log, and between which it differs, as the end of a sentence, if it does."""
+
+    parts: tuple[Part, ...]
+    differs: str
+
+
+class _Region(NamedTuple):
+    """A part of the log and the rest of it, by name, and which tests belong to the one."""
+
+    names: tuple[str, str]
+    tests: NDArray[np.bool_]
+
+
+def invariance(search: Search, state: State) -> dict[str, Invariance]:
+    """Whether each effect of a model has one size in all parts of the log, by key.
+
+    Sizes that a part does not know are left out. Noise on the columns is taken off, as in every fit.
+    """
+    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    now = [linear.options[key][0] for key in state.active]
+    columns = [index for option in now for index in option.free if index >= 0]
+    weight = np.sqrt(scores.weight)[:, None]
+    rows = (linear.columns[:, :, [*columns, -1]] * weight).transpose(1, 0, 2).reshape(-1, len(columns) + 1)
+    noise = (linear.noise[:, :, :, [*columns, -1]] * weight).transpose(0, 2, 1, 3)
+    noise = noise.reshape(noise.shape[0], *rows.shape)
+    block = np.tile(search.balance.block, 3)
+    regions = list(_regions(search))
+    found: dict[str, Invariance] = {}
+    for option in now:
+        own = [columns.index(index) for index in option.free if index >= 0]
+        if option.kind is not Kind.EFFECT or not own:
+            continue
+        parts: list[Part] = []
+        differs: list[str] = []
+        for region in regions:
+            inside = np.tile(region.tests, 3)
+            split = _split(rows, own, inside)
+            clear = [_split(copy, own, inside) for copy in noise]
+            fit = _fitted(split, clear, block)
+            for place, symbol in enumerate(s for s, k in zip(option.symbols, option.free, strict=True) if k >= 0):
+                sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
+                parts += sizes.told(region.names)
+                differs += sizes.apart(region.names)
+        found[option.key] = Invariance(tuple(parts), "; ".join(differs))
+    return found
+
+
+class _Fit(NamedTuple):
+    """Changes of coefficients, first those of an effect in a part, then in the rest, and their covariance."""
+
+    change: Array
+    covariance: Array
+
+    def of(self, count: int, place: int) -> tuple[Array, Array]:
+        """Change (2,) and covariance (2, 2) of one of `count` coefficients, in the part and in the rest."""
+        pair = np.array([place, count + place])
+        return self.change[pair], self.covariance[np.ix_(pair, pair)]
+
+
+class _Sizes(NamedTuple):
+    """One number of an effect, in a part and in the rest."""
+
+    search: Search
+    option: Option
+    symbol: str
+    change: Array
+    covariance: Array
+
+    @property
+    def start(self) -> float:
+        """The number in the model."""
+        return self.option.start[self.option.symbols.index(self.symbol)]
+
+    @property
+    def reference(self) -> float:
+        """The number where the effect is absent."""
+        return self.search.nominal.value(self.symbol)
+
+    def told(self, names: tuple[str, str]) -> list[Part]:
+        """Both numbers, as the findings report them, where both are known."""
+        if not self.known:
+            return []
+        (candidate,) = (c for c in self.search.pool if c.key == self.option.key)
+        shift = self.reference if candidate.effect.added else 0.0
+        values = self.start - shift + self.change
+        reach = _WIDE * np.sqrt(np.diag(self.covariance))
+        ends = [Interval(float(v - w), float(v + w)) for v, w in zip(values, reach, strict=True)]
+        rows = zip(names, values.tolist(), ends, strict=True)
+        return [Part(where=name, symbol=self.symbol, value=value, ci95=end) for name, value, end in rows]
+
+    @property
+    def known(self) -> bool:
+        """Whether both parts know the number."""
+        return bool((np.sqrt(np.diag(self.covariance)) < _KNOWN * abs(self.start - self.reference)).all())
+
+    def apart(self, names: tuple[str, str]) -> list[str]:
+        """That both differ, in words, if they do."""
+        gap, size = float(self.change[0] - self.change[1]), abs(self.start - self.reference)
+        one, other = self.covariance.diagonal()
+        error = float(np.sqrt(max(one + other - 2.0 * self.covariance[0, 1], 0.0)))
+        if not self.known or abs(gap) <= max(_CERTAIN * error, _MATERIAL * size):
+            return []
+        parts = self.told(names)
+        return [f"{self.symbol} is {parts[0].value:.3g} {names[0]} and {parts[1].value:.3g} {names[1]}"]
+
+
+def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
+    """Rows (n, p + 1) with an effect's columns first, once for a part and once for the rest, then all others."""
+    others = [k for k in range(rows.shape[1]) if k not in own]
+    return np.hstack([rows[:, own] * inside[:, None], rows[:, own] * ~inside[:, None], rows[:, others]])
+
+
+def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _Fit:
+    """Least squares of the last column on the others, cleared of noise, with the errors of whole blocks."""
+    gram = rows.T @ rows
+    if noise:
+        gram = gram - sum(copy.T @ copy for copy in noise) / len(noise)
+    size = np.sqrt(np.diag(rows.T @ rows)[:-1])
+    size = np.where(size > 0.0, size, 1.0)
+    curve = gram[:-1, :-1] / (size[:, None] * size) + RIDGE * np.eye(size.size)
+    inverse = np.linalg.inv(curve) / (size[:, None] * size)
+    change = inverse @ gram[:-1, -1]
+    left = rows[:, -1] - rows[:, :-1] @ change
+    return _Fit(change, sandwich(inverse, block_scores(rows[:, :-1], left, block)))
+
+
+def _regions(search: Search) -> Iterator[_Region]:
+    """The parts of a log, those that hold enough of it and leave enough."""
+    balance = search.balance
+    u, _, r = balance.speeds.T
+    turning = _TURNING * float(np.sqrt((r**2).mean()))
+    for region in (
+        _Region(("in the first half", "in the second half"), balance.block < (balance.blocks + 1) // 2),
+        _Region(("slow", "fast"), np.abs(u) < np.median(np.abs(u))),
+        _Region(("astern", "ahead"), u < 0.0),
+        _Region(("turning to port", "elsewhere"), r < -turning),
+        _Region(("turning to starboard", "elsewhere"), r > turning),
+    ):
+        if _LEAST_SHARE <= region.tests.mean() <= 1.0 - _LEAST_SHARE:
+            yield region
