@@ -34,6 +34,13 @@ from .search.output_error import polish
 _REFINEMENTS = 3
 """Times that columns are taken anew about the model that was found: each costs linearised rollouts of the whole log."""
 _STATIC = ("hull", "coupling", "mass", "thruster")
+_NO_START = (
+    *("surge_added_mass", "mass_offset", "lateral_cg", "thruster_arm"),
+    *("battery_sag", "hull_fouling"),
+)
+"""Static effects that no search begins with: what rollouts hardly tell from others together, and what changes a log."""
+_MEASURES = ("thruster_arm",)
+"""What rollouts measure the rest by: they cannot tell long arms from little inertia and damping in yaw together."""
 _POLISHES = 10
 """Steps of a fit that only finds where a search begins; the kept model gets as many as it needs."""
 _SPHERE = 0.5
@@ -161,6 +168,8 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
         free = freed(basis.cleared_forces(), nominal, pool, basis.settings.search)
         pool = free.pool
     seen, unseen = part_by_sight(slender(pool, nominal), basis.blind)
+    unseen = [c for c in (*unseen, *seen) if c in unseen or c.key in _MEASURES]
+    seen = [c for c in seen if c not in unseen]
     unseen = [c for c in unseen if not c.nuisance]
     if free is not None:
         free = free.seen(seen)
@@ -246,7 +255,7 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
         for c in search.pool
         if c.effect.family in _STATIC
         and not (c.effect.shapes or c.effect.general or c.nuisance)
-        and c.key not in ("surge_added_mass", "mass_offset", first)
+        and c.key not in (*_NO_START, first)
     ]
     fitted = [
         c
