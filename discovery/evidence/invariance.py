@@ -31,6 +31,8 @@ _CERTAIN = 6.0
 _MATERIAL = 0.15
 """Share of an effect's size by which it must differ between parts to be another one: noise on the columns and what is
 bent about the model move sizes by less."""
+_CARRIERS = 5.0
+"""Blocks that must carry a size in a part: the errors of fewer are not known, and far too small."""
 _WIDE = 2.13
 """Standard errors of a 95 % interval, with the 15 degrees of freedom of 16 blocks."""
 _KNOWN = 0.15
@@ -65,11 +67,12 @@ def invariance(search: Search, state: State) -> dict[str, Invariance]:
     noise = noise.reshape(noise.shape[0], *rows.shape)
     block = np.tile(search.balance.block, 3)
     regions = list(_regions(search))
+    general = {c.key for c in search.pool if c.effect.general}
     found: dict[str, Invariance] = {}
     for option in now:
         own = [columns.index(index) for index in option.free if index >= 0]
-        if option.kind is not Kind.EFFECT or not own:
-            continue
+        if option.kind is not Kind.EFFECT or not own or option.key in general:
+            continue  # the numbers of a curve are each of a part of the log already
         parts: list[Part] = []
         differs: list[str] = []
         for region in regions:
@@ -78,6 +81,8 @@ def invariance(search: Search, state: State) -> dict[str, Invariance]:
             clear = [_split(copy, own, inside) for copy in noise]
             fit = _fitted(split, clear, block)
             for place, symbol in enumerate(s for s, k in zip(option.symbols, option.free, strict=True) if k >= 0):
+                if min(_carriers(split[:, k], block) for k in (place, len(own) + place)) < _CARRIERS:
+                    continue
                 sizes = _Sizes(search, option, symbol, *fit.of(len(own), place))
                 parts += sizes.told(region.names)
                 differs += sizes.apart(region.names)
@@ -148,6 +153,12 @@ def _split(rows: Array, own: Sequence[int], inside: NDArray[np.bool_]) -> Array:
     """Rows (n, p + 1) with an effect's columns first, once for a part and once for the rest, then all others."""
     others = [k for k in range(rows.shape[1]) if k not in own]
     return np.hstack([rows[:, own] * inside[:, None], rows[:, own] * ~inside[:, None], rows[:, others]])
+
+
+def _carriers(column: Array, block: NDArray[np.int64]) -> float:
+    """How many blocks carry the square of a column: all of them where they carry alike, one where one carries all."""
+    carried = np.bincount(block, column**2)
+    return float(carried.sum() ** 2 / max(float((carried**2).sum()), np.finfo(float).tiny))
 
 
 def _fitted(rows: Array, noise: Sequence[Array], block: NDArray[np.int64]) -> _Fit:
