@@ -23,11 +23,8 @@ import numpy as np
 from compression import DRAWS, against_lapack, against_pysindy
 from measured import Figures
 
-from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.world import simulate_world
-
 UNDERTOW = [sys.executable, "-m", "undertow"]
-HIDDEN = {"surge_quadratic_damping": -6.0, "thruster_asymmetry": 0.8, "steady_current": (0.2, -0.1), "sway_lift": 8.0}
+HIDDEN = ("surge_quadratic_damping=-6", "thruster_asymmetry=0.8", "steady_current=0.2,-0.1", "sway_lift=8")
 RATE = 20.0
 
 
@@ -52,8 +49,8 @@ def best(arguments: Sequence[str], folder: Path, times: int = 2) -> tuple[float,
 def log_of(folder: Path, minutes: float, hidden: bool) -> str:
     """A log at 20 Hz of that many minutes, and its name."""
     name = f"{minutes:g}{'hidden' if hidden else 'none'}.csv"
-    world = simulate_world(load_vehicle("blueboat"), HIDDEN if hidden else {}, duration=60.0 * minutes, seed=1)
-    world.write(folder / name)
+    words = ["simulate", "-v", "blueboat", "--duration", f"{60.0 * minutes:g}", "--seed", "1", "--out", name]
+    run([*words, *(f"--effect={effect}" for effect in (HIDDEN if hidden else ()))], folder)  # its memory is not ours
     return name
 
 

@@ -88,10 +88,11 @@ class Rehearsals:
     @cached_property
     def _turns(self) -> NDArray[np.complex64]:
         """By how much each frequency is turned in each copy, (copies, frequencies); what has no phase changes sign."""
-        angles = np.random.default_rng([self._seed, REHEARSALS]).random((REHEARSALS, self._length // 2 + 1))
+        size = (REHEARSALS, self._length // 2 + 1)
+        angles = np.random.default_rng([self._seed, REHEARSALS]).random(size, dtype=np.float32)
         alone = [0, -1] if self._length % 2 == 0 else [0]
         angles[:, alone] = np.round(angles[:, alone]) / 2.0
-        return np.exp(2j * np.pi * angles).astype(np.complex64)
+        return np.exp(np.complex64(2j * np.pi) * angles)
 
     def chance(self, key: str) -> Chance:
         """How often nothing would have looked as good as an effect that stands in the model."""
