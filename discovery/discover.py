@@ -22,7 +22,7 @@ from .candidates.nuisance import CALIBRATED, command_timing
 from .candidates.unnamed_terms import term_candidate
 from .evidence.disagreements import disagreements
 from .evidence.inclusion import inclusion
-from .evidence.invariance import invariance
+from .evidence.invariance import invariance, uneven
 from .evidence.lasting_rest import beside_rests, lasting_rests
 from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.record_errors import beside, compass_error, record_errors
@@ -38,8 +38,6 @@ from .search.command_resolution import within_resolution
 from .search.floating import Search, State
 from .selection import Selected, select, slender
 from .settings import DiscoverySettings
-
-_DIFFERS = "a cause has one size all over a log, and this has not"
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +120,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
     invariant = invariance(search, final)
-    doubtful = {key: f"{_DIFFERS}: {same.differs}" for key, same in invariant.items() if same.differs} | doubtful
+    doubtful = uneven(invariant) | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     doubtful = within_resolution(search, final) | (hidden.doubts if hidden else {}) | doubtful
     forces, there = looked.forces

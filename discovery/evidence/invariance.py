@@ -7,7 +7,7 @@ columns of its own for one part of the log, all others one for the whole; what i
 elsewhere, is told with the errors of whole blocks.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from ..search.bootstrap import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE
 
+_UNEVEN = "a cause has one size all over a log, and this has not"
 _LEAST_SHARE = 0.15
 """Share of the tests that a part must hold, and leave: a few seconds astern say nothing of a size."""
 _TURNING = 0.3
@@ -88,6 +89,11 @@ def invariance(search: Search, state: State) -> dict[str, Invariance]:
                 differs += sizes.apart(region.names)
         found[option.key] = Invariance(tuple(parts), "; ".join(differs))
     return found
+
+
+def uneven(found: Mapping[str, Invariance]) -> dict[str, str]:
+    """Why effects are not certain that have several sizes, by key, as the end of a sentence."""
+    return {key: f"{_UNEVEN}: {same.differs}" for key, same in found.items() if same.differs}
 
 
 class _Fit(NamedTuple):
