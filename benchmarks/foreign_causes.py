@@ -1,8 +1,9 @@
 """What discovery makes of causes that its catalogue does not hold: a study over random hulls.
 
 Each world is a hull of the catalogue with one force more that no effect of it describes, in a size that matters. False:
-an effect was called missing. Honest: undecided, or a term without a name, or a rest that is told. A cause that hardly
-changes the log may be passed by (nothing missing).
+an effect was called missing that is no part of it (cross-flow along the hull is quadratic drag in sway and yaw, and
+more; a drag without a sign is quadratic drag while the boat never goes astern). Honest: undecided, or a term without a
+name, or a rest that is told. A cause that hardly changes the log may be passed by (nothing missing).
 
     python benchmarks/foreign_causes.py [--seeds 12] [--first 9500] [--cause NAME]... [--table docs/foreign_causes.md]
 
@@ -32,6 +33,8 @@ Force = Callable[[float, Array, Array], Array]
 """Force (3,) [N, N, N m] from the time [s], a state (6,) and the commands, as shares of full command."""
 PROGRAMMES, NOISES = ("rich", "zigzag", "gentle"), ("clean", "field", "rough")
 SECONDS = 240.0
+_CREEPS, _SELDOM = 0.05, 0.05
+"""Speed [m/s] below which a boat does not go astern, and share of the log in which it may."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,8 @@ class Foreign(World):
 
     def _driven(self, start: Motion) -> Motion:
         inverse = np.linalg.inv(mass_matrix(self.vehicle))
-        share = (start.commands - 1500.0) / 500.0
+        pairs = zip(self.vehicle.thrusters, start.commands.T, strict=True)
+        share = np.column_stack([unit.curve.normalised(given, unit.command) for unit, given in pairs])
 
         def added(step: int, state: Array) -> Array:
             return (inverse @ self.force(step * FINE_STEP, state[:, 0], share[step]))[:, None]
@@ -66,6 +70,7 @@ def causes(hull: Vehicle, rng: np.random.Generator) -> dict[str, Force]:
         return np.array([0.0, drag.sum(), (drag * along).sum()])
 
     k = size * much
+    roll = Roll(4.0 * k)
     return {
         "drag with a kink": lambda t, x, c: _ahead(-25.0 * k * np.sign(x[3]) * max(abs(x[3]) - 0.8, 0.0)),
         "drag without a sign": lambda t, x, c: _ahead(-7.0 * k * x[3] ** 2),
@@ -75,8 +80,35 @@ def causes(hull: Vehicle, rng: np.random.Generator) -> dict[str, Force]:
         "gusts": lambda t, x, c: _turned(x[2], 5.0 * k * gust[int(t / FINE_STEP)]),
         "a net that is caught": lambda t, x, c: _ahead(-12.0 * k * x[3] * (t > edges[0])),
         "thrust that ends early": lambda t, x, c: _ahead(-30.0 * k * (c.clip(0.6) - 0.6).sum()),
+        "a propeller that is hit": lambda t, x, c: -8.0 * k * c[0] * (t > edges[1]) * np.array([1.0, 0.0, 0.3]),
+        "a hull that rolls": lambda t, x, c: roll(t, x),
         "a wall near by": lambda t, x, c: np.array([0.0, -6.0 * k * x[3] ** 2 * np.cos(0.05 * x[0]), 0.0]),
     }
+
+
+@dataclass
+class Roll:
+    """An angle that sway sets swinging and that pushes back, as a hull free to roll does."""
+
+    push: float
+    time: float = 0.0
+    angle: float = 0.0
+    rate: float = 0.0
+
+    def __call__(self, t: float, x: Array) -> Array:
+        """Force (3,) at a time and a state."""
+        step, self.time = max(t - self.time, 0.0), t
+        self.rate += step * (3.0 * x[4] * x[5] + 2.0 * x[4] - 9.0 * self.angle - 1.2 * self.rate)
+        self.angle += step * self.rate
+        return np.array([0.0, -10.0 * self.push * self.angle, -self.push * self.angle])
+
+
+def partly_true(cause: str, motion: Motion) -> set[str]:
+    """Names that are a part of a cause."""
+    if cause == "strips of cross-flow":
+        return {"sway_quadratic_damping", "yaw_quadratic_damping"}
+    astern = (motion.velocity[:, 0] < -_CREEPS).mean()
+    return {"surge_quadratic_damping"} if cause == "drag without a sign" and astern < _SELDOM else set()
 
 
 def _ahead(force: float) -> Array:
@@ -100,7 +132,7 @@ class Count:
 
 def study(cause: str, seed: int, count: Count) -> None:
     """Judge one world."""
-    rng = np.random.default_rng([seed, 41])
+    rng = np.random.default_rng([seed, *cause.encode()])
     hull = random_hull(load_vehicle("blueboat"), rng)
     programme, noise = str(rng.choice(PROGRAMMES)), str(rng.choice(NOISES))
     try:
@@ -111,12 +143,14 @@ def study(cause: str, seed: int, count: Count) -> None:
         return
     findings = find_missing([motion], hull).findings
     count.logs += 1
-    count.false += bool(findings.missing)
+    false = set(findings.missing) - partly_true(cause, motion)
+    count.false += bool(false)
     honest = findings.verdict == "undecided" or findings.unnamed or findings.rests
-    count.honest += bool(honest) and not findings.missing
+    count.honest += bool(honest or findings.missing) and not false
     count.nothing += findings.verdict == "nothing missing"
     told = [(c.effect, round(c.confidence, 3)) for c in findings.candidates if c.verdict == "missing"]
-    said = f"{[t.symbol for t in findings.unnamed]} {[r.axis for r in findings.rests]}"
+    said = f"{[t.symbol for t in findings.unnamed]} {[r.axis for r in findings.rests]} "
+    said += f"{[(f.axis, f.follows) for f in findings.other_forms[:2]]} {'FALSE' if false else ''}"
     print(f"{cause} {seed} {programme} {noise} | {findings.verdict} | {told} | {said}", flush=True)
 
 
@@ -126,8 +160,9 @@ def page(counts: dict[str, Count], seeds: range) -> str:
         "# Causes without a name\n",
         "Written by `python benchmarks/foreign_causes.py --table docs/foreign_causes.md`; do not edit. Random hulls "
         f"(seeds {seeds.start} to {seeds.stop - 1}), {SECONDS:g} s, noise and programmes mixed, one force more that "
-        "the catalogue does not hold. False: an effect was called missing. Honest: undecided, or a term without a "
-        "name, or a rest that is told. Passed by: nothing missing.\n",
+        "the catalogue does not hold. False: an effect was called missing that is no part of it (quadratic drag in "
+        "sway and yaw is a part of cross-flow, in surge a drag without a sign while the boat goes ahead). Honest: "
+        "undecided, or a term without a name, or a rest that is told. Passed by: nothing missing.\n",
         "| cause | logs | false | honest | passed by |",
         "| --- " * 5 + "|",
         *(f"| {name} | {c.logs} | {c.false} | {c.honest} | {c.nothing} |" for name, c in counts.items()),

@@ -25,14 +25,16 @@ from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance, uneven
 from .evidence.lasting_rest import beside_rests, lasting_rests
 from .evidence.limits import as_timed, believed, doubts, of_differences
+from .evidence.other_forms import OtherForms, other_forms
 from .evidence.record_errors import beside, compass_error, record_errors
-from .evidence.verdicts import Grounds, conclude, unmeasured
+from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .hidden_sensors import HiddenErrors, beside_sensors
 from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps, without_offset
 from .lawful.passivity import lawful_model
+from .reason import Reason
 from .search.bootstrap import Interval, intervals
 from .search.command_resolution import within_resolution
 from .search.floating import Search, State
@@ -125,7 +127,12 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     doubtful = within_resolution(search, final) | (hidden.doubts if hidden else {}) | doubtful
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
-    held_back = beside_rests(search.pool, kept, rests)
+    forms = _other_forms(looked, final, kept)
+    held_back = {
+        **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, rests).items()},
+        **{key: Doubt(Reason.OTHER_FORM, why) for key, why in forms.doubts.items()},
+        **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
+    }
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     terms = search.of_kind(state.active, Kind.TERM)
     rehearsal = None if search.named(state.active) else looked.rehearsal
@@ -140,9 +147,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         looked.known,
         inclusion(search, state, settings.seed) if terms else {},
         looked.unseen,
-        doubtful,
-        rests,
         held_back,
+        rests,
+        forms.found,
         invariant,
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
@@ -164,6 +171,15 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes, hidden)
+
+
+def _other_forms(looked: Selected, final: State, kept: Sequence[str]) -> OtherForms:
+    """What the rest of the corrected model follows on the force balance, whatever judged the effects."""
+    forces, _ = looked.forces
+    pool = {candidate.key for candidate in forces.pool}
+    active = tuple(key for key in looked.search.named(final.active) if key in pool)
+    there = forces.evaluate(final.vehicle, active) if forces is not looked.search else final
+    return other_forms(forces, there, kept, looked.basis.settings.seed, looked.search.balance)
 
 
 def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:

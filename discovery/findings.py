@@ -287,6 +287,30 @@ class LastingRest(Record):
         )
 
 
+class OtherForm(Record):
+    """Force on an axis that follows a signal in a form that no effect of the catalogue has.
+
+    Attributes
+    ----------
+    axis : its name
+    follows : the signal, as the end of "a force that follows"
+    force : root mean square of what it explains beside the corrected model [`unit`]
+    share : the same as a share of the force at work
+    unit : of the force
+    """
+
+    axis: str
+    follows: str
+    force: Number
+    share: Number
+    unit: str
+
+    @property
+    def in_words(self) -> str:
+        """The form, as a part of a sentence."""
+        return f"a force in {self.axis} that follows {self.follows}"
+
+
 class LogFacts(Record):
     """What was looked at: rows, length [s], how it was split, what stays unexplained by axis, and notes."""
 
@@ -310,6 +334,7 @@ class Findings(Record):
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
     rests : force that lasts and that nothing explains, by axis: what acts there is not called missing
+    other_forms : what the rest of the corrected model follows, beside which effects that are not certain change size
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same
@@ -332,6 +357,7 @@ class Findings(Record):
     unnamed: tuple[FoundTerm, ...] = ()
     sensors: tuple[SensorError, ...] = ()
     rests: tuple[LastingRest, ...] = ()
+    other_forms: tuple[OtherForm, ...] = ()
     calibrated: tuple[Calibrated, ...] = ()
     left: tuple[Left, ...] = ()
     absorbed: tuple[str, ...] = ()

@@ -23,6 +23,10 @@ class Reason(Enum):
 
     NEEDS_CHANNELS = ("needs_channels", "This log cannot tell: it needs the channels {told}. ({meaning})", True)
     DOUBTFUL_VALUE = ("doubtful_value", "In the corrected model, but not certain: {told}. ({meaning})")
+    OTHER_FORM = (
+        "other_form",
+        "In the corrected model, but perhaps only the nearest name for something else: {told}. ({meaning})",
+    )
     LASTING_REST = ("lasting_rest", "In the corrected model, but not certain: on its axis, {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")

@@ -150,6 +150,11 @@ class TestedTerms(Products):
         pairs = [thruster_response(motion, index, unit) for motion in self._motions]
         return np.concatenate([p[0] for p in pairs])[None], np.concatenate([p[1] for p in pairs])[None]
 
+    @property
+    def of_rows(self) -> tuple[Array, Array]:
+        """Heading [rad] and minutes since the beginning of the log, (rows,) each."""
+        return self.heading, self._minutes
+
     def _rate(self, axis: int, vehicle: Vehicle) -> Array:
         """The tested derivative of a relative velocity, or of a claimed one, (copies, tests)."""
         if self._claim is None:

@@ -148,6 +148,20 @@ class WeakForm(Balance):
         """None are kept apart."""
         return []
 
+    def signals(self, vehicle: Vehicle) -> tuple[tuple[Array, Array, Array], list[Array], Array, Array]:
+        """What forces follow, along the rows of all motions.
+
+        Velocities through the water [m/s, m/s, rad/s], (1 + copies, rows) each; the force of each thruster [N], the
+        heading [rad] and the minutes since the beginning of the log, (rows,) each.
+        """
+        terms = self._terms
+        thrusts = [terms.response(index, thruster)[0][0] for index, thruster in enumerate(vehicle.thrusters)]
+        return terms.relative(vehicle), thrusts, *terms.of_rows
+
+    def passed(self, rows: Array) -> Array:
+        """Series along the rows of all motions (..., rows) through the test functions, (..., tests)."""
+        return self._terms.passed(rows)
+
     def average(self, series: Sequence[Array]) -> Array:
         """int phi f dt for (n, c) series, one for each motion: (tests, c)."""
         pairs = zip(self._kernels, series, strict=True)

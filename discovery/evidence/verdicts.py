@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, WORSE
 from ..candidates.candidate import Candidate, Kind, measurable
-from ..findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, LastingRest, Verdict, axis_name
+from ..findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, LastingRest, OtherForm, Verdict, axis_name
 from ..identifiability.visible import Identifiability
 from ..lawful.passivity import Lawful
 from ..reason import Reason
@@ -27,6 +28,13 @@ _LEAST_FORCE = 1e-3
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
 _FAINT = "it would explain what moves {0} for certain"
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
+
+
+class Doubt(NamedTuple):
+    """Why an effect is not certain that stands in the corrected model, and what is told of that."""
+
+    reason: Reason
+    told: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,8 +55,8 @@ class Grounds:
     unseen : candidates that the search could not judge
     doubtful : why kept effects are not certain all the same, by key: they stay in the model, and are not called missing
     rests : what lasts and is explained by nothing
+    other_forms : what the rest of the model follows
     invariant : the size of each kept effect in the parts of the log, by key
-    beside : what of it stands beside kept effects, by key: they are not called missing either
     """
 
     search: Search
@@ -61,9 +69,9 @@ class Grounds:
     known: Identifiability | None = None
     included: Mapping[str, float] = field(default_factory=dict)
     unseen: Sequence[Candidate] = ()
-    doubtful: Mapping[str, str] = field(default_factory=dict)
+    doubtful: Mapping[str, Doubt] = field(default_factory=dict)
     rests: Sequence[LastingRest] = ()
-    beside: Mapping[str, str] = field(default_factory=dict)
+    other_forms: Sequence[OtherForm] = ()
     invariant: Mapping[str, Invariance] = field(default_factory=dict)
 
 
@@ -75,8 +83,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     advice : manoeuvres that would settle what the log leaves open
     others : findings on effects that were not searched for
     """
-    g, search, lawful, kept = grounds, grounds.search, grounds.lawful, grounds.kept
-    doubtful = {**grounds.beside, **grounds.doubtful}
+    g, search, lawful, kept, doubtful = grounds, grounds.search, grounds.lawful, grounds.kept, grounds.doubtful
     pool = {candidate.key: candidate for candidate in (*search.pool, *g.unseen)}
     what = _what(search)
     found = [_effect(g, pool[e.key], e, what) for e in _one_each(g.evidence, pool) if e.kind is Kind.EFFECT]
@@ -96,7 +103,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     verdict = "missing" if missing else "undecided" if unsure else "nothing missing"
     return Findings(
         verdict=verdict,
-        headline=_STILL if still and not missing else _headline(missing, unnamed, open_ends, doubtful, g.rests),
+        headline=_STILL if still and not missing else _headline(g, missing, unnamed, open_ends),
         missing=missing,
         candidates=tuple(found),
         unnamed=unnamed,
@@ -105,6 +112,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
         identifiability=g.known,
         passivity=lawful.passivity,
         rests=tuple(g.rests),
+        other_forms=tuple(g.other_forms),
     )
 
 
@@ -140,9 +148,8 @@ def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate]) -> li
 
 def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEffect:
     """One candidate in words and numbers, those of the corrected model where the effect is kept."""
-    effect, nominal, kept, doubt = candidate.effect, g.search.nominal, e.key in g.kept, g.doubtful.get(e.key, "")
-    beside = g.beside.get(e.key, "")
-    reason = Reason.DOUBTFUL_VALUE if doubt else Reason.LASTING_REST if beside else None if kept else e.reason
+    effect, nominal, kept, doubt = candidate.effect, g.search.nominal, e.key in g.kept, g.doubtful.get(e.key)
+    reason = doubt.reason if doubt else None if kept else e.reason
     verdict: Verdict = "missing" if reason is None else "possible" if _open(e, reason) else "no evidence"
     terms: tuple[FoundTerm, ...] = ()
     if e.selected:
@@ -156,7 +163,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
             sentence += f" {e.chance.in_words}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
-        sentence = reason.tell(effect.meaning, doubt or beside or _told(e, reason))
+        sentence = reason.tell(effect.meaning, doubt.told if doubt else _told(e, reason))
     same = g.invariant.get(e.key)
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
     return FoundEffect(
@@ -181,7 +188,7 @@ def _open(e: Evidence, reason: Reason) -> bool:
     hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
     return (
         hidden
-        or reason in (Reason.DOUBTFUL_VALUE, Reason.LASTING_REST, Reason.WEAK)
+        or reason in (Reason.DOUBTFUL_VALUE, Reason.OTHER_FORM, Reason.LASTING_REST, Reason.WEAK)
         or e.selected
         or e.confidence >= PERHAPS
     )
@@ -232,13 +239,8 @@ def found_terms(
     return tuple(terms)
 
 
-def _headline(
-    missing: Sequence[str],
-    unnamed: Sequence[FoundTerm],
-    open_ends: Sequence[Evidence],
-    doubtful: Mapping[str, str],
-    rests: Sequence[LastingRest],
-) -> str:
+def _headline(g: Grounds, missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: Sequence[Evidence]) -> str:
+    doubtful, rests = g.doubtful, g.rests
     words = [name.replace("_", " ") for name in missing]
     if words:
         listed = _listed(words)
@@ -253,6 +255,10 @@ def _headline(
         return f"Undecided: {told}; beside that, no effect can be named{perhaps}.{terms}"
     if unnamed:
         return "No named effect is missing for sure, but the log asks for terms that nobody has named."
+    nearest = [key for key, doubt in doubtful.items() if doubt.reason is Reason.OTHER_FORM]
+    if nearest and g.other_forms:
+        form = g.other_forms[0].in_words
+        return f"Undecided: the log asks for {form}, and that has no name here; the nearest is {_listed(nearest)}."
     if open_ends:
         names = ", ".join(e.key.replace("_", " ") for e in open_ends)
         if all(e.rollouts_object for e in open_ends):

@@ -1,34 +1,23 @@
 """How often nothing looks as good: the search's first step, rehearsed on a log's own noise in place of the effect.
 
-What the model without an effect leaves is replaced by copies of the same colour and size that follow no column: phases
-are drawn anew, the same for all axes, within blocks of the size that the rest has there (Theiler et al. 1992). To each
-copy every candidate is fitted beside the others, and the best of them counts: the share of copies in which it earns as
-much as the effect did is the chance of naming anything from such noise, whatever its name. The guarantee is for noise
-like the rehearsed.
+What the model without an effect leaves is replaced by copies that follow no column, see `noise_copies`. To each copy
+every candidate is fitted beside the others, and the best of them counts: the share of copies in which it earns as much
+as the effect did is the chance of naming anything from such noise, whatever its name. The guarantee is for noise like
+the rehearsed.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 
 from ...physics.file_records import Record, Whole
 from ...physics.frames import Array
 from ..candidates.linearisation import Linearisation, Option
 from .gram import RIDGE, GramScores
+from .noise_copies import REHEARSALS, NoiseCopies, Single
 from .scoring import Scoring
-
-Single = NDArray[np.float32]
-"""Numbers in single precision: thousands of copies are summed up, and none of them is a result."""
-REHEARSALS = 999
-"""Copies: a name that none of them would have earned is told as 1 in 1,000."""
-_NUMBERS = 2_000_000
-"""Numbers of the copies that are worked on at a time, in single precision: 8 MB."""
-_LEAST_SIZE = 0.1
-"""Least size of the rest in a block, as a share of its size in the whole log: no block is without noise."""
 
 
 class Chance(Record):
@@ -76,23 +65,12 @@ class Rehearsals:
         self._gram = scores.gram.sum(axis=0)
         self._noise = np.zeros_like(self._gram) if scores.noise is None else scores.noise.sum(axis=0)
         self._total, self._blur = (np.einsum("a,aij->ij", scores.weight, gram) for gram in (self._gram, self._noise))
-        self._rows = search.balance.bins
-        self._length: int = next_fast_len(linear.columns.shape[0] // self._rows, real=True) or 1
-        self._seed = seed
+        self._copies = NoiseCopies(search.balance, seed)
 
     @cached_property
     def _columns(self) -> Single:
         """(tests, 3, columns + 1), scaled; in single precision, half as much to multiply by copies."""
         return (self._linear.columns / self._scores.scale).astype(np.float32)
-
-    @cached_property
-    def _turns(self) -> NDArray[np.complex64]:
-        """By how much each frequency is turned in each copy, (copies, frequencies); what has no phase changes sign."""
-        size = (REHEARSALS, self._length // 2 + 1)
-        angles = np.random.default_rng([self._seed, REHEARSALS]).random(size, dtype=np.float32)
-        alone = [0, -1] if self._length % 2 == 0 else [0]
-        angles[:, alone] = np.round(angles[:, alone]) / 2.0
-        return np.exp(np.complex64(2j * np.pi) * angles)
 
     def chance(self, key: str) -> Chance:
         """How often nothing would have looked as good as an effect that stands in the model."""
@@ -115,7 +93,7 @@ class Rehearsals:
         share = self._scores.noise_taken(fit.columns)
         left: Single = np.tensordot(self._columns, combination.astype(np.float32), axes=(2, 0))
         mine = self._gains(left.T[:, None], columns, own, share * (self._noise @ combination)).max()
-        best = [self._gains(copies, columns, every).max(axis=0) for copies in self._copies(left)]
+        best = [self._gains(copies, columns, every).max(axis=0) for copies in self._copies.of(left)]
         return Chance(better=int((np.concatenate(best) >= mine).sum()), of=REHEARSALS)
 
     def _others(self) -> list[_Trial]:
@@ -133,27 +111,6 @@ class Rehearsals:
             limits = (option.lower[places[0]] * size, option.upper[places[0]] * size)
         offset, sign = (gone, -1.0) if gone >= 0 else (option.offset, 1.0)
         return _Trial(free, offset, sign, self._search.price_of(option), limits)
-
-    def _copies(self, left: Single) -> Iterator[Single]:
-        """Copies of a rest (tests, 3) as (3, copies, tests), some at a time."""
-        size = self._sizes(left)
-        places = left.shape[0] // self._rows
-        white = (left / size).reshape(places, self._rows * 3) * np.float32(np.sqrt(self._length / places))
-        spectrum = np.asarray(rfft(white, self._length, axis=0)).T[:, None]
-        step = max(1, _NUMBERS // (3 * left.shape[0]))
-        for start in range(0, REHEARSALS, step):
-            turned = spectrum * self._turns[start : start + step]
-            drawn = np.asarray(irfft(turned, self._length, axis=2))[:, :, :places]
-            drawn = drawn.reshape(self._rows, 3, -1, places).transpose(1, 2, 3, 0)
-            yield drawn.reshape(3, drawn.shape[1], -1) * size.T[:, None]
-
-    def _sizes(self, left: Single) -> Single:
-        """Root mean square of the rest in the block of each test, (tests, 3)."""
-        block = self._search.balance.block
-        count = np.bincount(block)
-        square = np.stack([np.bincount(block, left[:, axis] ** 2) / count for axis in range(3)], axis=1)
-        least = _LEAST_SIZE**2 * np.maximum((left**2).mean(axis=0), np.finfo(np.float32).tiny)
-        return np.sqrt(np.maximum(square, least))[block].astype(np.float32)
 
     def _solved(self, columns: np.ndarray, pull: Array, last: tuple[float, float] | None = None) -> tuple[Array, Array]:
         """Coefficients (rests, p) for pulls (p, rests), and the Gram matrices on each axis (3, p, p), cleared of noise.

@@ -1,34 +1,16 @@
 """A cause has one size all over a log; what stands in for another cause has several, and is not certain."""
 
-import numpy as np
 import pytest
+from dragged_world import Dragged, beyond
 
 from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import FoundEffect
 from undertow.discovery.reason import Reason
-from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import load_vehicle
-from undertow.physics.worlds.world import NOISE, World, simulate_world
+from undertow.physics.worlds.world import NOISE, simulate_world
 
 HULL = load_vehicle("blueboat")
-
-
-class Kinked(World):
-    """A hull whose drag begins at 0.8 m/s."""
-
-    __slots__ = ()
-
-    def _driven(self, start: Motion) -> Motion:
-        inverse = np.linalg.inv(mass_matrix(self.vehicle))
-
-        def added(step: int, state: np.ndarray) -> np.ndarray:
-            u = state[3]
-            return inverse @ np.stack([-30.0 * np.sign(u) * np.maximum(np.abs(u) - 0.8, 0.0), 0.0 * u, 0.0 * u])
-
-        found = rollout(self.vehicle, start, np.array([0]), start.time.size - 1, added).states[0]
-        return Motion(start.time, found[:, :2], found[:, 2], found[:, 3:], start.commands, start.thrusters)
 
 
 def effect(motion: Motion, name: str) -> FoundEffect:
@@ -50,7 +32,8 @@ def test_a_true_drag_is_one_number_everywhere(noise: str):
 
 def test_a_drag_with_a_kink_is_no_quadratic_drag_for_sure():
     """Fast, it asks for more of it than slow."""
-    found = effect(Kinked(HULL, "zigzag", 240.0, 4).run(NOISE["field"]).motion(), "surge_quadratic_damping")
+    world = Dragged(HULL, "zigzag", 240.0, 4, drag=beyond(0.8, 30.0)).run(NOISE["field"])
+    found = effect(world.motion(), "surge_quadratic_damping")
     assert found.agrees is False
     assert (found.verdict, found.reason) == ("possible", Reason.DOUBTFUL_VALUE)
     assert "slow and" in found.sentence

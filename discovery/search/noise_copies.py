@@ -1,0 +1,65 @@
+"""Copies of what a model leaves, of the same colour and size, that follow nothing of the log.
+
+Phases are drawn anew, the same for all axes, within blocks of the size that the rest has there (Theiler et al. 1992).
+"""
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
+
+from ..balance.base import Balance
+
+Single = NDArray[np.float32]
+REHEARSALS = 999
+"""Copies: where none of them looks as good as the log, that is 1 in 1,000."""
+_NUMBERS = 2_000_000
+"""Numbers of the copies that are worked on at a time, in single precision: 8 MB."""
+_LEAST_SIZE = 0.1
+"""Least size of the rest in a block, as a share of its size in the whole log: no block is without noise."""
+
+
+class NoiseCopies:
+    """Copies of rests of a balance, drawn with the same phases for every rest.
+
+    Parameters
+    ----------
+    balance : whose tests the rests are of
+    seed : of the phases
+    """
+
+    def __init__(self, balance: Balance, seed: int) -> None:
+        self._balance, self._seed, self._rows = balance, seed, balance.bins
+        self._length: int = next_fast_len(balance.time.size // self._rows, real=True) or 1
+
+    def of(self, left: Single) -> Iterator[Single]:
+        """Copies of a rest (tests, 3) as (3, copies, tests), some at a time, `REHEARSALS` in all."""
+        size = self._sizes(left)
+        places = left.shape[0] // self._rows
+        white = (left / size).reshape(places, self._rows * 3) * np.float32(np.sqrt(self._length / places))
+        spectrum = np.asarray(rfft(white, self._length, axis=0)).T[:, None]
+        step = max(1, _NUMBERS // (3 * left.shape[0]))
+        for start in range(0, REHEARSALS, step):
+            turned = spectrum * self._turns[start : start + step]
+            drawn = np.asarray(irfft(turned, self._length, axis=2))[:, :, :places]
+            drawn = drawn.reshape(self._rows, 3, -1, places).transpose(1, 2, 3, 0)
+            yield drawn.reshape(3, drawn.shape[1], -1) * size.T[:, None]
+
+    @cached_property
+    def _turns(self) -> NDArray[np.complex64]:
+        """By how much each frequency is turned in each copy, (copies, frequencies); what has no phase changes sign."""
+        size = (REHEARSALS, self._length // 2 + 1)
+        angles = np.random.default_rng([self._seed, REHEARSALS]).random(size, dtype=np.float32)
+        alone = [0, -1] if self._length % 2 == 0 else [0]
+        angles[:, alone] = np.round(angles[:, alone]) / 2.0
+        return np.exp(np.complex64(2j * np.pi) * angles)
+
+    def _sizes(self, left: Single) -> Single:
+        """Root mean square of the rest in the block of each test, (tests, 3)."""
+        block = self._balance.block
+        count = np.bincount(block)
+        square = np.stack([np.bincount(block, left[:, axis] ** 2) / count for axis in range(3)], axis=1)
+        least = _LEAST_SIZE**2 * np.maximum((left**2).mean(axis=0), np.finfo(np.float32).tiny)
+        return np.sqrt(np.maximum(square, least))[block].astype(np.float32)
