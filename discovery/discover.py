@@ -25,7 +25,7 @@ from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance, uneven
 from .evidence.lasting_rest import beside_rests, lasting_rests
 from .evidence.limits import as_timed, believed, doubts, of_differences
-from .evidence.other_forms import OtherForms, other_forms
+from .evidence.other_forms import other_forms
 from .evidence.record_errors import beside, compass_error, record_errors
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
@@ -127,10 +127,10 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     doubtful = within_resolution(search, final) | (hidden.doubts if hidden else {}) | doubtful
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
-    forms = _other_forms(looked, final, kept)
+    forms = other_forms(forces, there, kept, settings.seed, search.balance)
     held_back = {
         **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, rests).items()},
-        **{key: Doubt(Reason.OTHER_FORM, why) for key, why in forms.doubts.items()},
+        **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
     }
     told = steps(search, final, lawful.vehicle, CALIBRATED)
@@ -171,15 +171,6 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes, hidden)
-
-
-def _other_forms(looked: Selected, final: State, kept: Sequence[str]) -> OtherForms:
-    """What the rest of the corrected model follows on the force balance, whatever judged the effects."""
-    forces, _ = looked.forces
-    pool = {candidate.key for candidate in forces.pool}
-    active = tuple(key for key in looked.search.named(final.active) if key in pool)
-    there = forces.evaluate(final.vehicle, active) if forces is not looked.search else final
-    return other_forms(forces, there, kept, looked.basis.settings.seed, looked.search.balance)
 
 
 def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:

@@ -288,13 +288,13 @@ class LastingRest(Record):
 
 
 class OtherForm(Record):
-    """Force on an axis that follows a signal in a form that no effect of the catalogue has.
+    """Force on an axis that follows a signal, and that nothing which was selected explains.
 
     Attributes
     ----------
     axis : its name
-    follows : the signal, as the end of "a force that follows"
-    force : root mean square of what it explains beside the corrected model [`unit`]
+    follows : the signal, as the end of "a force that follows"; nothing for a constant force
+    force : root mean square of what it explains beside the model [`unit`]
     share : the same as a share of the force at work
     unit : of the force
     """
@@ -308,7 +308,8 @@ class OtherForm(Record):
     @property
     def in_words(self) -> str:
         """The form, as a part of a sentence."""
-        return f"a force in {self.axis} that follows {self.follows}"
+        what = f"{'a moment' if self.unit == 'N m' else 'a force'} in {self.axis}"
+        return f"{what} that follows {self.follows}" if self.follows else f"{what} that is constant"
 
 
 class LogFacts(Record):
@@ -334,7 +335,7 @@ class Findings(Record):
     unnamed : terms that nobody has named but the log asks for
     sensors : what the sensors and their record do wrong
     rests : force that lasts and that nothing explains, by axis: what acts there is not called missing
-    other_forms : what the rest of the corrected model follows, beside which effects that are not certain change size
+    other_forms : what the rest of the model follows, looked for where an effect would be named
     calibrated : parameters of the nominal model that were calibrated while effects were judged (`discover --refit`)
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same

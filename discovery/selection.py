@@ -28,12 +28,11 @@ from .identifiability.rehearsal import Rehearsal, plausible_amounts, rehearse
 from .identifiability.visible import Identifiability
 from .search.command_resolution import leaves_structure
 from .search.equivalent_thruster_scales import in_plain_words
-from .search.floating import Search, State
+from .search.floating import STATIC, Search, State
 from .search.output_error import polish
 
 _REFINEMENTS = 3
 """Times that columns are taken anew about the model that was found: each costs linearised rollouts of the whole log."""
-_STATIC = ("hull", "coupling", "mass", "thruster")
 _NO_START = (
     *("surge_added_mass", "mass_offset", "lateral_cg", "thruster_arm"),
     *("battery_sag", "hull_fouling"),
@@ -253,7 +252,7 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
     static = [
         c
         for c in search.pool
-        if c.effect.family in _STATIC
+        if c.effect.family in STATIC
         and not (c.effect.shapes or c.effect.general or c.nuisance)
         and c.key not in (*_NO_START, first)
     ]

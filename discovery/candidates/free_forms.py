@@ -5,14 +5,16 @@ not be physics, only rich: monomials of the velocities, what acts beyond a speed
 the motion, and anything that sets in during the log.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...physics.frames import Array
 from ...physics.terms import monomials
 from ...physics.vehicle import Vehicle
+from ..balance.base import SEEING
 from ..balance.weak_form import WeakForm
 
 _SPEEDS = (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
@@ -21,6 +23,8 @@ _SPEED_KNOTS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.92)
 _THRUST_KNOTS = (0.5, 0.7, 0.85, 0.95)
 _SETS_IN = 6
 """Parts of the log between which something may set in."""
+_Form = tuple[str, Array, str]
+"""What a form follows, its values along the rows, and the velocities that it takes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +33,7 @@ class FreeForms:
 
     Attributes
     ----------
-    names : what each follows, as the end of "a force that follows"
+    names : what each follows, as the end of "a force that follows"; nothing for a constant
     columns : (tests, forms)
     noise : (copies, tests, forms) what sensor noise adds to them
     """
@@ -39,53 +43,69 @@ class FreeForms:
     noise: Array
 
 
-def free_forms(weak: WeakForm, vehicle: Vehicle) -> FreeForms:
-    """Every form along the log that the weak form tests; `vehicle` says how the water moves, and the thrust."""
-    names, columns = zip(*_tested(weak, vehicle), strict=True)
-    copies = max(column.shape[0] for column in columns)
-    every = np.stack([np.broadcast_to(column, (copies, column.shape[1])) for column in columns], axis=-1)
-    return FreeForms(names, every[0], every[1:] - every[0])
+def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING) -> FreeForms:
+    """Every form along the log that the weak form tests.
+
+    Parameters
+    ----------
+    vehicle : says how the water moves, and the thrust
+    blind : axes whose velocity is not to be trusted: no form takes it
+    """
+    unseen = {name for (name, _), hidden in zip(_SPEEDS, blind, strict=True) if hidden}
+    tested = [
+        (name, weak.passed(np.atleast_2d(rows)))
+        for name, rows, takes in _along(weak, vehicle)
+        if not unseen & set(takes)
+    ]
+    copies = max(column.shape[0] for _, column in tested)
+    every = np.stack([np.broadcast_to(column, (copies, column.shape[1])) for _, column in tested], axis=-1)
+    return FreeForms(tuple(name for name, _ in tested), every[0], every[1:] - every[0])
 
 
-def _tested(weak: WeakForm, vehicle: Vehicle) -> Iterator[tuple[str, Array]]:
-    """Each form and its column, (1 or 1 + copies, tests), one after the other: the rows of a log are many."""
-    return ((name, weak.passed(np.atleast_2d(rows))) for name, rows in _along(weak, vehicle))
-
-
-def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[tuple[str, Array]]:
+def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
     speeds, thrusts, heading, minutes = weak.signals(vehicle)
     steady = np.ones_like(minutes)
-    yield "nothing that moves", steady
-    yield "the cosine of the heading", np.cos(heading)
-    yield "the sine of the heading", np.sin(heading)
+    yield "", steady, ""
+    yield "the cosine of the heading", np.cos(heading), ""
+    yield "the sine of the heading", np.sin(heading), ""
     for form in monomials(3):
-        yield form.text, form(*speeds)
+        yield form.text, form(*speeds), form.text
     for (name, unit), speed in zip(_SPEEDS, speeds, strict=True):
         for knot in _knots(speed, _SPEED_KNOTS):
-            yield f"{name} beyond {knot:g} {unit}", np.maximum(speed - knot, 0.0)
-            yield f"-{name} beyond {knot:g} {unit}", np.maximum(-speed - knot, 0.0)
-            yield f"{name} beyond {knot:g} {unit} either way", np.sign(speed) * np.maximum(np.abs(speed) - knot, 0.0)
+            either = np.sign(speed) * np.maximum(np.abs(speed) - knot, 0.0)
+            yield f"{name} beyond {knot:g} {unit}", np.maximum(speed - knot, 0.0), name
+            yield f"{name} below -{knot:g} {unit}", np.maximum(-speed - knot, 0.0), name
+            yield f"{name} beyond {knot:g} {unit} either way", either, name
     u, v, r = speeds
     beside = {"u": u, "|u|": np.abs(u), "v": v, "|v|": np.abs(v), "r": r, "|r|": np.abs(r)}
     for thruster, thrust in zip(vehicle.thrusters, thrusts, strict=True):
         of = f"the thrust of {thruster.name}"
-        yield of, thrust
-        yield f"the size of {of[4:]}", np.abs(thrust)
-        yield f"{of}, squared with its sign", thrust * np.abs(thrust)
+        yield of, thrust, ""
+        yield f"the size of {of}", np.abs(thrust), ""
+        yield f"{of}, squared with its sign", thrust * np.abs(thrust), ""
         for name, speed in beside.items():
-            yield f"{of} times {name}", thrust * speed
+            yield f"{of} times {name}", thrust * speed, name
         for knot in _knots(thrust, _THRUST_KNOTS):
-            yield f"{of} beyond {knot:g} N", np.maximum(thrust - knot, 0.0)
-            yield f"{of} beyond {-knot:g} N", np.maximum(-thrust - knot, 0.0)
-    onsets = [np.arange(minutes.size) >= minutes.size * part // _SETS_IN for part in range(1, _SETS_IN)]
-    changing = {"": steady, "u": u, "u|u|": u * np.abs(u), "v": v, "r": r}
-    changing |= {f"the thrust of {t.name}": thrust for t, thrust in zip(vehicle.thrusters, thrusts, strict=True)}
-    changing |= {"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {}
-    for name, signal in changing.items():
-        yield f"the time{name and f', times {name}'}", minutes * signal
-        for onset in onsets:
-            begun = float(minutes[onset][0])
-            yield f"{name or 'nothing that moves'} from minute {begun:.2g} on", onset * signal
+            yield f"{of} beyond {knot:g} N", np.maximum(thrust - knot, 0.0), ""
+            yield f"{of} below -{knot:g} N", np.maximum(-thrust - knot, 0.0), ""
+    changing: dict[str, tuple[Array, str]] = {"": (steady, ""), "u": (u, "u"), "u|u|": (u * np.abs(u), "u")}
+    changing |= {"v": (v, "v"), "r": (r, "r")}
+    changing |= {f"the thrust of {t.name}": (thrust, "") for t, thrust in zip(vehicle.thrusters, thrusts, strict=True)}
+    changing |= {"all thrust": (np.sum(thrusts, axis=0), "")} if len(thrusts) > 1 else {}
+    for name, (signal, takes) in changing.items():
+        yield f"the time{name and f', times {name}'}", minutes * signal, takes
+        for told, onset in _onsets(minutes):
+            yield f"{name} {told}".strip(), onset * signal, takes
+
+
+def _onsets(minutes: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """When something may set in, and the rows from there on: after so many minutes of one log, or parts of several."""
+    rows = np.arange(minutes.size)
+    several = bool((np.diff(minutes) < 0.0).any())
+    for part in range(1, _SETS_IN):
+        begun = rows >= minutes.size * part // _SETS_IN
+        told = f"part {part + 1} of {_SETS_IN} of the logs" if several else f"minute {float(minutes[begun][0]):.1f}"
+        yield f"from {told} on", begun
 
 
 def _knots(signal: Array, shares: tuple[float, ...]) -> list[float]:

@@ -2,14 +2,14 @@
 
 A drag that sets in at some speed is fitted by linear and quadratic drag together, thrust that is lost in turns by a
 weaker thruster. Such names are right about the axis and wrong about the cause, and every block of the log agrees on
-them. So the rest of the corrected model is searched for anything that follows motion, thrust, heading or time (see
-`free_forms`), by forward selection, and what no copy of the rest would have shown stays beside the model. An effect
-whose force then becomes another was the nearest name for something else (extreme bounds; Leamer 1985). Where the model
-is right nothing is left to follow, and nothing is doubted.
+them. So the rest of the model is searched for anything that follows motion, thrust, heading or time (see `free_forms`),
+by forward selection, and what no copy of the rest would have shown stays beside the model. An effect whose force then
+becomes another was the nearest name for something else (extreme bounds; Leamer 1985). Where the model is right nothing
+is left to follow, and nothing is doubted.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..candidates.candidate import Kind
 from ..candidates.free_forms import free_forms
 from ..findings import OtherForm
 from ..search.floating import Search, State
-from ..search.gram import RIDGE
+from ..search.gram import RIDGE, share_taken
 from ..search.noise_copies import NoiseCopies
 from .weighing import TELL_APART, parameter_total
 
@@ -35,18 +35,28 @@ _LEAST = 0.002
 _NEW = 1e-4
 """Share of its square that a form must have beside the model, or it is part of it."""
 _OTHER = 0.3
-"""Share of an effect's force by which it changes beside other forms from which it is another effect: of right names in
-30 logs it changed by 0.16 or less, of stand-ins by 0.4 and more."""
+"""Share of an effect's force by which it changes beside other forms from which it is another effect; see the figures of
+`benchmarks/other_forms.py` in docs/other_forms.md."""
 _OTHER_THERE = 0.6
 """The same where rollouts judged: the balance of such a log is no witness of half a size."""
+_TRIED = 10
+"""Forms that promise most, of which the one that keeps it is taken: noise in a form promises more than it keeps."""
+
+
+class Rival(NamedTuple):
+    """A form that makes another of an effect, or does as well in its place, and what is told of that."""
+
+    form: OtherForm
+    told: str
 
 
 @dataclass(frozen=True, slots=True)
 class OtherForms:
-    """What the rest of a model follows, and why effects are not certain for it, by key, as the end of a sentence."""
+    """What the rest of a model follows; by key what rivals effects, and by what share of it their force changes."""
 
-    found: tuple[OtherForm, ...]
-    doubts: Mapping[str, str]
+    found: tuple[OtherForm, ...] = ()
+    rivals: Mapping[str, Rival] = field(default_factory=dict)
+    changes: Mapping[str, float] = field(default_factory=dict)
 
 
 def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, judge: Balance) -> OtherForms:
@@ -55,26 +65,33 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     Parameters
     ----------
     search : on the force balance
-    state : the corrected model
+    state : the model with everything that was selected, sure or not
     kept : effects in question
     seed : of the copies of the rest
-    judge : the balance that judged them, of forces or of rollouts; on an axis to which it is blind nothing is told
+    judge : the balance that judged them, of forces or of rollouts; an axis to which it is blind is not looked at
     """
-    if not kept:
-        return OtherForms((), {})
     there = [key for key in kept if key in state.active]
-    rest = _Rest(search, state, ~(search.quiet | np.array(judge.blind)))
-    doubts = {}
+    seen = ~(search.quiet | np.array(judge.blind))
+    if not there or not seen.any():
+        return OtherForms()
+    columns = _Columns(search, state, seen, judge.blind)
+    rest = _Rest(columns)
+    rivals = {}
     for group in _in_question(search, there):
-        one = _Rest(search, state, rest.seen, group, rest).in_one()
-        if one.worth < rest.worth + TELL_APART:
-            doubts |= dict.fromkeys(group, f"instead of {' and '.join(group)}, {one.form.in_words} does as well")
+        one = _Rest(columns, group).in_one(rest)
+        if one is not None and one.worth < rest.worth + TELL_APART:
+            listed = " and ".join(key.replace("_", " ") for key in group)
+            rivals |= dict.fromkeys(group, Rival(one.form, f"in place of {listed}, {one.form.in_words} does as well"))
     found = rest.followed(NoiseCopies(search.balance, seed))
-    if found:
-        doubts |= {
-            key: why for key in there if (why := rest.gives_way(key, found, _OTHER if judge.forces else _OTHER_THERE))
-        }
-    return OtherForms(tuple(found), doubts)
+    changes: dict[str, float] = {}
+    for key in there if found else ():
+        change = rest.change(key)
+        if change is None:
+            continue
+        changes[key] = change.share
+        if change.share > (_OTHER if judge.forces else _OTHER_THERE):
+            rivals[key] = Rival(*_given_way(columns, key, change, found))
+    return OtherForms(tuple(found), rivals, changes)
 
 
 def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[str, ...]]:
@@ -84,7 +101,7 @@ def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[str, ...
     changed at once.
     """
     groups: dict[tuple[int | None, str], list[str]] = {}
-    for candidate in (c for c in search.pool if c.key in keys and c.parameters):
+    for candidate in (c for c in search.pool if c.key in keys and c.kind is Kind.EFFECT):
         first, *others = candidate.parameters
         letters = {letter for letter in first.form if letter in "uvr"}
         if len(letters) == 1 and not others:
@@ -101,117 +118,161 @@ class _One(NamedTuple):
     worth: float
 
 
+class _Change(NamedTuple):
+    """By how much an effect's force changes beside the forms, as a share of it, and the number that changes most."""
+
+    share: float
+    symbol: str
+    by: float
+    axes: NDArray[np.bool_]
+
+
+def _given_way(columns: "_Columns", key: str, change: _Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:
+    """The form that an effect gives way to, on an axis on which it acts if there is one, and what is told of that."""
+    (candidate,) = (c for c in columns.search.pool if c.key == key)
+    value = parameter_total(columns.search.nominal, candidate, columns.state.vehicle, change.symbol)
+    form = next((form for form in found if change.axes[AXES.index(form.axis)]), found[0])
+    others = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    return form, f"beside {form.in_words}{others}, {change.symbol} is {value + change.by:.3g} instead of {value:.3g}"
+
+
+class _Columns:
+    """What everything here is made of: the columns of a model about itself, and the forms, weighted by its rest."""
+
+    def __init__(self, search: Search, state: State, seen: NDArray[np.bool_], blind: Sequence[bool]) -> None:
+        assert isinstance(search.balance, WeakForm), "forms are looked for on the force balance"
+        self.search, self.state, self.seen = search, state, seen
+        pool = [c for c in search.pool if c.key in state.active]
+        self.linear, self.scores = search.linearise(state.vehicle, state.active, pool=pool)
+        self.forms = free_forms(search.balance, state.vehicle, blind)
+        self.floor = (_LEAST * search.force_scale) ** 2
+        error = (self.linear.columns[:, :, -1] ** 2).mean(axis=0)
+        self.weight = np.where(seen, 1.0 / np.sqrt(error + self.floor), 0.0)
+
+
 class _Rest:
-    """The balance of a model, weighted, the columns that its fit moves, and the forms that are taken beside it.
+    """What a model leaves, with effects taken out, beside forms that are taken.
 
     All products are cleared of what sensor noise adds to them, as in every fit.
+
+    Attributes
+    ----------
+    new : (3, forms) True for a form that is no part of the model, and clear of noise
     """
 
-    def __init__(
-        self,
-        search: Search,
-        state: State,
-        seen: NDArray[np.bool_],
-        gone: Sequence[str] = (),
-        like: "_Rest | None" = None,
-    ) -> None:
-        self.seen = seen
-        self._search, self._state = search, state
-        self._linear, scores = search.linearise(state.vehicle, state.active)
-        chosen = [self._linear.options[key][key in gone] for key in state.active]
-        fit = scores.fit(chosen)
+    def __init__(self, columns: _Columns, gone: Sequence[str] = ()) -> None:
+        self._of = columns
+        linear, weight = columns.linear, columns.weight
+        options = [linear.options[key] for key in columns.state.active]
+        chosen = [absent if here.key in gone else here for here, absent, *_ in options]
+        fit = columns.scores.fit(chosen)
         self._moved = fit.columns[~fit.held]
-        both, left = np.append(self._moved, -1), [option.offset for option in chosen if option.key in gone]
-        rows, noise = self._linear.columns[:, :, both], self._linear.noise[:, :, :, both]
-        rows[:, :, -1] -= self._linear.columns[:, :, left].sum(axis=2)
-        noise[..., -1] -= self._linear.noise[..., left].sum(axis=3)
-        self._floor = (_LEAST * search.force_scale) ** 2
-        error = (rows[:, :, -1] ** 2).mean(axis=0)
-        self._weight = like._weight if like else np.where(seen, 1.0 / np.sqrt(error + self._floor), 0.0)
-        rows, noise = rows * self._weight[:, None], noise * self._weight[:, None]
+        both, out = np.append(self._moved, -1), [option.offset for option in chosen if option.key in gone]
+        rows, noise = linear.columns[:, :, both], linear.noise[:, :, :, both]
+        rows[:, :, -1] -= linear.columns[:, :, out].sum(axis=2)
+        noise[..., -1] -= linear.noise[..., out].sum(axis=3)
+        rows, noise = rows * weight[:, None], noise * weight[:, None]
         self._columns, self._balance = rows[:, :, :-1].transpose(1, 0, 2), rows[:, :, -1].T
         blurred, blur = noise[..., :-1].transpose(0, 2, 1, 3), noise[..., -1].transpose(0, 2, 1)
-        assert isinstance(search.balance, WeakForm)
-        self._forms = like._forms if like else free_forms(search.balance, state.vehicle)
-        forms, unclear = self._forms.columns, self._forms.noise
-        share = scores.noise_taken(self._moved) / max(len(noise), 1)
-        self._inner = np.einsum("ati,atj->ij", self._columns, self._columns, optimize=True)
-        self._inner -= share * np.einsum("cati,catj->ij", blurred, blurred, optimize=True)
-        self._pull = np.einsum("ati,at->i", self._columns, self._balance, optimize=True)
-        self._pull -= share * np.einsum("cati,cat->i", blurred, blur, optimize=True)
-        self._beside = np.einsum("ati,tk->aik", self._columns, forms, optimize=True)
-        self._beside -= share * np.einsum("cati,ctk->aik", blurred, unclear, optimize=True)
-        self._wanted = np.einsum("at,tk->ak", self._balance, forms, optimize=True)
-        self._wanted -= share * np.einsum("cat,ctk->ak", blur, unclear, optimize=True)
-        added = share * np.einsum("cti,ctk->ik", unclear, unclear, optimize=True)
-        self._among, self._least = forms.T @ forms - added, np.diag(added)
+        forms, unclear = columns.forms.columns, columns.forms.noise
+        copies = max(len(noise), 1)
+        total = _summed("ati,atj->ij", self._columns, self._columns)
+        added = _summed("cati,catj->ij", blurred, blurred) / copies
+        share = share_taken(total, added) if len(noise) and self._moved.size else 1.0
+        self._inner = total - share * added
+        share /= copies
+        self._pull = _summed("ati,at->i", self._columns, self._balance) - share * _summed("cati,cat->i", blurred, blur)
+        self._beside = _summed("ati,tk->aik", self._columns, forms) - share * _summed("cati,ctk->aik", blurred, unclear)
+        self._wanted = _summed("at,tk->ak", self._balance, forms) - share * _summed("cat,ctk->ak", blur, unclear)
+        among = share * _summed("cti,ctk->ik", unclear, unclear)
+        self._among, self._least = forms.T @ forms - among, np.diag(among)
         self._taken: list[tuple[int, int]] = []
+        normal, _, beside = self._system()
+        self.new = np.isfinite(self._left(normal, beside))
 
     @property
     def worth(self) -> float:
         """Log-likelihood lost by what is left: half the independent tests times the log of its mean square."""
         normal, right, _ = self._system()
-        return self._worth((self._rest(np.linalg.solve(normal, right).astype(float)) ** 2).sum(axis=1))
+        square = (self._left_over(np.linalg.solve(normal, right).astype(float)) ** 2).sum(axis=1)
+        error = square / self._balance.shape[1] + self._of.floor * self._of.weight**2 + _NOTHING
+        return float(0.5 * self._of.search.balance.independent * np.log(error).sum())
 
-    def in_one(self) -> _One:
-        """The form that explains most of what is left, and what is lost beside it."""
-        drops, _, rest, _ = self._drops()
-        axis, form = _largest(self._gains(drops, (rest**2).sum(axis=1)))
-        self._taken.append((axis, form))
-        return _One(self._told(axis, form, drops), self.worth)
+    def in_one(self, whole: "_Rest") -> _One | None:
+        """The form that explains most of what is left, and what is lost beside it.
+
+        A form that is a part of the whole model is one of its effects by another name, and not asked.
+        """
+        drops, _, _, _ = self._drops()
+        best = self._best(np.where(whole.new, drops, 0.0))
+        if best is None:
+            return None
+        axis, form, worth = best
+        return _One(self._told(axis, form, drops), worth)
 
     def followed(self, copies: NoiseCopies) -> list[OtherForm]:
         """Take the form that explains most, again and again, while it explains more than any does of every copy."""
         found: list[OtherForm] = []
         while len(found) < _MOST:
             drops, left, rest, system = self._drops()
-            gains = self._gains(drops, (rest**2).sum(axis=1))
-            axis, form = _largest(gains)
-            least = self._search.settings.unnamed_price
-            if gains[axis, form] <= least or gains[axis, form] <= self._by_chance(copies, rest, left, system):
+            best = self._best(drops)
+            if best is None:
+                break
+            axis, form, worth = best
+            gain = self.worth - worth
+            if gain <= self._of.search.settings.unnamed_price or gain <= self._by_chance(copies, rest, left, system):
                 break
             self._taken.append((axis, form))
             found.append(self._told(axis, form, drops))
         return found
+
+    def change(self, key: str) -> _Change | None:
+        """How an effect's force changes beside the forms that were taken; None for one that nothing moves."""
+        option, gone, *_ = self._of.linear.options[key]
+        free = dict(zip(option.free, option.symbols, strict=True))
+        own = {free[k]: place for place, k in enumerate(self._moved.tolist()) if k in free}
+        if option.kind is not Kind.EFFECT or not own:
+            return None
+        moved, (normal, right, _) = self._moved.size, self._system()
+        # What the fit itself moves is not the doing of the forms: rollouts may have judged, and not this balance.
+        by = np.linalg.solve(normal, right)[:moved]
+        by -= np.linalg.solve(normal[:moved, :moved], right[:moved])
+        force = {symbol: self._columns[:, :, place] * by[place] for symbol, place in own.items()}
+        whole = self._of.linear.columns[:, :, gone.offset].T * self._of.weight[:, None]
+        symbol = max(force, key=lambda s: _size(force[s]))
+        share = _size(np.asarray(sum(force.values()))) / max(_size(whole), _NOTHING)
+        return _Change(share, symbol, float(by[own[symbol]]), (whole != 0.0).any(axis=1))
+
+    def _best(self, drops: Array) -> tuple[int, int, float] | None:
+        """Axis and form that lower the log-likelihood lost most, of those that promise most, and what is lost then."""
+        rest = self._drops()[2]
+        gains = self._gains(drops, (rest**2).sum(axis=1))
+        promising = [int(k) for k in np.argsort(-gains, axis=None)[:_TRIED] if gains.flat[k] > 0.0]
+        tried = []
+        for k in promising:
+            axis, form = (int(place) for place in np.unravel_index(k, gains.shape))
+            self._taken.append((axis, form))
+            tried.append((axis, form, self.worth))
+            self._taken.pop()
+        return min(tried, key=lambda one: one[2], default=None)
 
     def _drops(self) -> tuple[Array, Array, Array, tuple[Array, Array]]:
         """By how much each form lowers the squares of the rest, (3, forms), what of it is new, the rest, the system."""
         normal, right, beside = self._system()
         left = self._left(normal, beside)
         change = np.linalg.solve(normal, right).astype(float)
-        drops = (self._wanted * self._weight[:, None] - change @ beside) ** 2 / left
-        return drops, left, self._rest(change), (normal, beside)
+        drops = (self._wanted * self._of.weight[:, None] - change @ beside) ** 2 / left
+        return drops, left, self._left_over(change), (normal, beside)
 
     def _told(self, axis: int, form: int, drops: Array) -> OtherForm:
-        force = float(np.sqrt(drops[axis, form] / self._balance.shape[1])) / float(self._weight[axis])
-        share = force / float(self._search.force_scale[axis])
-        follows = self._forms.names[form]
+        force = float(np.sqrt(drops[axis, form] / self._balance.shape[1])) / float(self._of.weight[axis])
+        share = force / float(self._of.search.force_scale[axis])
+        follows = self._of.forms.names[form]
         return OtherForm(axis=AXES[axis], follows=follows, force=force, share=share, unit=FORCE_UNITS[axis])
-
-    def gives_way(self, key: str, found: Sequence[OtherForm], other: float) -> str:
-        """Why an effect is another one beside the forms that were taken, as the end of a sentence; or nothing."""
-        option, gone = self._linear.options[key][:2]
-        free = dict(zip(option.free, option.symbols, strict=True))
-        own = {free[k]: place for place, k in enumerate(self._moved.tolist()) if k in free}
-        if option.kind is not Kind.EFFECT or not own:
-            return ""
-        moved, (normal, right, _) = self._moved.size, self._system()
-        # What the fit itself moves is not the doing of the forms: rollouts may have judged, and not this balance.
-        change = np.linalg.solve(normal, right)[:moved]
-        change -= np.linalg.solve(normal[:moved, :moved], right[:moved])
-        force = {symbol: self._columns[:, :, place] * change[place] for symbol, place in own.items()}
-        whole = self._linear.columns[:, :, gone.offset].T * self._weight[:, None]
-        if _size(np.asarray(sum(force.values()))) <= other * _size(whole):
-            return ""
-        symbol = max(force, key=lambda s: _size(force[s]))
-        (candidate,) = (c for c in self._search.pool if c.key == key)
-        value = parameter_total(self._search.nominal, candidate, self._state.vehicle, symbol)
-        near = [form for form in found if _size(whole[AXES.index(form.axis)]) > 0.0] or found
-        return f"beside {near[0].in_words}, {symbol} is {value + change[own[symbol]]:.3g} instead of {value:.3g}"
 
     def _system(self) -> tuple[Array, Array, Array]:
         """Normal equations of what the fit moves and of the forms taken, and their products with forms on each axis."""
-        moved, weight = self._moved.size, self._weight
+        moved, weight = self._moved.size, self._of.weight
         count = moved + len(self._taken)
         beside = np.zeros((3, count, self._among.shape[0]))
         beside[:, :moved] = self._beside * weight[:, None, None]
@@ -227,37 +288,33 @@ class _Rest:
 
     def _left(self, normal: Array, beside: Array) -> Array:
         """Square of what of each form is new beside the model and clear of noise, (3, forms); no end of it else."""
-        whole = np.diag(self._among) * (self._weight**2)[:, None]
+        whole = np.diag(self._among) * (self._of.weight**2)[:, None]
         left = whole - np.stack([(side * np.linalg.solve(normal, side)).sum(axis=0) for side in beside])
-        least = np.maximum(_NEW * whole, self._least * (self._weight**2)[:, None])
+        least = np.maximum(_NEW * whole, self._least * (self._of.weight**2)[:, None])
         return np.where((left > least) & (whole > 0.0), left, np.inf)
 
-    def _rest(self, change: Array) -> Array:
+    def _left_over(self, change: Array) -> Array:
         """What is left of the balance, weighted, (3, tests)."""
         moved = self._moved.size
         rest = self._balance - self._columns @ change[:moved]
         for (axis, form), size in zip(self._taken, change[moved:], strict=True):
-            rest[axis] -= size * self._weight[axis] * self._forms.columns[:, form]
+            rest[axis] -= size * self._of.weight[axis] * self._of.forms.columns[:, form]
         return rest
 
     def _gains(self, drops: Array, square: Array) -> Array:
         """Log-likelihood that drops (3, ..., forms) of squared rests (3, ...) are worth."""
         tests = self._balance.shape[1]
-        floor = (self._floor * self._weight**2 * tests).reshape(3, *(1,) * (square.ndim - 1)) + _NOTHING
+        floor = (self._of.floor * self._of.weight**2 * tests).reshape(3, *(1,) * (square.ndim - 1)) + _NOTHING
         after = np.maximum(square[..., None] - drops, 0.0) + floor[..., None]
-        return np.asarray(0.5 * self._search.balance.independent * np.log((square + floor)[..., None] / after))
-
-    def _worth(self, square: Array) -> float:
-        error = square / self._balance.shape[1] + self._floor * self._weight**2 + _NOTHING
-        return float(0.5 * self._search.balance.independent * np.log(error).sum())
+        return np.asarray(0.5 * self._of.search.balance.independent * np.log((square + floor)[..., None] / after))
 
     def _by_chance(self, copies: NoiseCopies, rest: Array, left: Array, system: tuple[Array, Array]) -> float:
         """The most that any form is worth in any copy of the rest."""
         most, (normal, beside) = 0.0, system
-        forms = self._forms.columns.astype(np.float32)
+        forms = self._of.forms.columns.astype(np.float32)
         columns = self._columns.astype(np.float32)
         for drawn in copies.of(rest.T.astype(np.float32)):
-            pulls = (drawn @ forms).astype(float) * self._weight[:, None, None]
+            pulls = (drawn @ forms).astype(float) * self._of.weight[:, None, None]
             of_model = (drawn @ columns).sum(axis=0).astype(float)
             taken = [pulls[axis, :, form] for axis, form in self._taken]
             solved = np.linalg.solve(normal, np.column_stack([of_model, *taken]).T)
@@ -266,9 +323,9 @@ class _Rest:
         return most
 
 
-def _largest(gains: Array) -> tuple[int, int]:
-    axis, form = np.unravel_index(int(np.argmax(gains)), gains.shape)
-    return int(axis), int(form)
+def _summed(how: str, one: Array, other: Array) -> Array:
+    """An Einstein sum of two arrays, as products of matrices where that is faster."""
+    return np.asarray(np.einsum(how, one, other, optimize=True))
 
 
 def _size(force: Array) -> float:

@@ -31,10 +31,11 @@ _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
 
 
 class Doubt(NamedTuple):
-    """Why an effect is not certain that stands in the corrected model, and what is told of that."""
+    """Why an effect is not certain that stands in the corrected model, what is told of that, and the form it rivals."""
 
     reason: Reason
     told: str
+    form: OtherForm | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -247,6 +248,9 @@ def _headline(g: Grounds, missing: Sequence[str], unnamed: Sequence[FoundTerm], 
         more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
         perhaps = f", and perhaps {_listed(doubtful)}" if doubtful else ""
         left = "".join(f" Yet {rest.in_words}." for rest in rests)
+        for form in g.other_forms[:1]:
+            if form.share >= g.search.settings.materiality:
+                left += f" Yet {form.in_words} stays unexplained, {100.0 * form.share:.0f} % of the force at work."
         return f"The model is missing {listed}{more}{perhaps}.{left}"
     if rests:
         perhaps = f" (perhaps {_listed(e.key for e in open_ends)})" if open_ends else ""
@@ -255,10 +259,10 @@ def _headline(g: Grounds, missing: Sequence[str], unnamed: Sequence[FoundTerm], 
         return f"Undecided: {told}; beside that, no effect can be named{perhaps}.{terms}"
     if unnamed:
         return "No named effect is missing for sure, but the log asks for terms that nobody has named."
-    nearest = [key for key, doubt in doubtful.items() if doubt.reason is Reason.OTHER_FORM]
-    if nearest and g.other_forms:
-        form = g.other_forms[0].in_words
-        return f"Undecided: the log asks for {form}, and that has no name here; the nearest is {_listed(nearest)}."
+    form = next((doubt.form for doubt in doubtful.values() if doubt.form), None)
+    if form is not None:
+        nearest = _listed(key for key, doubt in doubtful.items() if doubt.form and doubt.form.axis == form.axis)
+        return f"Undecided: {form.in_words} explains this log as well as or better than what has a name ({nearest})."
     if open_ends:
         names = ", ".join(e.key.replace("_", " ") for e in open_ends)
         if all(e.rollouts_object for e in open_ends):

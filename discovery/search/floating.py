@@ -11,6 +11,8 @@ from .scoring import ALIVE, Scoring, SearchSettings, State
 __all__ = ["ALIVE", "Search", "SearchSettings", "State"]
 
 
+STATIC = ("hull", "coupling", "mass", "thruster")
+"""Families of effects that no time and no water moves."""
 _FAR_BEHIND = 50.0
 """Log-likelihood by which a model is far worse than another: it would need ten parameters more to make it good."""
 
@@ -27,13 +29,16 @@ class Search(Scoring):
     def again(self, best: State, progress: Callable[[str], None] | None = None) -> State:
         """Search again without each effect of a crowd in turn, and keep the better model.
 
-        Many effects together may be the stand-ins for one or two that the search passed by.
+        Several effects together may be the stand-ins for others that the search passed by. A large crowd is met from
+        the other side, too: from a model with every effect of the hull and its thrusters.
         """
         for _ in range(self.settings.rounds):
             crowd = self.named(best.active)
             if len(crowd) < self.settings.crowd:
                 break
-            others = (self._climb(self.without(best, key), _silent, key, best) for key in crowd)
+            others = [self._climb(self.without(best, key), _silent, key, best) for key in crowd]
+            if len(crowd) >= self.settings.large:
+                others.append(self._climb(self._stripped(), _silent))
             other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
             if other.score >= best.score - self.settings.margin:
                 break
@@ -41,6 +46,27 @@ class Search(Scoring):
                 progress(f"{difference(best.active, other.active)} (searched again)")
             best = other
         return best
+
+    def _stripped(self) -> State:
+        """A model with every static effect, less those that it is better without, the least first."""
+        first = next((c.key for c in self.pool if c.effect.per_thruster), "")
+        static = [
+            c.key
+            for c in self.pool
+            if c.effect.family in STATIC and not (c.effect.shapes or c.effect.general or c.nuisance) and c.key != first
+        ]
+        state = self.evaluate(self.nominal, static)
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
+        now = whole = {key: linear.options[key][0] for key in state.active}
+        score = state.score
+        for _ in static:
+            trials = [{**now, key: linear.options[key][1]} for key in static if now[key].present]
+            found = [self.quick(scores, trial) for trial in trials]
+            if not found or min(found) > score:
+                break
+            score = min(found)
+            now = trials[found.index(score)]
+        return self.apply(state, whole, now, scores)
 
     def _climb(
         self, state: State, say: Callable[[str], None], barred: str | None = None, best: State | None = None

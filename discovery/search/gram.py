@@ -134,16 +134,7 @@ class GramScores:
         """The share of what noise adds to some columns that is taken off."""
         if self._blurred is None or not columns.size:
             return 1.0
-        total, blur = (g[columns[:, None], columns] for g in (self._total, self._blurred))
-        try:  # most often no combination is half noise, which a factor shows at once
-            np.linalg.cholesky(_MOST_NOISE * total - blur)
-        except np.linalg.LinAlgError:
-            size = 1.0 / np.sqrt(np.where(np.diag(total) > 0.0, np.diag(total), np.inf))
-            level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
-            root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
-            worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
-            return min(1.0, _MOST_NOISE / max(worst, 1e-300))
-        return 1.0
+        return share_taken(*(g[columns[:, None], columns] for g in (self._total, self._blurred)))
 
     def screen(self, kept: Sequence[Option], others: Sequence[Option]) -> Array:
         """How much each of several options would lower the weighted in-sample error beside kept ones, (options,).
@@ -224,6 +215,19 @@ class GramScores:
         s = self.scale[columns]
         left, right = self._cleared(columns, target)
         return columns, left * (s[:, None] * s[None, :]), right * s
+
+
+def share_taken(total: Array, blur: Array) -> float:
+    """The share of what noise adds to products of columns (p, p) that may be taken off: no more than half of any."""
+    try:  # most often no combination is half noise, which a factor shows at once
+        np.linalg.cholesky(_MOST_NOISE * total - blur)
+    except np.linalg.LinAlgError:
+        size = 1.0 / np.sqrt(np.where(np.diag(total) > 0.0, np.diag(total), np.inf))
+        level, vectors = np.linalg.eigh(total * (size[:, None] * size[None, :]))
+        root = vectors / np.sqrt(np.maximum(level, 1e-10 * max(float(level.max()), 1.0)))
+        worst = float(np.linalg.eigvalsh(root.T @ (blur * (size[:, None] * size[None, :])) @ root).max())
+        return min(1.0, _MOST_NOISE / max(worst, 1e-300))
+    return 1.0
 
 
 def _grams(columns: Array, edges: np.ndarray) -> Array:

@@ -43,6 +43,7 @@ class SearchSettings:
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
     crowd : effects in a model from which `again` searches again
+    large : effects from which it does so from a model with every static effect, too
     refinements : Gauss-Newton steps after a change
     """
 
@@ -54,7 +55,8 @@ class SearchSettings:
     unnamed_price: float = 8.0
     margin: float = 1.0
     rounds: int = 40
-    crowd: int = 4
+    crowd: int = 2
+    large: int = 5
     refinements: int = 2
 
 
