@@ -149,7 +149,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         looked.unseen,
         held_back,
         rests,
-        forms.found,
+        forms,
         invariant,
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)

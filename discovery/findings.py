@@ -84,6 +84,7 @@ class FoundEffect(Record):
     chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
     parts : its numbers in the parts of the log that know them: halves, slow and fast, ahead and astern, turning
     agrees : whether they are one number; None where no part was asked
+    changes : share of its force by which it changes beside `other_forms`; None where there are none
     indistinguishable_from : effects that would explain this log as well
     terms : its numbers
     """
@@ -99,6 +100,7 @@ class FoundEffect(Record):
     chance: Chance | None = absent()
     parts: tuple[Part, ...] = Field(default=(), exclude_if=lambda value: not value)
     agrees: Flag | None = absent()
+    changes: Number | None = absent()
     indistinguishable_from: tuple[str, ...] = ()
     terms: tuple[FoundTerm, ...] = ()
 

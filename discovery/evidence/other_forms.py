@@ -35,8 +35,8 @@ _LEAST = 0.002
 _NEW = 1e-4
 """Share of its square that a form must have beside the model, or it is part of it."""
 _OTHER = 0.3
-"""Share of an effect's force by which it changes beside other forms from which it is another effect; see the figures of
-`benchmarks/other_forms.py` in docs/other_forms.md."""
+"""Share of an effect's force by which it changes beside other forms from which it is another effect; what stand-ins and
+causes change by stands in docs/foreign_causes.md."""
 _OTHER_THERE = 0.6
 """The same where rollouts judged: the balance of such a log is no witness of half a size."""
 _TRIED = 10

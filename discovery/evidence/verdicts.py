@@ -20,6 +20,7 @@ from ..search.bootstrap import Interval
 from ..search.chance import REHEARSALS
 from ..search.floating import ALIVE, Search
 from .invariance import Invariance
+from .other_forms import OtherForms
 from .weighing import PERHAPS, Evidence, parameter_total
 
 _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory": "all"}
@@ -56,7 +57,7 @@ class Grounds:
     unseen : candidates that the search could not judge
     doubtful : why kept effects are not certain all the same, by key: they stay in the model, and are not called missing
     rests : what lasts and is explained by nothing
-    other_forms : what the rest of the model follows
+    other_forms : what the rest of the model follows, and by how much effects change beside that
     invariant : the size of each kept effect in the parts of the log, by key
     """
 
@@ -72,7 +73,7 @@ class Grounds:
     unseen: Sequence[Candidate] = ()
     doubtful: Mapping[str, Doubt] = field(default_factory=dict)
     rests: Sequence[LastingRest] = ()
-    other_forms: Sequence[OtherForm] = ()
+    other_forms: OtherForms = field(default_factory=OtherForms)
     invariant: Mapping[str, Invariance] = field(default_factory=dict)
 
 
@@ -113,7 +114,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
         identifiability=g.known,
         passivity=lawful.passivity,
         rests=tuple(g.rests),
-        other_forms=tuple(g.other_forms),
+        other_forms=g.other_forms.found,
     )
 
 
@@ -179,6 +180,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         chance=e.chance,
         parts=same.parts if same else (),
         agrees=not same.differs if same and same.parts else None,
+        changes=g.other_forms.changes.get(e.key),
         indistinguishable_from=tuple(dict.fromkeys(rivals_by_name)),
         terms=terms,
     )
@@ -248,7 +250,7 @@ def _headline(g: Grounds, missing: Sequence[str], unnamed: Sequence[FoundTerm], 
         more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
         perhaps = f", and perhaps {_listed(doubtful)}" if doubtful else ""
         left = "".join(f" Yet {rest.in_words}." for rest in rests)
-        for form in g.other_forms[:1]:
+        for form in g.other_forms.found[:1]:
             if form.share >= g.search.settings.materiality:
                 left += f" Yet {form.in_words} stays unexplained, {100.0 * form.share:.0f} % of the force at work."
         return f"The model is missing {listed}{more}{perhaps}.{left}"
