@@ -219,7 +219,9 @@ class _Rest:
             if best is None:
                 break
             axis, form, worth = best
-            gain = self.worth - worth
+            # What a model lets through of noise depends on its coefficients: a form must promise its gain and keep it.
+            promised = float(self._gains(drops, (rest**2).sum(axis=1))[axis, form])
+            gain = min(promised, self.worth - worth)
             if gain <= self._of.search.settings.unnamed_price or gain <= self._by_chance(copies, rest, left, system):
                 break
             self._taken.append((axis, form))

@@ -29,16 +29,18 @@ class Search(Scoring):
     def again(self, best: State, progress: Callable[[str], None] | None = None) -> State:
         """Search again without each effect of a crowd in turn, and keep the better model.
 
-        Several effects together may be the stand-ins for others that the search passed by. A large crowd is met from
-        the other side, too: from a model with every effect of the hull and its thrusters.
+        Many effects together may be the stand-ins for one or two that the search passed by, a few for no more than as
+        many. A large crowd is met from the other side, too: from every effect of the hull and its thrusters.
         """
         for _ in range(self.settings.rounds):
             crowd = self.named(best.active)
-            if len(crowd) < self.settings.crowd:
+            if len(crowd) < self.settings.few:
                 break
             others = [self._climb(self.without(best, key), _silent, key, best) for key in crowd]
             if len(crowd) >= self.settings.large:
                 others.append(self._climb(self._stripped(), _silent))
+            elif len(crowd) < self.settings.crowd:
+                others = [other for other in others if len(self.named(other.active)) <= len(crowd)] or [best]
             other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
             if other.score >= best.score - self.settings.margin:
                 break

@@ -42,7 +42,8 @@ class SearchSettings:
     unnamed_price : log-likelihood that a term nobody has named, or a parameter of a general effect, must earn
     margin : log-likelihood that a change must earn beyond its price
     rounds : most changes made
-    crowd : effects in a model from which `again` searches again
+    few : effects in a model from which `again` searches again, for a model with no more of them
+    crowd : effects from which any better model will do
     large : effects from which it does so from a model with every static effect, too
     refinements : Gauss-Newton steps after a change
     """
@@ -55,7 +56,8 @@ class SearchSettings:
     unnamed_price: float = 8.0
     margin: float = 1.0
     rounds: int = 40
-    crowd: int = 2
+    few: int = 2
+    crowd: int = 4
     large: int = 5
     refinements: int = 2
 
