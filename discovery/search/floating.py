@@ -15,6 +15,8 @@ STATIC = ("hull", "coupling", "mass", "thruster")
 """Families of effects that no time and no water moves."""
 _FAR_BEHIND = 50.0
 """Log-likelihood by which a model is far worse than another: it would need ten parameters more to make it good."""
+_PAIRS = 12
+"""Effects in a model up to which two of them are exchanged for one: of more there are too many pairs to try."""
 
 
 class Search(Scoring):
@@ -32,15 +34,16 @@ class Search(Scoring):
         Many effects together may be the stand-ins for one or two that the search passed by, a few for no more than as
         many. A large crowd is met from the other side, too: from every effect of the hull and its thrusters.
         """
-        for _ in range(self.settings.rounds):
+        for number in range(self.settings.rounds):
             crowd = self.named(best.active)
             if len(crowd) < self.settings.few:
                 break
             others = [self._climb(self.without(best, key), _silent, key, best) for key in crowd]
-            if len(crowd) >= self.settings.large:
-                others.append(self._climb(self._stripped(), _silent))
-            elif len(crowd) < self.settings.crowd:
+            if len(crowd) < self.settings.crowd:
                 others = [other for other in others if len(self.named(other.active)) <= len(crowd)] or [best]
+            if number == 0 and len(crowd) >= self.settings.large:
+                stripped = self._climb(self._stripped(), _silent)
+                others += [stripped] if len(self.named(stripped.active)) <= len(crowd) else []
             other = self._prune(self._simplest(min(others, key=lambda s: s.score), _silent), _silent)
             if other.score >= best.score - self.settings.margin:
                 break
@@ -148,7 +151,7 @@ class Search(Scoring):
     def _step(self, state: State, refused: set[frozenset[str]], pool: Sequence[Candidate]) -> State | None:
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool, roughly=True)
         now = {key: linear.options[key][0] for key in state.active}
-        for two_for_one in (False, True):
+        for two_for_one in (False, True) if len(self.named(state.active)) <= _PAIRS else (False,):
             neighbours = enumerate(changes(linear, scores, now, two_for_one, self.nuisances))
             scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
             ranked = sorted(scored, key=lambda item: item[:2])

@@ -44,7 +44,7 @@ class SearchSettings:
     rounds : most changes made
     few : effects in a model from which `again` searches again, for a model with no more of them
     crowd : effects from which any better model will do
-    large : effects from which it does so from a model with every static effect, too
+    large : effects from which it does so from a model with every static effect, too, for one with no more than these
     refinements : Gauss-Newton steps after a change
     """
 
@@ -58,7 +58,7 @@ class SearchSettings:
     rounds: int = 40
     few: int = 2
     crowd: int = 4
-    large: int = 5
+    large: int = 6
     refinements: int = 2
 
 
