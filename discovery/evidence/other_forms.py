@@ -34,6 +34,8 @@ _LEAST = 0.002
 """Share of the force at work below which a rest is nothing to look into."""
 _NEW = 1e-4
 """Share of its square that a form must have beside the model, or it is part of it."""
+_SAME = 1e-9
+"""Share of its square that a form may have beside effects and be nothing else than they: that of rounding."""
 _OTHER = 0.3
 """Share of an effect's force by which it changes beside other forms from which it is another effect; what stand-ins and
 causes change by stands in docs/foreign_causes.md."""
@@ -78,7 +80,7 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     rest = _Rest(columns)
     rivals = {}
     for group in _in_question(search, there):
-        one = _Rest(columns, group).in_one(rest)
+        one = _Rest(columns, group).in_one(columns.same(group))
         if one is not None and one.worth < rest.worth + TELL_APART:
             listed = " and ".join(key.replace("_", " ") for key in group)
             rivals |= dict.fromkeys(group, Rival(one.form, f"in place of {listed}, {one.form.in_words} does as well"))
@@ -149,15 +151,23 @@ class _Columns:
         error = (self.linear.columns[:, :, -1] ** 2).mean(axis=0)
         self.weight = np.where(seen, 1.0 / np.sqrt(error + self.floor), 0.0)
 
+    def same(self, keys: Sequence[str]) -> NDArray[np.bool_]:
+        """Which forms are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
+        own = [k for key in keys for k in self.linear.options[key][0].free if k >= 0]
+        forms = self.forms.columns
+        found = np.zeros((3, forms.shape[1]), dtype=bool)
+        for axis, same in enumerate(found):
+            columns = self.linear.columns[:, axis, own]
+            basis = np.linalg.qr(columns[:, (columns != 0.0).any(axis=0)])[0]
+            left = ((forms - basis @ (basis.T @ forms)) ** 2).sum(axis=0)
+            same[:] = left <= _SAME * (forms**2).sum(axis=0)
+        return found
+
 
 class _Rest:
     """What a model leaves, with effects taken out, beside forms that are taken.
 
     All products are cleared of what sensor noise adds to them, as in every fit.
-
-    Attributes
-    ----------
-    new : (3, forms) True for a form that is no part of the model, and clear of noise
     """
 
     def __init__(self, columns: _Columns, gone: Sequence[str] = ()) -> None:
@@ -187,8 +197,6 @@ class _Rest:
         among = share * _summed("cti,ctk->ik", unclear, unclear)
         self._among, self._least = forms.T @ forms - among, np.diag(among)
         self._taken: list[tuple[int, int]] = []
-        normal, _, beside = self._system()
-        self.new = np.isfinite(self._left(normal, beside))
 
     @property
     def worth(self) -> float:
@@ -198,13 +206,10 @@ class _Rest:
         error = square / self._balance.shape[1] + self._of.floor * self._of.weight**2 + _NOTHING
         return float(0.5 * self._of.search.balance.independent * np.log(error).sum())
 
-    def in_one(self, whole: "_Rest") -> _One | None:
-        """The form that explains most of what is left, and what is lost beside it.
-
-        A form that is a part of the whole model is one of its effects by another name, and not asked.
-        """
+    def in_one(self, barred: NDArray[np.bool_]) -> _One | None:
+        """The form that explains most of what is left, of those that are not barred, and what is lost beside it."""
         drops, _, _, _ = self._drops()
-        best = self._best(np.where(whole.new, drops, 0.0))
+        best = self._best(np.where(barred, 0.0, drops))
         if best is None:
             return None
         axis, form, worth = best
