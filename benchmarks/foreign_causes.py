@@ -199,8 +199,8 @@ def page(counts: dict[str, Count], pairs: Count, arguments: str, seeds: range) -
         "| --- " * 6 + "|",
         *(f"| {name} | {c.logs} | {c.false} | {c.part} | {c.honest} | {c.nothing} |" for name, c in counts.items()),
         "",
-        f"Of the {len(moved)} effects that were doubted for a form while others were found beside the model, half change "
-        f"beside these by {np.median(moved or [0.0]):.2f} of their force and more.\n",
+        f"Of the {len(moved)} effects that were doubted for a form while others were found beside the model, half "
+        f"change beside these by {np.median(moved or [0.0]):.2f} of their force and more.\n",
         f"Two effects of the catalogue were hidden in {pairs.logs} logs: in {pairs.part} exactly these were named, in "
         f"{pairs.false} another, and in {pairs.honest} a right name was doubted because of a form. Of the right names "
         f"that stood beside forms the one that changed most did so by {max(pairs.changes, default=0.0):.2f}.",
