@@ -80,6 +80,8 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     rest = _Rest(columns)
     rivals = {}
     for group in _in_question(search, there):
+        if len(group) > 1 and not judge.forces:
+            continue  # which law of a speed it is, the balance of such a log cannot tell
         one = _Rest(columns, group).in_one(columns.same(group))
         if one is not None and one.worth < rest.worth + TELL_APART:
             listed = " and ".join(key.replace("_", " ") for key in group)
