@@ -28,7 +28,7 @@ from .identifiability.rehearsal import Rehearsal, plausible_amounts, rehearse
 from .identifiability.visible import Identifiability
 from .search.command_resolution import leaves_structure
 from .search.equivalent_thruster_scales import in_plain_words
-from .search.floating import STATIC, Search, State
+from .search.floating import Search, State, static_effects
 from .search.output_error import polish
 
 _REFINEMENTS = 3
@@ -248,14 +248,7 @@ def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:
     measure of the rest. Added mass in surge stays out: rollouts cannot tell a heavy hull with strong thrusters from a
     light one with weak ones.
     """
-    first = next((c.key for c in search.pool if c.effect.per_thruster), "")
-    static = [
-        c
-        for c in search.pool
-        if c.effect.family in STATIC
-        and not (c.effect.shapes or c.effect.general or c.nuisance)
-        and c.key not in (*_NO_START, first)
-    ]
+    static = [c for c in static_effects(search.pool) if c.key not in _NO_START]
     fitted = [
         c
         for c in static

@@ -13,36 +13,21 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...physics.frames import AXES, FORCE_UNITS, Array
+from ...physics.frames import AXES
 from ..balance.base import Balance
-from ..balance.weak_form import WeakForm
 from ..candidates.candidate import Kind
-from ..candidates.free_forms import free_forms
 from ..findings import OtherForm
 from ..search.floating import Search, State
-from ..search.gram import RIDGE, share_taken
 from ..search.noise_copies import NoiseCopies
+from .rest_beside_forms import Change, FormColumns, RestBesideForms
 from .weighing import TELL_APART, parameter_total
 
-_NOTHING = 1e-300
-"""Squares below which an axis that is not looked at has none."""
-_MOST = 6
-"""Forms that may stand beside a model: the force of most laws is one or two."""
-_LEAST = 0.002
-"""Share of the force at work below which a rest is nothing to look into."""
-_NEW = 1e-4
-"""Share of its square that a form must have beside the model, or it is part of it."""
-_SAME = 1e-9
-"""Share of its square that a form may have beside effects and be nothing else than they: that of rounding."""
 _OTHER = 0.3
 """Share of an effect's force by which it changes beside other forms from which it is another effect; what stand-ins and
 causes change by stands in docs/foreign_causes.md."""
 _OTHER_THERE = 0.6
 """The same where rollouts judged: the balance of such a log is no witness of half a size."""
-_TRIED = 10
-"""Forms that promise most, of which the one that keeps it is taken: noise in a form promises more than it keeps."""
 
 
 class Rival(NamedTuple):
@@ -76,13 +61,13 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
     seen = ~(search.quiet | np.array(judge.blind))
     if not there or not seen.any():
         return OtherForms()
-    columns = _Columns(search, state, seen, judge.blind)
-    rest = _Rest(columns)
+    columns = FormColumns(search, state, seen, judge.blind)
+    rest = RestBesideForms(columns)
     rivals = {}
     for group in _in_question(search, there):
         if len(group) > 1 and not judge.forces:
             continue  # which law of a speed it is, the balance of such a log cannot tell
-        one = _Rest(columns, group).in_one(columns.same(group))
+        one = RestBesideForms(columns, group).in_one(columns.same(group))
         if one is not None and one.worth < rest.worth + TELL_APART:
             listed = " and ".join(key.replace("_", " ") for key in group)
             rivals |= dict.fromkeys(group, Rival(one.form, f"in place of {listed}, {one.form.in_words} does as well"))
@@ -115,227 +100,10 @@ def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[str, ...
     yield from (tuple(group) for group in groups.values() if len(group) > 1)
 
 
-class _One(NamedTuple):
-    """The form that explains most alone, and the log-likelihood that is lost with it: the smaller the better."""
-
-    form: OtherForm
-    worth: float
-
-
-class _Change(NamedTuple):
-    """By how much an effect's force changes beside the forms, as a share of it, and the number that changes most."""
-
-    share: float
-    symbol: str
-    by: float
-    axes: NDArray[np.bool_]
-
-
-def _given_way(columns: "_Columns", key: str, change: _Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:
+def _given_way(columns: FormColumns, key: str, change: Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:
     """The form that an effect gives way to, on an axis on which it acts if there is one, and what is told of that."""
     (candidate,) = (c for c in columns.search.pool if c.key == key)
     value = parameter_total(columns.search.nominal, candidate, columns.state.vehicle, change.symbol)
     form = next((form for form in found if change.axes[AXES.index(form.axis)]), found[0])
     others = f" and {len(found) - 1} more" if len(found) > 1 else ""
     return form, f"beside {form.in_words}{others}, {change.symbol} is {value + change.by:.3g} instead of {value:.3g}"
-
-
-class _Columns:
-    """What everything here is made of: the columns of a model about itself, and the forms, weighted by its rest."""
-
-    def __init__(self, search: Search, state: State, seen: NDArray[np.bool_], blind: Sequence[bool]) -> None:
-        assert isinstance(search.balance, WeakForm), "forms are looked for on the force balance"
-        self.search, self.state, self.seen = search, state, seen
-        pool = [c for c in search.pool if c.key in state.active]
-        self.linear, self.scores = search.linearise(state.vehicle, state.active, pool=pool)
-        self.forms = free_forms(search.balance, state.vehicle, blind)
-        self.floor = (_LEAST * search.force_scale) ** 2
-        error = (self.linear.columns[:, :, -1] ** 2).mean(axis=0)
-        self.weight = np.where(seen, 1.0 / np.sqrt(error + self.floor), 0.0)
-
-    def same(self, keys: Sequence[str]) -> NDArray[np.bool_]:
-        """Which forms are effects by another name: nothing of them is new beside the columns of these, (3, forms)."""
-        own = [k for key in keys for k in self.linear.options[key][0].free if k >= 0]
-        forms = self.forms.columns
-        found = np.zeros((3, forms.shape[1]), dtype=bool)
-        for axis, same in enumerate(found):
-            columns = self.linear.columns[:, axis, own]
-            basis = np.linalg.qr(columns[:, (columns != 0.0).any(axis=0)])[0]
-            left = ((forms - basis @ (basis.T @ forms)) ** 2).sum(axis=0)
-            same[:] = left <= _SAME * (forms**2).sum(axis=0)
-        return found
-
-
-class _Rest:
-    """What a model leaves, with effects taken out, beside forms that are taken.
-
-    All products are cleared of what sensor noise adds to them, as in every fit.
-    """
-
-    def __init__(self, columns: _Columns, gone: Sequence[str] = ()) -> None:
-        self._of = columns
-        linear, weight = columns.linear, columns.weight
-        options = [linear.options[key] for key in columns.state.active]
-        chosen = [absent if here.key in gone else here for here, absent, *_ in options]
-        fit = columns.scores.fit(chosen)
-        self._moved = fit.columns[~fit.held]
-        both, out = np.append(self._moved, -1), [option.offset for option in chosen if option.key in gone]
-        rows, noise = linear.columns[:, :, both], linear.noise[:, :, :, both]
-        rows[:, :, -1] -= linear.columns[:, :, out].sum(axis=2)
-        noise[..., -1] -= linear.noise[..., out].sum(axis=3)
-        rows, noise = rows * weight[:, None], noise * weight[:, None]
-        self._columns, self._balance = rows[:, :, :-1].transpose(1, 0, 2), rows[:, :, -1].T
-        blurred, blur = noise[..., :-1].transpose(0, 2, 1, 3), noise[..., -1].transpose(0, 2, 1)
-        forms, unclear = columns.forms.columns, columns.forms.noise
-        copies = max(len(noise), 1)
-        total = _summed("ati,atj->ij", self._columns, self._columns)
-        added = _summed("cati,catj->ij", blurred, blurred) / copies
-        share = share_taken(total, added) if len(noise) and self._moved.size else 1.0
-        self._inner = total - share * added
-        share /= copies
-        self._pull = _summed("ati,at->i", self._columns, self._balance) - share * _summed("cati,cat->i", blurred, blur)
-        self._beside = _summed("ati,tk->aik", self._columns, forms) - share * _summed("cati,ctk->aik", blurred, unclear)
-        self._wanted = _summed("at,tk->ak", self._balance, forms) - share * _summed("cat,ctk->ak", blur, unclear)
-        among = share * _summed("cti,ctk->ik", unclear, unclear)
-        self._among, self._least = forms.T @ forms - among, np.diag(among)
-        self._taken: list[tuple[int, int]] = []
-
-    @property
-    def worth(self) -> float:
-        """Log-likelihood lost by what is left: half the independent tests times the log of its mean square."""
-        normal, right, _ = self._system()
-        square = (self._left_over(np.linalg.solve(normal, right).astype(float)) ** 2).sum(axis=1)
-        error = square / self._balance.shape[1] + self._of.floor * self._of.weight**2 + _NOTHING
-        return float(0.5 * self._of.search.balance.independent * np.log(error).sum())
-
-    def in_one(self, barred: NDArray[np.bool_]) -> _One | None:
-        """The form that explains most of what is left, of those that are not barred, and what is lost beside it."""
-        drops, _, _, _ = self._drops()
-        best = self._best(np.where(barred, 0.0, drops))
-        if best is None:
-            return None
-        axis, form, worth = best
-        return _One(self._told(axis, form, drops), worth)
-
-    def followed(self, copies: NoiseCopies) -> list[OtherForm]:
-        """Take the form that explains most, again and again, while it explains more than any does of every copy."""
-        found: list[OtherForm] = []
-        while len(found) < _MOST:
-            drops, left, rest, system = self._drops()
-            best = self._best(drops)
-            if best is None:
-                break
-            axis, form, worth = best
-            # What a model lets through of noise depends on its coefficients: a form must promise its gain and keep it.
-            promised = float(self._gains(drops, (rest**2).sum(axis=1))[axis, form])
-            gain = min(promised, self.worth - worth)
-            if gain <= self._of.search.settings.unnamed_price or gain <= self._by_chance(copies, rest, left, system):
-                break
-            self._taken.append((axis, form))
-            found.append(self._told(axis, form, drops))
-        return found
-
-    def change(self, key: str) -> _Change | None:
-        """How an effect's force changes beside the forms that were taken; None for one that nothing moves."""
-        option, gone, *_ = self._of.linear.options[key]
-        free = dict(zip(option.free, option.symbols, strict=True))
-        own = {free[k]: place for place, k in enumerate(self._moved.tolist()) if k in free}
-        if option.kind is not Kind.EFFECT or not own:
-            return None
-        moved, (normal, right, _) = self._moved.size, self._system()
-        # What the fit itself moves is not the doing of the forms: rollouts may have judged, and not this balance.
-        by = np.linalg.solve(normal, right)[:moved]
-        by -= np.linalg.solve(normal[:moved, :moved], right[:moved])
-        force = {symbol: self._columns[:, :, place] * by[place] for symbol, place in own.items()}
-        whole = self._of.linear.columns[:, :, gone.offset].T * self._of.weight[:, None]
-        symbol = max(force, key=lambda s: _size(force[s]))
-        share = _size(np.asarray(sum(force.values()))) / max(_size(whole), _NOTHING)
-        return _Change(share, symbol, float(by[own[symbol]]), (whole != 0.0).any(axis=1))
-
-    def _best(self, drops: Array) -> tuple[int, int, float] | None:
-        """Axis and form that lower the log-likelihood lost most, of those that promise most, and what is lost then."""
-        rest = self._drops()[2]
-        gains = self._gains(drops, (rest**2).sum(axis=1))
-        promising = [int(k) for k in np.argsort(-gains, axis=None)[:_TRIED] if gains.flat[k] > 0.0]
-        tried = []
-        for k in promising:
-            axis, form = (int(place) for place in np.unravel_index(k, gains.shape))
-            self._taken.append((axis, form))
-            tried.append((axis, form, self.worth))
-            self._taken.pop()
-        return min(tried, key=lambda one: one[2], default=None)
-
-    def _drops(self) -> tuple[Array, Array, Array, tuple[Array, Array]]:
-        """By how much each form lowers the squares of the rest, (3, forms), what of it is new, the rest, the system."""
-        normal, right, beside = self._system()
-        left = self._left(normal, beside)
-        change = np.linalg.solve(normal, right).astype(float)
-        drops = (self._wanted * self._of.weight[:, None] - change @ beside) ** 2 / left
-        return drops, left, self._left_over(change), (normal, beside)
-
-    def _told(self, axis: int, form: int, drops: Array) -> OtherForm:
-        force = float(np.sqrt(drops[axis, form] / self._balance.shape[1])) / float(self._of.weight[axis])
-        share = force / float(self._of.search.force_scale[axis])
-        follows = self._of.forms.names[form]
-        return OtherForm(axis=AXES[axis], follows=follows, force=force, share=share, unit=FORCE_UNITS[axis])
-
-    def _system(self) -> tuple[Array, Array, Array]:
-        """Normal equations of what the fit moves and of the forms taken, and their products with forms on each axis."""
-        moved, weight = self._moved.size, self._of.weight
-        count = moved + len(self._taken)
-        beside = np.zeros((3, count, self._among.shape[0]))
-        beside[:, :moved] = self._beside * weight[:, None, None]
-        right = np.append(self._pull, [self._wanted[axis, form] * weight[axis] for axis, form in self._taken])
-        for place, (axis, form) in enumerate(self._taken, moved):
-            beside[axis, place] = self._among[form] * weight[axis] ** 2
-        normal = np.zeros((count, count))
-        normal[:moved, :moved] = self._inner
-        for place, (axis, form) in enumerate(self._taken, moved):
-            normal[:, place] = normal[place] = beside[axis, :, form]
-        size = np.diag(normal)
-        return normal + np.diag(np.where(size > 0.0, RIDGE * size, 1.0)), right, beside
-
-    def _left(self, normal: Array, beside: Array) -> Array:
-        """Square of what of each form is new beside the model and clear of noise, (3, forms); no end of it else."""
-        whole = np.diag(self._among) * (self._of.weight**2)[:, None]
-        left = whole - np.stack([(side * np.linalg.solve(normal, side)).sum(axis=0) for side in beside])
-        least = np.maximum(_NEW * whole, self._least * (self._of.weight**2)[:, None])
-        return np.where((left > least) & (whole > 0.0), left, np.inf)
-
-    def _left_over(self, change: Array) -> Array:
-        """What is left of the balance, weighted, (3, tests)."""
-        moved = self._moved.size
-        rest = self._balance - self._columns @ change[:moved]
-        for (axis, form), size in zip(self._taken, change[moved:], strict=True):
-            rest[axis] -= size * self._of.weight[axis] * self._of.forms.columns[:, form]
-        return rest
-
-    def _gains(self, drops: Array, square: Array) -> Array:
-        """Log-likelihood that drops (3, ..., forms) of squared rests (3, ...) are worth."""
-        tests = self._balance.shape[1]
-        floor = (self._of.floor * self._of.weight**2 * tests).reshape(3, *(1,) * (square.ndim - 1)) + _NOTHING
-        after = np.maximum(square[..., None] - drops, 0.0) + floor[..., None]
-        return np.asarray(0.5 * self._of.search.balance.independent * np.log((square + floor)[..., None] / after))
-
-    def _by_chance(self, copies: NoiseCopies, rest: Array, left: Array, system: tuple[Array, Array]) -> float:
-        """The most that any form is worth in any copy of the rest."""
-        most, (normal, beside) = 0.0, system
-        forms = self._of.forms.columns.astype(np.float32)
-        columns = self._columns.astype(np.float32)
-        for drawn in copies.of(rest.T.astype(np.float32)):
-            pulls = (drawn @ forms).astype(float) * self._of.weight[:, None, None]
-            of_model = (drawn @ columns).sum(axis=0).astype(float)
-            taken = [pulls[axis, :, form] for axis, form in self._taken]
-            solved = np.linalg.solve(normal, np.column_stack([of_model, *taken]).T)
-            drops = (pulls - np.einsum("pc,apk->ack", solved, beside, optimize=True)) ** 2 / left[:, None]
-            most = max(most, float(self._gains(drops, (drawn**2).sum(axis=2).astype(float)).max()))
-        return most
-
-
-def _summed(how: str, one: Array, other: Array) -> Array:
-    """An Einstein sum of two arrays, as products of matrices where that is faster."""
-    return np.asarray(np.einsum(how, one, other, optimize=True))
-
-
-def _size(force: Array) -> float:
-    return float(np.sqrt((force**2).sum()))

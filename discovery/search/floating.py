@@ -1,22 +1,34 @@
 """The floating search: add, drop, swap or reshape effects until no change lowers the score of the model."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
+from ...measurements.statistics.second_processor import shared
 from ..candidates.candidate import Candidate
 from .neighbours import changes, difference, present
 from .scoring import ALIVE, Scoring, SearchSettings, State
 
-__all__ = ["ALIVE", "Search", "SearchSettings", "State"]
+__all__ = ["ALIVE", "Search", "SearchSettings", "State", "static_effects"]
 
 
-STATIC = ("hull", "coupling", "mass", "thruster")
+_STATIC = ("hull", "coupling", "mass", "thruster")
 """Families of effects that no time and no water moves."""
 _FAR_BEHIND = 50.0
 """Log-likelihood by which a model is far worse than another: it would need ten parameters more to make it good."""
 _PAIRS = 12
 """Effects in a model up to which two of them are exchanged for one: of more there are too many pairs to try."""
+
+
+def static_effects(pool: Sequence[Candidate]) -> list[Candidate]:
+    """Effects of one shape that no time and no water moves; one thruster is left out, as the measure of the rest."""
+    first = next((c.key for c in pool if c.effect.per_thruster), "")
+    return [
+        c
+        for c in pool
+        if c.effect.family in _STATIC and not (c.effect.shapes or c.effect.general or c.nuisance) and c.key != first
+    ]
 
 
 class Search(Scoring):
@@ -38,7 +50,7 @@ class Search(Scoring):
             crowd = self.named(best.active)
             if len(crowd) < self.settings.few:
                 break
-            others = [self._climb(self.without(best, key), _silent, key, best) for key in crowd]
+            others = shared(partial(self._climb_without, best), crowd)
             if len(crowd) < self.settings.crowd:
                 others = [other for other in others if len(self.named(other.active)) <= len(crowd)] or [best]
             if number == 0 and len(crowd) >= self.settings.large:
@@ -52,14 +64,13 @@ class Search(Scoring):
             best = other
         return best
 
+    def _climb_without(self, best: State, key: str) -> State:
+        """Where a search ends from the best model less an effect, which is barred, if it reaches that model at all."""
+        return self._climb(self.without(best, key), _silent, key, best)
+
     def _stripped(self) -> State:
         """A model with every static effect, less those that it is better without, the least first."""
-        first = next((c.key for c in self.pool if c.effect.per_thruster), "")
-        static = [
-            c.key
-            for c in self.pool
-            if c.effect.family in STATIC and not (c.effect.shapes or c.effect.general or c.nuisance) and c.key != first
-        ]
+        static = [c.key for c in static_effects(self.pool)]
         state = self.evaluate(self.nominal, static)
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
         now = whole = {key: linear.options[key][0] for key in state.active}
@@ -83,8 +94,7 @@ class Search(Scoring):
             improved = None if best and self._behind(state, best) else self._step(state, refused, pool)
             if improved is None:
                 break
-            self.trail.append(difference(state.active, improved.active))
-            say(self.trail[-1])
+            say(difference(state.active, improved.active))
             state = improved
         return state
 
@@ -106,8 +116,7 @@ class Search(Scoring):
         found = Search(self.balance, self.nominal, simple, self.settings).run(self.restrict(state, kept))
         if found.score > state.score:
             return state
-        self.trail.append(difference(state.active, found.active))
-        say(f"{self.trail[-1]} (simpler)")
+        say(f"{difference(state.active, found.active)} (simpler)")
         return found
 
     def _prune(self, state: State, say: Callable[[str], None]) -> State:
@@ -119,7 +128,6 @@ class Search(Scoring):
                 trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
             for _, score, key, trial in sorted(trials, key=lambda item: item[:2]):
                 if score <= state.score or not self.matters(trial, state):
-                    self.trail.append(f"- {key}")
                     say(f"- {key} (too small to matter)")
                     state = trial
                     break

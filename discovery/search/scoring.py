@@ -109,7 +109,6 @@ class Scoring:
         self.floor = np.where(
             self.quiet, (settings.loud * self.noise_error) ** 2, (settings.materiality * self.force_scale) ** 2
         )
-        self.trail: list[str] = []
 
     def linearise(
         self,
