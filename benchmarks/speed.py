@@ -1,15 +1,17 @@
 """How long the command line takes and how much memory, imports included, against what is asked of it.
 
     python benchmarks/speed.py [--growth MINUTES]... [--rows 1000000] [--networks] [--compression]
-        [--table docs/performance.md]
+        [--rollouts] [--table docs/performance.md]
 
 Each figure is the better of two runs of the command line, each in a process of its own, and the largest memory of
 these. `--growth` adds `discover` on logs of that many minutes with the exponent of its time, `--rows` adds `inspect` of
 a log of that many rows, `--networks` a comparison of seven models, `--compression` factors against pysindy, LAPACK and
-BLAS (see `compression.py`). Exit code 1 where a limit is broken.
+BLAS (see `compression.py`), `--rollouts` a batch of rollouts against other ways (see `rollouts.py`). Exit code 1 where
+a limit is broken.
 """
 
 import argparse
+import json
 import os
 import platform
 import subprocess
@@ -22,6 +24,7 @@ from pathlib import Path
 import numpy as np
 from compression import DRAWS, against_lapack, against_pysindy
 from measured import Figures
+from rollouts import against_others
 
 UNDERTOW = [sys.executable, "-m", "undertow"]
 HIDDEN = ("surge_quadratic_damping=-6", "thruster_asymmetry=0.8", "steady_current=0.2,-0.1", "sway_lift=8")
@@ -63,10 +66,21 @@ def answers(figures: Figures, folder: Path) -> None:
         figures.tell(f"{what}, without page", seconds, limit, "s")
         figures.tell("the same, memory", peak, memory, "MB")
         figures.tell(f"{what}: what the page adds", best(words, folder)[0] - seconds, 3.0, "s")
+        if hidden:
+            shares(figures, folder, words[1])
     figures.tell("demo", best(["demo", "--force"], folder)[0], 6.0, "s")
     figures.tell("undertow --help", best(["--help"], folder, 3)[0], 0.3, "s")
     begun = [_import(folder) for _ in range(3)]
     figures.tell("import undertow, beside Python itself", min(begun), 0.05, "s")
+
+
+def shares(figures: Figures, folder: Path, log: str) -> None:
+    """Where the time of an answer goes."""
+    script = Path(__file__).with_name("shares.py")
+    told = subprocess.run([sys.executable, script, log], cwd=folder, check=True, capture_output=True, text=True).stdout
+    steps: dict[str, float] = json.loads(told)
+    for step, seconds in steps.items():
+        figures.tell(f"share of its time: {step}", 100.0 * seconds / sum(steps.values()), None, "%")
 
 
 def _import(folder: Path) -> float:
@@ -131,6 +145,7 @@ def main() -> int:
     parser.add_argument("--rows", type=int, default=0)
     parser.add_argument("--networks", action="store_true")
     parser.add_argument("--compression", action="store_true")
+    parser.add_argument("--rollouts", action="store_true")
     parser.add_argument("--table", type=Path)
     chosen = parser.parse_args()
     figures = Figures()
@@ -145,6 +160,8 @@ def main() -> int:
     if chosen.compression:
         against_lapack(figures)
         against_pysindy(figures, [10_000, 100_000, 1_000_000], DRAWS)
+    if chosen.rollouts:
+        against_others(figures)
     if chosen.table:
         chosen.table.write_text(page(figures), "utf-8")
     return int(figures.broken)

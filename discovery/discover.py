@@ -75,6 +75,7 @@ def find_missing(
     nominal: Vehicle,
     settings: DiscoverySettings | None = None,
     progress: Callable[[str], None] | None = None,
+    basis: Basis | None = None,
 ) -> Discovery:
     """Name the physical effects that a vehicle model misses on measured motions.
 
@@ -83,20 +84,15 @@ def find_missing(
     motions : gap-free stretches, unfiltered; judged by blocked held-out error, so no test part is needed here
     nominal : the model to be corrected
     progress : called with a line for each step
+    basis : what judges these motions, where it was chosen before
 
     Raises
     ------
     RequestError
         when the log is too short for the weak form, or a solver fails.
     """
-    settings = settings or DiscoverySettings()
-    return _find(motions, nominal, settings, progress or (lambda text: None))
-
-
-def _find(
-    motions: Sequence[Motion], nominal: Vehicle, settings: DiscoverySettings, say: Callable[[str], None]
-) -> Discovery:
-    basis = choose(motions, nominal, settings)
+    say = progress or (lambda text: None)
+    basis = basis or choose(motions, nominal, settings or DiscoverySettings())
     for told in filter(None, (basis.part, basis.why)):
         say(told)
     return _conclude(*beside_sensors(select(basis, say), say))

@@ -1,15 +1,18 @@
 """The verbs `discover` and `add`: from logs and a vehicle to findings, scores and a falling error."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
-from ..comparison.comparison import Judged, comparison, judge, reference_models, score_step
+from ..comparison.comparison import BASELINE, Judged, comparison, judge, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
+from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, add_effects, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.statistics.second_processor import beside
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
@@ -21,7 +24,11 @@ from ..residuals.scores import evaluate
 from ..residuals.series import series
 from .run_folder.run import Run, Say
 
+References = tuple[list[Judged], list[str]]
+"""The models that are always compared, judged, the nominal one first, and sentences on how they came to be."""
 
+
+@single_threaded
 def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:
     """Name the physical effects that the vehicle model misses in the logs, add them one by one, and score each step.
 
@@ -40,9 +47,11 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
     expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
     expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
     hand_back()
-    found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress)
-    hand_back()
-    return assess(inputs, found, chosen, progress)
+    basis = choose(inputs.fitting, inputs.vehicle, chosen)
+    with beside(partial(references, inputs, basis)) as known:
+        found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
+        hand_back()
+        return assess(inputs, found, chosen, known, progress)
 
 
 def add(
@@ -65,36 +74,48 @@ def add(
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     settings = DiscoverySettings()
     found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
-    return replace(assess(inputs, found, settings, progress), verb=("add", *effects))
+    run = assess(inputs, found, settings, partial(references, inputs, found.basis), progress)
+    return replace(run, verb=("add", *effects))
+
+
+def references(inputs: Inputs, basis: Basis) -> References:
+    """The nominal model, the calibrated one and the baselines on the judged rows, before the laws of a hull."""
+    models, notes = reference_models(inputs, basis=basis)
+    return [judge(model, inputs.parts) for model in models], notes
 
 
 @single_threaded
-def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progress: Say | None = None) -> Run:
+def assess(
+    inputs: Inputs,
+    found: Discovery,
+    settings: DiscoverySettings,
+    known: Callable[[], References],
+    progress: Say | None = None,
+) -> Run:
     """Score every step of a discovery on held-out data, and find where the models fail."""
     if found.hidden is not None:  # a vehicle that was found at the origin is judged there
         inputs = inputs.mapped(found.hidden.corrected)
+        known = partial(references, inputs, found.basis)
     how = f"identified by undertow from {inputs.log_names}"
     found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
     if progress is not None:
         progress("scoring every step on held-out data")
     models = _models(found)
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
-    errors = [evaluate(model, inputs.parts.judged) for model in paced(models, "models scored", progress)]
-    steps = tuple(score_step(error, *_added(label)) for (label, _), error in zip(found.steps, errors, strict=True))
+    errors = [evaluate(model, inputs.parts.judged) for model in paced(models[1:], "models scored", progress)]
     hand_back()
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
-    corrected = models[-1] if len(models) > 1 else _renamed(models[0])
-    known = {models[0].name: errors[0], corrected.name: errors[-1]}
-    every, notes = reference_models(inputs, [corrected], found.basis)
-    judged: list[Judged] = []
-    for model in paced(every, "models compared", progress, even=False):
-        if model is corrected and corrected.vehicle == inputs.vehicle:
-            judged.append(judged[0].called(corrected))
-        else:
-            judged.append(judge(model, inputs.parts, known.get(model.name)))
+    last = models[-1] if len(models) > 1 else _renamed(models[0])
+    own = None if last.vehicle == inputs.vehicle else judge(last, inputs.parts, errors[-1])
+    others, notes = known()
+    corrected = own or others[0].called(last)
+    assert corrected.audit is not None, "the laws judge all models but baselines"
     hand_back()
-    audit = next(each.audit for each in judged if each.audit is not None and each.model is corrected)
+    scored = zip(found.steps, [others[0].errors, *errors], strict=True)
+    steps = tuple(score_step(error, *_added(label)) for (label, _), error in scored)
+    ends = [other for other in others if other.model.kind == BASELINE]
+    judged = [*(other for other in others if other not in ends), corrected, *ends]
     compared = comparison(judged, inputs, table, notes=notes)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
     data = LogFacts(
@@ -111,7 +132,7 @@ def assess(inputs: Inputs, found: Discovery, settings: DiscoverySettings, progre
         warnings=tuple(inputs.warnings),
         sensors=_sensors(found.findings.sensors, inputs),
     )
-    return Run(inputs, found, findings, compared, table, settings, audit)
+    return Run(inputs, found, findings, compared, table, settings, corrected.audit)
 
 
 def _sensors(own: Sequence[SensorError], inputs: Inputs) -> tuple[SensorError, ...]:

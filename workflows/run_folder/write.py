@@ -4,6 +4,7 @@ import os
 import warnings
 from collections.abc import Iterable
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from ...exports.mcap_series import Prediction, require_mcap, write_series
 from ...measurements.inspection import Inspections
 from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
+from ...measurements.statistics.second_processor import beside
 from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
@@ -79,9 +81,11 @@ def write_run(
         progress("writing the run folder")
 
     def build(work: Path) -> list[str]:
-        _write_files(run, work, target)
-        hand_back()
-        _write_viewer_series(run, work / "series.mcap", progress)
+        with beside(partial(_write_viewer_series, run, work / "series.mcap", progress)) as left_out:
+            _write_files(run, work)
+            hand_back()
+            for line in left_out():
+                (progress or _warn)(line)
         seal(work, _record(run, target), DATA)
         if report:
             hand_back()
@@ -95,7 +99,7 @@ def write_run(
     return target
 
 
-def _write_files(run: Run, folder: Path, target: Path) -> None:
+def _write_files(run: Run, folder: Path) -> None:
     write_json(folder / "findings.json", run.findings.to_dict())
     write_json(folder / "comparison.json", run.comparison.to_dict())
     write_json(folder / "audit.json", run.audit.to_dict())
@@ -125,13 +129,12 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
     }
 
 
-def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> None:
-    """The series for viewers, or a line on why there is none."""
+def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> list[str]:
+    """Write the series for viewers; a line on why there is none, if so."""
     try:
         require_mcap()
     except RequestError as error:
-        (progress or _warn)(f"{path.name} is left out: {error}")
-        return
+        return [f"{path.name} is left out: {error}"]
     found, parts = run.discovery, run.inputs.parts
     forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
     told = (
@@ -140,10 +143,11 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> None:
     )
     pace = None if progress is None else Pace(progress, f"rows of {path.name}").told
     write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace)
+    return []
 
 
 def _warn(line: str) -> None:
-    warnings.warn(line, stacklevel=6)
+    warnings.warn(line, stacklevel=5)
 
 
 def write_page(run: Path) -> Path:

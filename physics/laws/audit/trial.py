@@ -1,11 +1,13 @@
 """A trial of bounded thrust: extremes held and random commands, met from rest; and how fast a vehicle goes in it."""
 
 from dataclasses import dataclass
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
 
-from ...forces import ForceEquation, calm, held_thrust
+from ...batch_rates import Flattened
+from ...forces import calm, held_thrust
 from ...frames import Array
 from ...matrices import mass_matrix
 from ...motion import Motion
@@ -114,14 +116,14 @@ class Settling:
 
 def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
     """Roll a vehicle out under extreme and random commands, the former until its speeds settle, if they do."""
-    equation, count = ForceEquation(calm(vehicle)), len(vehicle.thrusters)
     commands, held = trial_commands(pool, seed)
-    thrust = np.concatenate(held_thrust(vehicle, commands.reshape(-1, count))).T.reshape(*commands.shape[:2], -1)
+    rates = cache(partial(Flattened, calm(vehicle)))  # a batch of each size has its own
+    both = (each.reshape(-1, *commands.shape[:2]) for each in held_thrust(vehicle, commands.reshape(-1, pool.shape[1])))
+    thrust = np.concatenate([rates(1).accelerations(each) for each in both]).transpose(1, 2, 0)
 
     def answer(nu: Array, psi: Array, pushed: Array) -> Array:
-        triple = (nu[:, 0], nu[:, 1], nu[:, 2])
-        force = equation.force(triple, psi, pushed[:, :count].T, pushed[:, count:].T, triple[1:])
-        return np.stack(equation.acceleration(force, triple, triple, psi), axis=-1)
+        state = np.vstack([np.zeros((2, psi.size)), psi, nu.T, nu.T[1:]])  # a wake that has settled
+        return rates(psi.size)(state, (pushed[:, :3].T, pushed[:, 3:].T, None, 0.0))[3:6].T
 
     done, seconds = rolled(answer, thrust, SECONDS), SECONDS
     random, done = (Rollouts(done.states[rows], done.diverged[rows]) for rows in (slice(held, None), slice(held)))

@@ -1,0 +1,95 @@
+"""A second processor: what does not wait for the rest is done in a forked process, which hands back its result.
+
+A fork sees all that is at hand, so that nothing is sent to it and no module is loaded again. Its results are those that
+this process would have come to, to the last bit.
+"""
+
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from typing import TypeVar
+
+_LARGE = 400_000
+"""Memory of this process [kB] from which it is not forked: two of them would hold more than a long answer may."""
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+@contextmanager
+def beside(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
+    """Begin a computation beside this process; what is given waits for its result, and raises what it raised.
+
+    It is done here, when its result is asked for, where there is no second processor or no safe fork: on other systems
+    than Linux, where threads may hold a lock, and in a large process. Who leaves without the result ends it.
+
+    Parameters
+    ----------
+    work : takes nothing, changes nothing, and returns or raises what can be pickled
+    """
+    if not _can_fork():
+        yield work
+        return
+    here, there = multiprocessing.Pipe(duplex=False)
+    process = multiprocessing.get_context("fork").Process(target=_hand_back, args=(work, there), daemon=True)
+    process.start()
+    there.close()
+
+    def result() -> R:
+        try:
+            found, error = here.recv()
+        except EOFError:  # it was ended from outside, for its memory perhaps
+            return work()
+        if error is not None:
+            raise error
+        return found
+
+    try:
+        yield result
+    finally:
+        process.kill()
+        process.join()
+        here.close()
+
+
+def shared(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """A function of each item, every other one beside this process; see `beside`."""
+    if len(items) < 2:
+        return [function(item) for item in items]
+
+    def others() -> list[R]:
+        return [function(item) for item in items[1::2]]
+
+    with beside(others) as rest:
+        found = [function(item) for item in items[::2]]
+        others_found = rest()
+    every = [*found, *others_found]
+    every[::2], every[1::2] = found, others_found
+    return every
+
+
+def _can_fork() -> bool:
+    """Whether a second processor is free for a forked process, and nothing is in its way."""
+    if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
+        return False
+    import resource  # here, because only such systems have it
+
+    alone = threading.active_count() == 1 and multiprocessing.parent_process() is None
+    return alone and resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < _LARGE
+
+
+def _hand_back(work: Callable[[], R], there: Connection) -> None:
+    """In the forked process: hand back a result or an error; signals are left to who waits for it."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    try:
+        told = (work(), None)
+    except Exception as error:  # whatever it is, it is raised where the result is asked for
+        told = (None, error)
+    with suppress(OSError):  # nobody waits any longer
+        there.send(told)

@@ -1,0 +1,107 @@
+"""Work beside a process: the same results, and nothing left behind, whatever happens to either process."""
+
+import os
+import signal
+import sys
+import threading
+import time
+from functools import partial
+
+import numpy as np
+import pytest
+
+from undertow.measurements.statistics import second_processor
+from undertow.measurements.statistics.second_processor import beside, shared
+from undertow.physics.errors import RequestError
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems do not fork here")
+
+
+@pytest.fixture(autouse=True)
+def two_processors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if the machine had two, and the test runner little memory."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 1})
+    monkeypatch.setattr(second_processor, "_LARGE", 10**9)
+
+
+def test_work_is_done_in_another_process_that_sees_what_is_at_hand() -> None:
+    rows = np.arange(5.0)
+    with beside(lambda: (os.getpid(), rows * 2.0)) as result:
+        rows = rows + 100.0
+        process, found = result()
+    assert process != os.getpid()
+    np.testing.assert_array_equal(found, [0.0, 2.0, 4.0, 6.0, 8.0])
+
+
+def test_an_error_is_raised_where_the_result_is_asked_for() -> None:
+    def refuse() -> None:
+        raise RequestError("expected one, got none")
+
+    with beside(refuse) as result, pytest.raises(RequestError, match="expected one, got none"):
+        result()
+
+
+def test_a_result_that_is_larger_than_a_pipe_arrives() -> None:
+    with beside(lambda: np.ones(1_000_000)) as result:
+        assert result().sum() == 1e6
+
+
+def test_who_leaves_without_the_result_ends_the_work() -> None:
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), beside(partial(time.sleep, 60.0)):
+        raise KeyboardInterrupt
+    assert time.monotonic() - begun < 30.0
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+
+
+def test_work_that_was_ended_from_outside_is_done_here() -> None:
+    ours = os.getpid()
+
+    def ended() -> int:
+        if os.getpid() != ours:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return os.getpid()
+
+    with beside(ended) as result:
+        assert result() == ours
+
+
+def test_ctrl_c_is_left_to_who_waits() -> None:
+    def interrupted() -> str:
+        os.kill(os.getpid(), signal.SIGINT)
+        return "done all the same"
+
+    with beside(interrupted) as result:
+        assert result() == "done all the same"
+
+
+@pytest.mark.parametrize("reason", ["one processor", "a thread", "a large process", "a forked process"])
+def test_work_is_done_here_where_no_fork_is_safe(reason: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    go_on = threading.Event()
+    if reason == "one processor":
+        monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
+    if reason == "a large process":
+        monkeypatch.setattr(second_processor, "_LARGE", 1)
+    if reason == "a thread":
+        threading.Thread(target=go_on.wait, daemon=True).start()
+
+    def nested() -> bool:
+        with beside(os.getpid) as result:
+            return result() == os.getpid()
+
+    try:
+        if reason == "a forked process":
+            with beside(nested) as result:
+                assert result()
+        else:
+            assert nested()
+    finally:
+        go_on.set()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 5])
+def test_shared_work_keeps_its_order(count: int) -> None:
+    found = shared(lambda item: (item, os.getpid()), list(range(count)))
+    assert [item for item, _ in found] == list(range(count))
+    assert len({process for _, process in found}) == min(count, 2)
