@@ -44,6 +44,8 @@ _POLISHES = 10
 """Steps of a fit that only finds where a search begins; the kept model gets as many as it needs."""
 _SPHERE = 0.5
 """Added mass of a sphere as a share of the water that it displaces, see `slender`."""
+_LEAST = 3
+"""Effects that seem to earn least, of which the one that does is left out."""
 _ROUNDS = 3
 """Searches at most, each with weights about the model of the one before."""
 
@@ -273,7 +275,8 @@ def lean(search: Search, state: State) -> State:
     A log cannot tell such an effect from nothing, and beside it others look less sure than they are.
     """
     while search.named(state.active):
-        without = min((search.without(state, key) for key in search.named(state.active)), key=lambda s: s.score)
+        least = sorted(search.losses(state), key=lambda loss: loss.score)[:_LEAST]
+        without = min((search.without(state, loss.key) for loss in least), key=lambda s: s.score)
         if without.score >= state.score + TELL_APART:
             break
         state = without

@@ -88,10 +88,26 @@ def apparent_wind(heading: Array, velocity: tuple[Array, Array], air: tuple[Arra
 
 
 def memory_states(vehicle: Vehicle, motion: Motion) -> tuple[Array, Array]:
-    """The wake memory's filtered sway speed and yaw rate (n,) each along a motion, at rest in its start value."""
+    """The wake memory's filtered sway speed and yaw rate (n,) each along a motion, see `remembered_before`."""
     _, v_r, r = through_water(vehicle, motion)
-    constant = vehicle.values["memory_time"]
-    return first_order_lag(v_r, constant, motion.time_step), first_order_lag(r, constant, motion.time_step)
+    sway, yaw = remembered_before(vehicle, motion)
+    constant, step = vehicle.values["memory_time"], motion.time_step
+    return first_order_lag(v_r, constant, step, sway), first_order_lag(r, constant, step, yaw)
+
+
+def remembered_before(vehicle: Vehicle, motion: Motion) -> tuple[float, float] | tuple[None, None]:
+    """What the wake memory of sway speed and yaw rate holds in the first row of a motion, from the rows before it.
+
+    None where there are none: the first state is then taken to have lasted.
+    """
+    if motion.past is None:
+        return None, None
+    heading = np.append(motion.past[:, 0], motion.heading[0])
+    u, v, r = np.vstack([motion.past[:, 1:], motion.velocity[:1]]).T
+    minutes = motion.minutes[0] + motion.time_step / 60.0 * np.arange(-len(motion.past), 1)
+    _, v_r, r = relative_velocity(vehicle, heading, (u, v, r), minutes)
+    constant, step = vehicle.values["memory_time"], motion.time_step
+    return float(first_order_lag(v_r, constant, step)[-1]), float(first_order_lag(r, constant, step)[-1])
 
 
 class ForceEquation:

@@ -33,6 +33,8 @@ class Motion:
     source : where it came from (file name, or the world that made it)
     run_up : (m, thrusters) commands on the steps before the first row, so that lag and delay know their past; none
         when the stretch begins with the log
+    past : (m, 4) heading [rad] and velocity on the steps before the first row, so that a wake's memory knows its past;
+        none where the record begins, or begins anew
     air : (n, 2) velocity of the air over ground, towards north and east [m/s], from an anemometer; None where there is
         none, and the air is then taken to be still
     derived : which velocities are derivatives of positions or of the heading, so that their noise is no white one
@@ -55,6 +57,7 @@ class Motion:
     thrusters: tuple[str, ...]
     source: str = ""
     run_up: Array | None = None
+    past: Array | None = None
     air: Array | None = None
     derived: tuple[bool, bool, bool] = (False, False, False)
     command_step: float = 0.0
@@ -83,6 +86,8 @@ class Motion:
             raise LogError(f"motion: expected at least 2 rows, got {n}")
         if self.run_up is not None and (self.run_up.ndim != 2 or self.run_up.shape[1] != len(self.thrusters)):
             raise LogError(f"motion: expected run_up of shape (m, {len(self.thrusters)}), got {self.run_up.shape}")
+        if self.past is not None and (self.past.ndim != 2 or self.past.shape[1] != 4):
+            raise LogError(f"motion: expected past of shape (m, 4), got {self.past.shape}")
         steps = np.diff(self.time)
         if steps.min() <= 0 or np.ptp(steps) > 1e-6 * max(1.0, abs(self.time[-1])):
             raise LogError("motion: the time base is not even; resample the log first (undertow.prepare)")
@@ -98,12 +103,15 @@ class Motion:
         return float(self.time[-1] - self.time[0])
 
     def slice(self, start: int, stop: int) -> "Motion":
-        """Rows `start` to `stop` (exclusive) as a motion of its own; earlier commands become its run-up."""
-        rows = slice(start, stop)
-        most = round(RUN_UP / self.time_step)
-        past = self.commands[max(0, start - most) : start]
-        if self.run_up is not None and len(past) < most:
-            past = np.concatenate([self.run_up[len(past) - most :], past])
+        """Rows `start` to `stop` (exclusive) as a motion of its own; earlier rows become its run-up and its past."""
+        rows, most = slice(start, stop), round(RUN_UP / self.time_step)
+        before = slice(max(0, start - most), start)
+
+        def earlier(known: Array | None, own: Array) -> Array | None:
+            if known is not None and len(own) < most:
+                own = np.concatenate([known[len(own) - most :], own])
+            return own if own.size else None
+
         return replace(
             self,
             time=self.time[rows],
@@ -111,7 +119,8 @@ class Motion:
             heading=self.heading[rows],
             velocity=self.velocity[rows],
             commands=self.commands[rows],
-            run_up=past if past.size else None,
+            run_up=earlier(self.run_up, self.commands[before]),
+            past=earlier(self.past, np.column_stack([self.heading[before], self.velocity[before]])),
             air=None if self.air is None else self.air[rows],
             minutes=self.minutes[rows],
         )

@@ -341,8 +341,8 @@ def shift(series: Array, delay: float, time_step: float) -> Array:
     return np.interp(index - delay / time_step, index, series)
 
 
-def first_order_lag(series: Array, time_constant: float, time_step: float) -> Array:
-    """Response of `T y' = x - y` to a series that is linear between samples, starting at rest (y = x at the start).
+def first_order_lag(series: Array, time_constant: float, time_step: float, start: float | None = None) -> Array:
+    """Response of `T y' = x - y` to a series that is linear between samples, from a start, or at rest (y = x there).
 
     Exact (first-order hold): y[k+1] = a y[k] + b0 x[k] + b1 x[k+1], a = exp(-h/T).
     """
@@ -354,7 +354,7 @@ def first_order_lag(series: Array, time_constant: float, time_step: float) -> Ar
     b0, b1 = slope - a, 1.0 - slope
     driven = b1 * series
     driven[1:] += b0 * series[:-1]
-    driven[0] = series[0]
+    driven[0] = series[0] if start is None else start
     recursion = np.empty((2, series.size), order="F")  # the two diagonals of y[k] - a y[k-1]
     recursion[0], recursion[1] = 1.0, -a
     return np.asarray(_tbsv(1, recursion, driven, lower=1, diag=1, overwrite_x=1))

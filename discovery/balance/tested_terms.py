@@ -7,7 +7,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from ...physics.forces import thruster_response
+from ...physics.forces import remembered_before, thruster_response
 from ...physics.frames import Array, earth_to_body
 from ...physics.momentum_balance import balances
 from ...physics.motion import Motion
@@ -137,12 +137,13 @@ class TestedTerms(Products):
         return self._test(rows, [kernel.value for kernel in self._kernels])
 
     def wake(self, axis: int, vehicle: Vehicle) -> Array:
-        """The wake memory from the beginning of each motion, (copies, rows)."""
+        """The wake memory from what it holds at the beginning of each motion, (copies, rows)."""
         velocity, constant = self.relative(vehicle)[axis], vehicle.values["memory_time"]
         found = np.empty_like(velocity)
         for motion, (start, stop) in zip(self._motions, pairwise(self._edges), strict=True):
+            begin = remembered_before(vehicle, motion)[axis - 1]
             for row, kept in zip(velocity[:, start:stop], found[:, start:stop], strict=True):
-                kept[:] = first_order_lag(row, constant, motion.time_step)
+                kept[:] = first_order_lag(row, constant, motion.time_step, begin)
         return found
 
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:

@@ -122,13 +122,10 @@ class Search(Scoring):
     def _prune(self, state: State, say: Callable[[str], None]) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
         while self.named(state.active):
-            trials = []
-            for key in self.named(state.active):
-                trial = self.without(state, key)
-                trials.append((float(self.unique_share(trial, state).max()), trial.score, key, trial))
-            for _, score, key, trial in sorted(trials, key=lambda item: item[:2]):
-                if score <= state.score or not self.matters(trial, state):
-                    say(f"- {key} (too small to matter)")
+            for loss in sorted(self.losses(state)):
+                trial = self.without(state, loss.key)
+                if trial.score <= state.score or not self.matters(trial, state):
+                    say(f"- {loss.key} (too small to matter)")
                     state = trial
                     break
             else:

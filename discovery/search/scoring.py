@@ -6,6 +6,7 @@ parameter. The floor is a share of the force scale of the axis: what is smaller 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,6 +71,14 @@ class State:
     active: tuple[str, ...]
     fit: Fit
     score: float
+
+
+class Loss(NamedTuple):
+    """What a model loses without an effect: error, as the largest share of the force scale of an axis, and score."""
+
+    share: float
+    score: float
+    key: str
 
 
 class Scoring:
@@ -212,6 +221,19 @@ class Scoring:
     def without(self, state: State, key: str) -> State:
         """A model without one of its effects, the others fitted again."""
         return self.restrict(state, tuple(k for k in state.active if k != key))
+
+    def losses(self, state: State) -> list[Loss]:
+        """What each effect of a model is worth about the columns at hand, the others not refined."""
+        pool = [c for c in self.pool if c.key in state.active]
+        linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool)
+        now = {key: linear.options[key][0] for key in state.active}
+        found = []
+        for key in self.named(state.active):
+            chosen = list({**now, key: linear.options[key][1]}.values())
+            fit = self.fit(scores, chosen)
+            share = np.sqrt(np.maximum(fit.held_out - state.fit.held_out, 0.0)) / self.share_scale
+            found.append(Loss(float(share.max()), self.score(fit, chosen), key))
+        return found
 
     def restrict(self, state: State, active: Sequence[str]) -> State:
         """A model with some of its effects only, fitted again."""

@@ -1,6 +1,7 @@
 """Preparation: logs become motions on one even time base, gap-free, in the grammar of `Motion`."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,6 +37,8 @@ FASTEST_NATIVE = 20.0
 """Cap of the native rate [Hz]."""
 _AT_PACE = 0.2
 """Share by which a record's own step may differ from the grid's, for their differences to have the same noise."""
+_BRIDGED = 5.0
+"""Gap [s] beyond which nothing is known of the motion before it: in less, a boat hardly turns twice."""
 _WIND = ("wind_u", "wind_v")
 
 
@@ -194,7 +197,21 @@ def _motions(
             notes.append(f"{'position' if name == 'x' else name}: not in the log, derived from {origin}")
     if len(set(_WIND) & set(log.channels)) == 1:
         notes.append("wind_u and wind_v: only one of them is in the log, which is not used")
-    return [_motion(log, vehicle, recipe, step, span) for span in choose(spans)]
+    motions = [_motion(log, vehicle, recipe, step, span) for span in choose(spans)]
+    return [*motions[:1], *map(_remembering, motions, motions[1:])]
+
+
+def _remembering(before: Motion, motion: Motion) -> Motion:
+    """A motion that knows its past beyond a short gap, on a straight line between the rows at its ends."""
+    if not 0.0 < motion.time[0] - before.time[-1] <= _BRIDGED:
+        return motion
+    times = motion.time[0] - motion.time_step * np.arange(round(RUN_UP / motion.time_step), 0, -1)
+    turns = 2.0 * np.pi * np.round((before.heading[-1] - motion.heading[0]) / (2.0 * np.pi))
+    ends = np.array([motion.heading[0] + turns, *motion.velocity[0]])
+    rows = np.column_stack([before.heading, before.velocity])
+    along = np.append(before.time, motion.time[0])
+    found = [np.interp(times, along, np.append(column, end)) for column, end in zip(rows.T, ends, strict=True)]
+    return replace(motion, past=np.column_stack(found)[times >= before.time[0]])
 
 
 def _motion(log: Log, vehicle: Vehicle | None, recipe: Recipe, step: float, span: Span) -> Motion:

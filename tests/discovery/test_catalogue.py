@@ -34,18 +34,22 @@ def test_each_effect_is_recovered_from_minutes_of_field_noise(name: str, tmp_pat
         assert values[symbol] == pytest.approx(value, rel=0.12, abs=0.02), symbol
 
 
-def test_a_lag_is_recovered_from_a_log_full_of_gaps(tmp_path: Path):
-    """Every 12 s a gap of 1 s: lag and delay must know the commands from before each stretch."""
+@pytest.mark.parametrize(
+    ("effect", "hidden"), [("thruster_lag", {"lag": 2.5}), ("wake_memory", {"memory_sway": 30.0, "memory_time": 2.5})]
+)
+def test_what_remembers_is_recovered_from_a_log_full_of_gaps(effect: str, hidden: dict[str, float], tmp_path: Path):
+    """Every 12 s a gap of 1 s: a thruster must know the commands from before each stretch, a wake the motion."""
     path = tmp_path / "log.csv"
-    simulate_world(HULL, {"thruster_lag": 2.5}, duration=300.0, noise="field", seed=20).write(path)
+    simulate_world(HULL, hidden, duration=300.0, noise="field", seed=20).write(path)
     lines = path.read_text().splitlines()
     kept = [x for x in lines[1:] if ",odometry," not in x or float(x.split(",", 1)[0]) % 12.0 >= 1.0]
     path.write_text("\n".join([lines[0], *kept]))
     motions = read_inputs(path, HULL).fitting
     assert len(motions) > 15
     found = find_missing(motions, HULL)
-    assert found.findings.missing == ("thruster_lag",)
-    assert found.corrected.value("lag") == pytest.approx(2.5, rel=0.02)
+    assert found.findings.missing == (effect,)
+    for symbol, value in hidden.items():
+        assert found.corrected.value(symbol) == pytest.approx(value, rel=0.04), symbol
 
 
 @pytest.mark.parametrize(

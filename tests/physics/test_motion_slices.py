@@ -1,8 +1,14 @@
-"""A piece of a motion keeps the commands before it, and no more of them than lag and delay ask for."""
+"""A piece of a motion keeps what was before it, and no more of that than lag, delay and the wake ask for."""
+
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from undertow.physics.errors import LogError
+from undertow.physics.forces import memory_states
 from undertow.physics.motion import RUN_UP, Motion
+from undertow.physics.vehicle import load_vehicle
 
 STEP = 0.1
 
@@ -36,3 +42,31 @@ def test_a_piece_copies_none_of_a_long_log():
     run_up = long.slice(90_000, 91_000).run_up
     assert run_up is not None
     assert np.shares_memory(run_up, long.commands)
+
+
+def test_a_piece_keeps_heading_and_velocity_before_it():
+    whole = replace(motion(1000), heading=np.arange(1000.0), velocity=np.arange(3000.0).reshape(1000, 3))
+    past = whole.slice(500, 700).slice(50, 100).past
+    assert past is not None
+    np.testing.assert_array_equal(past[:, 0], np.arange(350.0, 550.0))
+    np.testing.assert_array_equal(past[:, 1:], whole.velocity[350:550])
+    assert whole.slice(0, 100).past is None
+
+
+def test_the_wake_of_a_piece_is_that_of_the_whole():
+    rng = np.random.default_rng(3)
+    swinging = np.cumsum(rng.standard_normal((1000, 3)), axis=0) * 0.05
+    whole = replace(motion(1000), velocity=swinging, heading=np.cumsum(swinging[:, 2]) * STEP)
+    hull = load_vehicle("blueboat").with_values(
+        {"memory_sway": 20.0, "memory_time": 2.0, "current_north": 0.3, "current_rate_north": 0.5}
+    )
+    expected = np.array(memory_states(hull, whole))[:, 400:600]
+    found = np.array(memory_states(hull, whole.slice(400, 600)))
+    np.testing.assert_allclose(found, expected, atol=2e-4)  # what 20 s leave of it
+    alone = np.array(memory_states(hull, replace(whole.slice(400, 600), past=None)))
+    assert np.abs(alone - expected)[:, 0].max() > 0.05
+
+
+def test_past_of_another_shape_is_refused():
+    with pytest.raises(LogError, match=r"past of shape \(m, 4\), got \(5, 3\)"):
+        replace(motion(50), past=np.zeros((5, 3)))
