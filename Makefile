@@ -13,7 +13,7 @@ help:
 	@echo "make demo   read a real Gazebo log, find the missing physics, add it, and watch the error fall"
 	@echo "make test   run the tests"
 	@echo "make lint   check style, format and types"
-	@echo "make bench  run the benchmarks, one after the other"
+	@echo "make bench  run all tests, the long ones too, and the benchmarks, one after the other"
 	@echo "make clean  remove .venv, build leftovers and caches"
 
 demo: $(READY)
@@ -29,6 +29,7 @@ lint: $(READY)
 	@PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 
 bench: $(READY)
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --all --cov --cov-report=
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
 
 # A venv that works is kept and brought up to date; one that is missing, broken or too old is made anew.
