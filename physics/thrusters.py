@@ -16,6 +16,8 @@ _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "starboard": "sta
 """Words in a thruster's name that say on which side it sits."""
 _tbsv = get_blas_funcs(("tbsv",), dtype=np.float64)[0]
 """Solves a triangular band: a recursion in one call."""
+_SAME = 1e-9
+"""Share of the largest change of a command that is rounding of its mean over a row."""
 _SLIGHT = 0.1
 """Share of a thruster's force, or of its arm, below which its sign says nothing: it is lost in what the file rounds."""
 CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
@@ -204,17 +206,17 @@ class Thruster(BaseModel):
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
 
-        In this order: offset and delay, lag, `curve`, exponent, gains, scales, reverse scale, dead zone. Scales
+        In this order: lag, `curve`, exponent, gains, scales, reverse scale, dead zone, offset and delay. Scales
         multiply the bent curve; the dead zone cuts it; the advance loss depends on the command alone and is cut by the
-        dead zone too.
+        dead zone too. A row in which a held command switches has the mean of the forces before and after, not the force
+        of the mean, unless a lag makes all changes slow.
 
         Parameters
         ----------
         command : (n,) in the unit of `command`, even steps
         time_step : [s]
         """
-        delayed = shift(command, self.delay + self.command_offset, time_step)
-        lagged = first_order_lag(delayed, self.lag, time_step)
+        lagged = first_order_lag(command, self.lag, time_step)
         fraction = self.curve.normalised(lagged, self.command)
         force = self.bent(self.powered(lagged)) * self.gain
         if self.reverse_scale != 1.0:
@@ -223,7 +225,8 @@ class Thruster(BaseModel):
         if self.dead_zone > 0:
             alive = np.abs(fraction) > self.dead_zone
             force, load = force * alive, load * alive
-        return force, load
+        late = self.delay + self.command_offset
+        return shift(_switched(force, lagged), late, time_step), shift(_switched(load, lagged), late, time_step)
 
     def powered(self, command: Array) -> Array:
         """The curve's forces [N] with the exponent applied: F |T / F|^thrust_exponent, and the sign of T.
@@ -331,6 +334,25 @@ def push_and_turn(thruster: Thruster) -> tuple[int, int]:
     turns = abs(arm) > _SLIGHT * np.hypot(thruster.x, thruster.y)
     rises = int(np.sign(high - low))
     return rises * int(np.sign(ahead) if abs(ahead) > _SLIGHT else 0), rises * int(np.sign(arm) if turns else 0)
+
+
+def _switched(force: Array, command: Array) -> Array:
+    """Forces (n,) with those of rows in which a command switches put between those of the levels that it was held at.
+
+    Such a row has the mean of both, as its command has, wherever in the row the switch was.
+    """
+    change = np.abs(np.diff(command))
+    same = change <= _SAME * change.max(initial=0.0)
+    rows = 2 + np.flatnonzero(same[:-3] & ~same[1:-2] & ~same[2:-1] & same[3:])
+    if not rows.size:
+        return force
+    gap = command[rows + 1] - command[rows - 1]
+    share = np.divide(command[rows] - command[rows - 1], gap, out=np.zeros(rows.size), where=gap != 0.0)
+    within = (share > 0.0) & (share < 1.0)  # else something else happened in that row
+    rows, share = rows[within], share[within]
+    found = force.copy()
+    found[rows] = (1.0 - share) * force[rows - 1] + share * force[rows + 1]
+    return found
 
 
 def shift(series: Array, delay: float, time_step: float) -> Array:

@@ -219,3 +219,12 @@ def test_an_effect_at_its_physical_limit_is_doubted():
     log = simulate_world(HULL.with_values({"X_u": 0.5, "X_uu": -2.0}), {}, duration=150.0, seed=7).motion(0.05)
     found = find_missing([log], draggier).findings
     assert "surge_linear_damping" not in found.missing
+
+
+def test_a_propeller_that_switches_within_a_row_bends_no_coefficient():
+    """The force of a row's mean command is not the mean of its forces: X_uu came out beside the truth, by 0.3 %."""
+    boat = load_vehicle("otter")
+    log = simulate_world(boat, {"X_uu": boat.value("X_uu") - 15.0}, duration=240.0, noise="clean", seed=3)
+    found = find_missing([log.motion(0.05)], boat)
+    assert found.findings.missing == ("surge_quadratic_damping",)
+    assert found.corrected.value("X_uu") - boat.value("X_uu") == pytest.approx(-15.0, rel=5e-4)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from undertow.physics.averages import area_average
 from undertow.physics.errors import VehicleError
 from undertow.physics.thrusters import (
     CommandKind,
@@ -151,3 +152,39 @@ def test_wrong_table_is_refused(curve: dict[str, Any], message: str) -> None:
 
 def test_channel_is_command_and_name() -> None:
     assert [t.channel for t in load_vehicle("blueboat_paper").thrusters] == ["pwm_port", "pwm_stbd"]
+
+
+def square_law(**faults: float) -> Thruster:
+    return Thruster.model_validate(
+        {
+            "name": "one",
+            "x": 0.0,
+            "y": 0.0,
+            "command": "rad_s",
+            "curve": {"kind": "propeller", "scale": 100.0, "k_t": 0.01, "rho": 1000.0, "diameter": 0.1},
+            "advance_loss": 2.0,
+            **faults,
+        }
+    )
+
+
+@pytest.mark.parametrize("switch", [0.5, 0.51, 0.5375, 0.58])
+@pytest.mark.parametrize("faults", [{}, {"delay": 0.13}, {"dead_zone": 0.3}, {"thrust_exponent": 0.6}])
+def test_a_switch_within_a_row_keeps_the_impulse_of_the_forces(switch: float, faults: dict[str, float]) -> None:
+    step, thruster = 0.05, square_law(**faults)
+    rows = step * np.arange(40)
+    stamps = np.array([0.0, 0.1, 0.2, switch, switch + 0.1])
+    command = area_average(stamps, np.array([-20.0, -20.0, -20.0, 90.0, 90.0]), rows, step)
+    levels = thruster.model_copy(update={"delay": 0.0}).response(np.array([-20.0, 90.0]), step)
+    for found, (before, after) in zip(thruster.response(command, step), levels, strict=True):
+        begun = switch + thruster.delay
+        ends = rows[0] - 0.5 * step, rows[-1] + 0.5 * step
+        expected = before * (begun - ends[0]) + after * (ends[1] - begun)
+        assert found.sum() * step == pytest.approx(expected, abs=1e-9)
+
+
+def test_ramps_pulses_and_levels_keep_the_forces_of_their_commands() -> None:
+    thruster, ramp = square_law(), np.linspace(-50.0, 80.0, 30)
+    pulse = np.array([10.0, 10.0, 40.0, 10.0, 10.0, 70.0, 20.0, 20.0])
+    for command in (ramp, pulse, np.full(9, 12.0), np.array([5.0]), np.array([5.0, 9.0, 9.0])):
+        np.testing.assert_array_equal(force(thruster, command), thruster.curve.thrust(command, "rad_s"))
