@@ -30,7 +30,7 @@ def measured(log: str, vehicle: str) -> dict[str, float]:
     def ends(step: str) -> None:
         nonlocal last
         now = time.perf_counter()
-        told[step], last = now - last, now
+        told[step], last = told.get(step, 0.0) + now - last, now
 
     from undertow.workflows.discover_and_add import discover
     from undertow.workflows.inputs import read_inputs

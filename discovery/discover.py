@@ -84,7 +84,7 @@ def find_missing(
     motions : gap-free stretches, unfiltered; judged by blocked held-out error, so no test part is needed here
     nominal : the model to be corrected
     progress : called with a line for each step
-    basis : what judges these motions, where it was chosen before
+    basis : what judges these motions of this model under these settings, where it was chosen before
 
     Raises
     ------

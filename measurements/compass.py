@@ -6,7 +6,7 @@ classical five coefficients; Denne 1979, Magnetic Compass Deviation and Correcti
 velocity too, but one that does not grow with speed, and a turn makes it in proportion to the yaw rate.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -155,22 +155,34 @@ def corrected(motion: Motion, compass: Compass) -> Motion:
 
     The apparent wind, which the anemometer measures in the body, stays; the air over ground follows from it.
     """
-    delta = compass.at(motion.heading)
-    surge, sway = earth_to_body(delta, motion.velocity[:, 0], motion.velocity[:, 1])
-    velocity = np.column_stack([surge, sway, motion.velocity[:, 2]])
-    return remeasured(motion, motion.heading + delta, velocity)
+
+    def turned(heading: Array, velocity: Array) -> tuple[Array, Array]:
+        delta = compass.at(heading)
+        surge, sway = earth_to_body(delta, velocity[:, 0], velocity[:, 1])
+        return heading + delta, np.column_stack([surge, sway, velocity[:, 2]])
+
+    return remeasured(motion, turned)
 
 
-def remeasured(motion: Motion, heading: Array, velocity: Array) -> Motion:
-    """A motion with another heading (n,) and velocity (n, 3), under the same apparent wind.
+def remeasured(
+    motion: Motion, measure: Callable[[Array, Array], tuple[Array, Array]], rows: Array | None = None
+) -> Motion:
+    """A motion with another heading (n,) and velocity (n, 3), its past too, under the same apparent wind.
 
     The anemometer measures in the body: the air over ground follows from what it saw.
+
+    Parameters
+    ----------
+    measure : headings and velocities from those of the motion
+    rows : velocities (n, 3) in their place, that are on time
     """
+    heading, velocity = measure(motion.heading, motion.velocity if rows is None else rows)
+    past = None if motion.past is None else np.column_stack(measure(motion.past[:, 0], motion.past[:, 1:]))
     air = motion.air
     if air is not None:
         ahead, starboard = apparent_wind(motion.heading, tuple(motion.velocity.T[:2]), tuple(air.T))
         air = np.column_stack(body_to_earth(heading, ahead + velocity[:, 0], starboard + velocity[:, 1]))
-    return replace(motion, heading=heading, velocity=velocity, air=air)
+    return replace(motion, heading=heading, velocity=velocity, air=air, past=past)
 
 
 def _rows(motions: Sequence[Motion]) -> tuple[Array, np.ndarray]:

@@ -124,21 +124,26 @@ def corrected_for(motion: Motion, errors: Mapping[str, float]) -> Motion:
     def on_time(series: Array, by: float) -> Array:
         return np.column_stack([np.interp(time + by, time, column) for column in series.T]) if by else series
 
-    rate = (motion.velocity[:, 2] - errors.get("gyro_bias", 0.0)) / errors.get("gyro_scale", 1.0)
-    surge, sway = on_time(motion.velocity[:, :2], late[0]).T / errors.get("velocity_scale", 1.0)
-    sine, cosine = errors.get("compass_sine", 0.0), errors.get("compass_cosine", 0.0)
-    deviation = errors.get("compass_constant", 0.0) + sine * np.sin(motion.heading) + cosine * np.cos(motion.heading)
-    # Speeds that a satellite measured over ground were turned into the body by the heading: they turn back with it.
-    if not errors.get("body_speeds"):
-        surge, sway = earth_to_body(deviation, surge, sway)
-    heading = motion.heading + deviation + errors.get("misalignment", 0.0)
-    ones = np.ones_like(heading)
-    ahead, aside = earth_to_body(heading, errors.get("water_north", 0.0) * ones, errors.get("water_east", 0.0) * ones)
     mount = errors.get("mount_x", 0.0), errors.get("mount_y", 0.0)
-    surge, sway = surge + ahead + mount[1] * rate, sway + aside - mount[0] * rate
+
+    def true(heading: Array, velocity: Array) -> tuple[Array, Array]:
+        rate = (velocity[:, 2] - errors.get("gyro_bias", 0.0)) / errors.get("gyro_scale", 1.0)
+        surge, sway = velocity[:, :2].T / errors.get("velocity_scale", 1.0)
+        sine, cosine = errors.get("compass_sine", 0.0), errors.get("compass_cosine", 0.0)
+        deviation = errors.get("compass_constant", 0.0) + sine * np.sin(heading) + cosine * np.cos(heading)
+        # Speeds that a satellite measured over ground were turned into the body by the heading: they turn back with it.
+        if not errors.get("body_speeds"):
+            surge, sway = earth_to_body(deviation, surge, sway)
+        heading = heading + deviation + errors.get("misalignment", 0.0)
+        north, east = (np.full_like(heading, errors.get(f"water_{side}", 0.0)) for side in ("north", "east"))
+        ahead, aside = earth_to_body(heading, north, east)
+        return heading, np.column_stack([surge + ahead + mount[1] * rate, sway + aside - mount[0] * rate, rate])
+
+    on_row = np.column_stack([on_time(motion.velocity[:, :2], late[0]), motion.velocity[:, 2]])
+    found = remeasured(motion, true, on_row)
+    ones = np.ones_like(motion.heading)
     places = (errors.get("arm_x", 0.0) + mount[0]) * ones, (errors.get("arm_y", 0.0) + mount[1]) * ones
-    arm = body_to_earth(heading, *places)
-    found = remeasured(motion, heading, np.column_stack([surge, sway, rate]))
+    arm = body_to_earth(found.heading, *places)
     found = replace(found, position=on_time(motion.position, late[1]) - np.column_stack(arm))
     first, last = (int(np.ceil(max(0.0, *side) / motion.time_step)) for side in ([-x for x in late], late))
     enough = (time.size - first - last) * motion.time_step > LEAST_LEFT

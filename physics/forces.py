@@ -276,8 +276,7 @@ def held_acceleration(vehicle: Vehicle, velocity: Array, heading: Array, command
 
 def held_thrust(vehicle: Vehicle, commands: Array) -> tuple[Array, Array]:
     """Force at rest [N] and loss per advance speed [N s/m] of lasting commands (n, thrusters), (thrusters, n) each."""
-    settled = [t.model_copy(update={"lag": 0.0, "delay": 0.0}) for t in vehicle.thrusters]
-    pairs = [t.response(np.asarray(commands[:, k], dtype=float), 1.0) for k, t in enumerate(settled)]
+    pairs = [t.lasting(np.asarray(commands[:, k], dtype=float)) for k, t in enumerate(vehicle.thrusters)]
     return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
 
 

@@ -217,16 +217,21 @@ class Thruster(BaseModel):
         time_step : [s]
         """
         lagged = first_order_lag(command, self.lag, time_step)
-        fraction = self.curve.normalised(lagged, self.command)
-        force = self.bent(self.powered(lagged)) * self.gain
+        force, load = self.lasting(lagged)
+        late = self.delay + self.command_offset
+        return shift(_switched(force, lagged), late, time_step), shift(_switched(load, lagged), late, time_step)
+
+    def lasting(self, command: Array) -> tuple[Array, Array]:
+        """Force at zero speed [N] and its loss per advance speed [N s/m] of commands (n,) that have lasted."""
+        fraction = self.curve.normalised(command, self.command)
+        force = self.bent(self.powered(command)) * self.gain
         if self.reverse_scale != 1.0:
             force = np.where(fraction < 0, force * self.reverse_scale, force)
         load = self.advance_loss * np.abs(fraction)
         if self.dead_zone > 0:
             alive = np.abs(fraction) > self.dead_zone
             force, load = force * alive, load * alive
-        late = self.delay + self.command_offset
-        return shift(_switched(force, lagged), late, time_step), shift(_switched(load, lagged), late, time_step)
+        return force, load
 
     def powered(self, command: Array) -> Array:
         """The curve's forces [N] with the exponent applied: F |T / F|^thrust_exponent, and the sign of T.

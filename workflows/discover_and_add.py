@@ -51,6 +51,8 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
     with beside(partial(references, inputs, basis)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
         hand_back()
+        if found.basis.rolls != basis.rolls:  # the search turned to rollouts, and so does the calibration
+            known = partial(references, inputs, found.basis)
         return assess(inputs, found, chosen, known, progress)
 
 

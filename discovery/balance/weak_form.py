@@ -194,7 +194,7 @@ class WeakForm(Balance):
         """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""
         rates = self.derivative([motion.velocity for motion in self.motions]) @ mass_matrix(vehicle)
         modelled = self._terms.forces(vehicle)[:, 0].T
-        still = [replace(motion, velocity=np.zeros_like(motion.velocity)) for motion in self.motions]
+        still = [replace(motion, velocity=np.zeros_like(motion.velocity), past=None) for motion in self.motions]
         thrust = self.average([modelled_force(vehicle, motion) for motion in still])
         parts = np.stack([rates, modelled, thrust, modelled - thrust])
         return np.abs(parts).max(axis=0)

@@ -4,6 +4,7 @@ A fork sees all that is at hand, so that nothing is sent to it and no module is 
 this process would have come to, to the last bit.
 """
 
+import ctypes
 import multiprocessing
 import os
 import signal
@@ -14,6 +15,8 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
+_DIES_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of Linux: the signal that a process gets when its parent ends."""
 _LARGE = 400_000
 """Memory of this process [kB] from which it is not forked: two of them would hold more than a long answer may."""
 
@@ -26,7 +29,7 @@ def beside(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
     """Begin a computation beside this process; what is given waits for its result, and raises what it raised.
 
     It is done here, when its result is asked for, where there is no second processor or no safe fork: on other systems
-    than Linux, where threads may hold a lock, and in a large process. Who leaves without the result ends it.
+    than Linux, where threads of Python may hold a lock, and in a large process. Who leaves without the result ends it.
 
     Parameters
     ----------
@@ -36,14 +39,20 @@ def beside(work: Callable[[], R]) -> Iterator[Callable[[], R]]:
         yield work
         return
     here, there = multiprocessing.Pipe(duplex=False)
-    process = multiprocessing.get_context("fork").Process(target=_hand_back, args=(work, there), daemon=True)
-    process.start()
+    process = multiprocessing.get_context("fork").Process(target=_hand_back, args=(work, here, there), daemon=True)
+    try:
+        process.start()
+    except OSError:  # no more processes, or no memory for one
+        here.close()
+        there.close()
+        yield work
+        return
     there.close()
 
     def result() -> R:
         try:
             found, error = here.recv()
-        except EOFError:  # it was ended from outside, for its memory perhaps
+        except (EOFError, OSError):  # it was ended from outside, for its memory perhaps
             return work()
         if error is not None:
             raise error
@@ -74,7 +83,7 @@ def shared(function: Callable[[T], R], items: Sequence[T]) -> list[R]:
 
 
 def _can_fork() -> bool:
-    """Whether a second processor is free for a forked process, and nothing is in its way."""
+    """Whether there is a second processor for a forked process, and no other thread of Python in its way."""
     if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
         return False
     import resource  # here, because only such systems have it
@@ -83,10 +92,13 @@ def _can_fork() -> bool:
     return alone and resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < _LARGE
 
 
-def _hand_back(work: Callable[[], R], there: Connection) -> None:
-    """In the forked process: hand back a result or an error; signals are left to who waits for it."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+def _hand_back(work: Callable[[], R], here: Connection, there: Connection) -> None:
+    """In the forked process: hand back a result or an error; Ctrl-C is left to who waits for it, and ends with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+    here.close()  # else nobody would be missed at the other end
+    ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, signal.SIGKILL)
     try:
         told = (work(), None)
     except Exception as error:  # whatever it is, it is raised where the result is asked for

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.measurements.compass import Compass, corrected
+from undertow.measurements.kinematic_errors import corrected_for
 from undertow.physics.errors import LogError
 from undertow.physics.forces import memory_states
 from undertow.physics.motion import RUN_UP, Motion
@@ -70,3 +72,22 @@ def test_the_wake_of_a_piece_is_that_of_the_whole():
 def test_past_of_another_shape_is_refused():
     with pytest.raises(LogError, match=r"past of shape \(m, 4\), got \(5, 3\)"):
         replace(motion(50), past=np.zeros((5, 3)))
+
+
+def test_the_past_of_a_piece_is_corrected_as_the_piece_is():
+    rng = np.random.default_rng(4)
+    whole = replace(motion(900), velocity=rng.standard_normal((900, 3)), heading=np.cumsum(rng.standard_normal(900)))
+    errors = {"compass_constant": 0.2, "compass_sine": 0.05, "gyro_scale": 1.05, "gyro_bias": 0.01, "mount_x": 0.5}
+    compass = Compass(0.05, 0.1, -0.1, 0.1, 0.01, 1.0, 1.0)
+
+    def by_errors(motion: Motion) -> Motion:
+        return corrected_for(motion, errors)
+
+    def by_compass(motion: Motion) -> Motion:
+        return corrected(motion, compass)
+
+    for correct in (by_errors, by_compass):
+        later, found = correct(whole).slice(400, 600).past, correct(whole.slice(400, 600)).past
+        assert later is not None
+        assert found is not None
+        np.testing.assert_allclose(found, later, rtol=1e-12)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from undertow.physics.averages import area_average
 from undertow.physics.errors import VehicleError
+from undertow.physics.forces import held_thrust
 from undertow.physics.thrusters import (
     CommandKind,
     PropellerCurve,
@@ -172,7 +173,7 @@ def square_law(**faults: float) -> Thruster:
 @pytest.mark.parametrize("faults", [{}, {"delay": 0.13}, {"dead_zone": 0.3}, {"thrust_exponent": 0.6}])
 def test_a_switch_within_a_row_keeps_the_impulse_of_the_forces(switch: float, faults: dict[str, float]) -> None:
     step, thruster = 0.05, square_law(**faults)
-    rows = step * np.arange(40)
+    rows = step * np.arange(40, dtype=float)
     stamps = np.array([0.0, 0.1, 0.2, switch, switch + 0.1])
     command = area_average(stamps, np.array([-20.0, -20.0, -20.0, 90.0, 90.0]), rows, step)
     levels = thruster.model_copy(update={"delay": 0.0}).response(np.array([-20.0, 90.0]), step)
@@ -188,3 +189,11 @@ def test_ramps_pulses_and_levels_keep_the_forces_of_their_commands() -> None:
     pulse = np.array([10.0, 10.0, 40.0, 10.0, 10.0, 70.0, 20.0, 20.0])
     for command in (ramp, pulse, np.full(9, 12.0), np.array([5.0]), np.array([5.0, 9.0, 9.0])):
         np.testing.assert_array_equal(force(thruster, command), thruster.curve.thrust(command, "rad_s"))
+
+
+def test_lasting_commands_are_no_series() -> None:
+    boat = load_vehicle("otter")
+    commands = np.random.default_rng(5).choice([-60.0, 0.0, 40.0, 90.0], size=(400, 2))
+    order = np.random.default_rng(6).permutation(400)
+    for found, shuffled in zip(held_thrust(boat, commands), held_thrust(boat, commands[order]), strict=True):
+        np.testing.assert_array_equal(found[:, order], shuffled)

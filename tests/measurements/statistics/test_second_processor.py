@@ -1,11 +1,14 @@
 """Work beside a process: the same results, and nothing left behind, whatever happens to either process."""
 
+import multiprocessing
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -105,3 +108,41 @@ def test_shared_work_keeps_its_order(count: int) -> None:
     found = shared(lambda item: (item, os.getpid()), list(range(count)))
     assert [item for item, _ in found] == list(range(count))
     assert len({process for _, process in found}) == min(count, 2)
+
+
+def test_a_result_that_is_cut_off_is_made_here() -> None:
+    with beside(lambda: np.full(1_000_000, os.getpid())) as result:
+        (process,) = multiprocessing.active_children()
+        time.sleep(0.5)  # it waits for the pipe to be read
+        process.kill()
+        process.join()
+        assert (result() == os.getpid()).all()
+
+
+@pytest.mark.parametrize("end", ["os._exit(3)", "os.kill(os.getpid(), signal.SIGKILL)"])
+def test_nothing_goes_on_after_a_process_that_ends_at_once(end: str) -> None:
+    code = (
+        "import multiprocessing, os, signal, time\n"
+        "from undertow.measurements.statistics.second_processor import beside\n"
+        "os.sched_getaffinity = lambda process: {0, 1}\n"
+        "with beside(lambda: time.sleep(600.0)):\n"
+        "    time.sleep(0.3)\n"
+        "    print(multiprocessing.active_children()[0].pid, flush=True)\n"
+        f"    {end}\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60.0)
+    left = Path(f"/proc/{int(ended.stdout)}")
+    for _ in range(50):
+        if not left.exists() or "State:\tZ" in (left / "status").read_text():
+            return
+        time.sleep(0.1)
+    pytest.fail("the forked process goes on")
+
+
+def test_work_is_done_here_where_no_process_can_be_had(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> int:
+        raise BlockingIOError("Resource temporarily unavailable")
+
+    monkeypatch.setattr(os, "fork", refuse)
+    with beside(os.getpid) as result:
+        assert result() == os.getpid()
