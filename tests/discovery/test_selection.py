@@ -112,11 +112,11 @@ def test_two_of_three_scales_are_no_rivals_of_the_third():
 
 
 def test_a_dead_zone_has_an_interval_by_profile():
-    motion = world({"dead_zone": 0.17})
+    motion = world({"dead_zone": 0.17}, duration=300.0)
     weak = WeakForm([motion], WeakSettings())
     interval = profile_interval(weak, HULL.with_values({"dead_zone": 0.16}), PARAMETERS["dead_zone"], np.ones(3), 0)
     assert interval.lower <= 0.17 <= interval.upper
-    assert 0.0 < interval.upper - interval.lower < 0.15
+    assert 0.0 < interval.upper - interval.lower < 0.05
 
 
 def test_the_interval_of_a_dead_zone_holds_every_value_between_two_commands():
