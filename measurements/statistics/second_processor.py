@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import TypeVar
 
 _DIES_WITH_PARENT = 1
@@ -86,10 +87,14 @@ def _can_fork() -> bool:
     """Whether there is a second processor for a forked process, and no other thread of Python in its way."""
     if sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
         return False
-    import resource  # here, because only such systems have it
-
     alone = threading.active_count() == 1 and multiprocessing.parent_process() is None
-    return alone and resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < _LARGE
+    return alone and _resident() < _LARGE
+
+
+def _resident() -> float:
+    """Memory of this process [kB]; its peak would count what its parent held when it was begun."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1024.0
 
 
 def _hand_back(work: Callable[[], R], here: Connection, there: Connection) -> None:
