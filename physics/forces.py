@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from .delays_and_lags import first_order_lag
 from .effects import PARAMETERS
 from .frames import Array, earth_to_body
 from .matrices import mass_matrix
 from .momentum_balance import balances
 from .motion import Motion
-from .thrusters import Thruster, first_order_lag
+from .thrusters import Thruster
 from .vehicle import Vehicle
 
 Triple = tuple[Array, Array, Array]

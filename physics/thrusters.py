@@ -6,18 +6,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from scipy.linalg import get_blas_funcs
 
+from .delays_and_lags import first_order_lag, shift, switched
 from .errors import RequestError
 from .frames import Array
 from .quantities import Number, Positive
 
 _SIDES = {"port": "port", "left": "port", "stbd": "starboard", "starboard": "starboard", "right": "starboard"}
 """Words in a thruster's name that say on which side it sits."""
-_tbsv = get_blas_funcs(("tbsv",), dtype=np.float64)[0]
-"""Solves a triangular band: a recursion in one call."""
-_SAME = 1e-9
-"""Share of the largest change of a command that is rounding of its mean over a row."""
 _SLIGHT = 0.1
 """Share of a thruster's force, or of its arm, below which its sign says nothing: it is lost in what the file rounds."""
 CommandKind = Literal["pwm", "normalized", "rad_s", "newton"]
@@ -219,7 +215,7 @@ class Thruster(BaseModel):
         lagged = first_order_lag(command, self.lag, time_step)
         force, load = self.lasting(lagged)
         late = self.delay + self.command_offset
-        return shift(_switched(force, lagged), late, time_step), shift(_switched(load, lagged), late, time_step)
+        return shift(switched(force, lagged), late, time_step), shift(switched(load, lagged), late, time_step)
 
     def lasting(self, command: Array) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m] of commands (n,) that have lasted."""
@@ -339,49 +335,3 @@ def push_and_turn(thruster: Thruster) -> tuple[int, int]:
     turns = abs(arm) > _SLIGHT * np.hypot(thruster.x, thruster.y)
     rises = int(np.sign(high - low))
     return rises * int(np.sign(ahead) if abs(ahead) > _SLIGHT else 0), rises * int(np.sign(arm) if turns else 0)
-
-
-def _switched(force: Array, command: Array) -> Array:
-    """Forces (n,) with those of rows in which a command switches put between those of the levels that it was held at.
-
-    Such a row has the mean of both, as its command has, wherever in the row the switch was.
-    """
-    change = np.abs(np.diff(command))
-    same = change <= _SAME * change.max(initial=0.0)
-    rows = 2 + np.flatnonzero(same[:-3] & ~same[1:-2] & ~same[2:-1] & same[3:])
-    if not rows.size:
-        return force
-    gap = command[rows + 1] - command[rows - 1]
-    share = np.divide(command[rows] - command[rows - 1], gap, out=np.zeros(rows.size), where=gap != 0.0)
-    within = (share > 0.0) & (share < 1.0)  # else something else happened in that row
-    rows, share = rows[within], share[within]
-    found = force.copy()
-    found[rows] = (1.0 - share) * force[rows - 1] + share * force[rows + 1]
-    return found
-
-
-def shift(series: Array, delay: float, time_step: float) -> Array:
-    """Delay a series by `delay` [s], any real number of samples; the ends hold their value."""
-    if delay == 0.0:
-        return series
-    index = np.arange(series.size, dtype=float)
-    return np.interp(index - delay / time_step, index, series)
-
-
-def first_order_lag(series: Array, time_constant: float, time_step: float, start: float | None = None) -> Array:
-    """Response of `T y' = x - y` to a series that is linear between samples, from a start, or at rest (y = x there).
-
-    Exact (first-order hold): y[k+1] = a y[k] + b0 x[k] + b1 x[k+1], a = exp(-h/T).
-    """
-    if time_constant < 1e-6 * time_step or time_constant <= 0:
-        return series
-    ratio = time_step / time_constant
-    a = np.exp(-ratio)
-    slope = (1.0 - a) / ratio
-    b0, b1 = slope - a, 1.0 - slope
-    driven = b1 * series
-    driven[1:] += b0 * series[:-1]
-    driven[0] = series[0] if start is None else start
-    recursion = np.empty((2, series.size), order="F")  # the two diagonals of y[k] - a y[k-1]
-    recursion[0], recursion[1] = 1.0, -a
-    return np.asarray(_tbsv(1, recursion, driven, lower=1, diag=1, overwrite_x=1))

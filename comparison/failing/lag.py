@@ -3,10 +3,10 @@
 import numpy as np
 
 from ...measurements.statistics.peak import turning_point
+from ...physics.delays_and_lags import first_order_lag
 from ...physics.file_records import Number, Record
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent
-from ...physics.thrusters import first_order_lag
 from .block_fit import contiguous, draws, earth_columns, span, static_columns
 from .rows import Array, Scene
 

@@ -7,11 +7,12 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from ...physics.delays_and_lags import first_order_lag
 from ...physics.forces import remembered_before, thruster_response
 from ...physics.frames import Array, earth_to_body
 from ...physics.momentum_balance import balances
 from ...physics.motion import Motion
-from ...physics.thrusters import Thruster, first_order_lag
+from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .products import Key, Parts, Products, gathered, less, water
 

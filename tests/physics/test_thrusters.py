@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from undertow.physics.averages import area_average
+from undertow.physics.delays_and_lags import first_order_lag
 from undertow.physics.errors import VehicleError
 from undertow.physics.forces import held_thrust
 from undertow.physics.thrusters import (
@@ -16,7 +17,6 @@ from undertow.physics.thrusters import (
     TableCurve,
     Thruster,
     command_of,
-    first_order_lag,
     shift,
 )
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles, vehicle_from_dict

@@ -1,0 +1,63 @@
+"""Series of commands and forces in time: delayed, lagged, and put between two levels where a command switches."""
+
+import numpy as np
+from scipy.linalg import get_blas_funcs
+
+from .frames import Array
+
+_tbsv = get_blas_funcs(("tbsv",), dtype=np.float64)[0]
+"""Solves a triangular band: a recursion in one call."""
+_SAME = 1e-9
+"""Share of the largest change of a command that is rounding of its mean over a row."""
+
+
+def switched(force: Array, command: Array) -> Array:
+    """Forces (n,) with those of rows in which a command switches put between those of the levels that it was held at.
+
+    Such a row has the mean of both, as its command has, wherever in the row the switch was. A level is
+    held where two rows and more have it.
+
+    Parameters
+    ----------
+    force : (n,) of the commands, as if each had lasted [N], or [N s/m] for a loss
+    command : (n,) means over the rows, in any unit
+    """
+    change = np.abs(np.diff(command))
+    same = change <= _SAME * change.max(initial=0.0)
+    rows = 2 + np.flatnonzero(same[:-3] & ~same[1:-2] & ~same[2:-1] & same[3:])
+    if not rows.size:
+        return force
+    gap = command[rows + 1] - command[rows - 1]
+    share = np.divide(command[rows] - command[rows - 1], gap, out=np.zeros(rows.size), where=gap != 0.0)
+    within = (share > 0.0) & (share < 1.0)  # else something else happened in that row
+    rows, share = rows[within], share[within]
+    found = force.copy()
+    found[rows] = (1.0 - share) * force[rows - 1] + share * force[rows + 1]
+    return found
+
+
+def shift(series: Array, delay: float, time_step: float) -> Array:
+    """Delay a series by `delay` [s], any real number of samples; the ends hold their value."""
+    if delay == 0.0:
+        return series
+    index = np.arange(series.size, dtype=float)
+    return np.interp(index - delay / time_step, index, series)
+
+
+def first_order_lag(series: Array, time_constant: float, time_step: float, start: float | None = None) -> Array:
+    """Response of `T y' = x - y` to a series that is linear between samples, from a start, or at rest (y = x there).
+
+    Exact (first-order hold): y[k+1] = a y[k] + b0 x[k] + b1 x[k+1], a = exp(-h/T).
+    """
+    if time_constant < 1e-6 * time_step or time_constant <= 0:
+        return series
+    ratio = time_step / time_constant
+    a = np.exp(-ratio)
+    slope = (1.0 - a) / ratio
+    b0, b1 = slope - a, 1.0 - slope
+    driven = b1 * series
+    driven[1:] += b0 * series[:-1]
+    driven[0] = series[0] if start is None else start
+    recursion = np.empty((2, series.size), order="F")  # the two diagonals of y[k] - a y[k-1]
+    recursion[0], recursion[1] = 1.0, -a
+    return np.asarray(_tbsv(1, recursion, driven, lower=1, diag=1, overwrite_x=1))
