@@ -37,6 +37,10 @@ def discover(
         bool, typer.Option("--refit", help="Calibrate the model's own parameters while effects are judged.")
     ] = False,
     seed: SeedOption = 0,
+    judge: Annotated[
+        str,
+        typer.Option("--split", help="Rows to judge on: folds (all, by models that never saw them) or test."),
+    ] = "folds",
     frame: FrameOption = None,
     channels: MapOption = None,
     namespace: NamespaceOption = None,
@@ -46,7 +50,7 @@ def discover(
     """Rank, test and select the physical effects that the vehicle model misses."""
     with failing_clearly():
         check_folder(out, (logs, vehicle, channels), report=not no_report, force=force)
-        read = partial(read_logs, logs, vehicle, Reading(frame, channels, namespace, as_is))
+        read = partial(read_logs, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
         tell_discovery(out, read, report=not no_report, seed=seed, refit=refit, force=force, as_json=as_json)
 
 

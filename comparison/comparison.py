@@ -10,6 +10,7 @@ import pandas as pd
 from ..discovery.basis import Basis
 from ..discovery.calibration.calibrate import calibrate_once
 from ..discovery.findings import Step
+from ..measurements.preparation.held_out import Fold
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Inputs, Parts
 from ..physics.errors import RequestError
@@ -62,11 +63,14 @@ def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:
     return Judged(model, found, None if model.kind == BASELINE else audit_along(model, parts))
 
 
-def calibrated_model(inputs: Inputs, basis: Basis | None = None) -> tuple[list[Model], list[str]]:
+def calibrated_model(
+    inputs: Inputs, basis: Basis | None = None, folds: Sequence[Fold] = ()
+) -> tuple[list[Model], list[str]]:
     """The nominal model with its own parameters fitted, on nothing that is judged; or none, and a sentence why.
 
-    Where all rows are judged there are no others to fit to, and a sentence says so. The `basis` of a discovery, which
-    fits to the training and the validation part, serves where the calibration fits to both as well.
+    Where all rows are judged there are no others to fit to, and a sentence says so; where folds judge, a vehicle that
+    was fitted without it predicts each. The `basis` of a discovery, which fits to the training and the validation
+    part, serves where the calibration fits to both as well.
     """
     judged, split = inputs.parts.judge, inputs.weak
     motions = inputs.fitting if judged != "validation" else split.train.motions
@@ -75,17 +79,19 @@ def calibrated_model(inputs: Inputs, basis: Basis | None = None) -> tuple[list[M
         notes = [f"{CALIBRATED} was fitted to rows that are judged here, so its errors are too small"]
     begun = perf_counter()
     try:
-        vehicle, symbols = calibrate_once(motions, inputs.vehicle, basis=basis if judged != "validation" else None)
+        basis = basis if judged != "validation" else None
+        fitted, symbols = calibrate_once(motions, inputs.vehicle, basis=basis, folds=folds)
     except RequestError as error:
         return [], [f"there is no {CALIBRATED} model: {str(error).removeprefix('fit: ')}"]
-    return [VehicleModel(vehicle, CALIBRATED, "physics", len(symbols), perf_counter() - begun)], notes
+    vehicle, seconds = fitted.lawful.vehicle, perf_counter() - begun
+    return [VehicleModel(vehicle, CALIBRATED, "physics", len(symbols), seconds, fitted.unseen)], notes
 
 
 def reference_models(
-    inputs: Inputs, middle: Sequence[Model] = (), basis: Basis | None = None
+    inputs: Inputs, middle: Sequence[Model] = (), basis: Basis | None = None, folds: Sequence[Fold] = ()
 ) -> tuple[list[Model], list[str]]:
     """The models that are always compared: nominal, calibrated, those of a run (`middle`), and the baselines."""
-    known, notes = calibrated_model(inputs, basis)
+    known, notes = calibrated_model(inputs, basis, folds)
     nominal = VehicleModel(inputs.vehicle, NOMINAL, "physics")
     return [nominal, *known, *middle, *baselines(inputs.vehicle)], notes
 
@@ -119,7 +125,7 @@ def comparison(
     notes : sentences on how the models came to be
     """
     parts = inputs.parts
-    inside = spanned(inputs.vehicle, parts.split.train.motions).inside(parts.judged.motions)
+    inside = spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
     recommended = best([(found.model, found.errors, found.audit) for found in judged])
     first, after = ends([found.model for found in judged], recommended.model)
     if table is None:

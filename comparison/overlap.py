@@ -9,17 +9,18 @@ from pathlib import Path
 from typing import Any
 
 from ..measurements.log_digests import log_digests
-from ..measurements.prepared_logs import Inputs
+from ..measurements.prepared_logs import FOLDS, Inputs
 from ..physics.in_words import listing
 from ..physics.reading import Plain, read_yaml
+from ..physics.sources import WHOLE
 from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.neural import SETTINGS, is_network_folder
 
-_SOURCE = re.compile(r"(?:identified by undertow from|fitted by undertow to) ([^;(]+)")
+_SOURCE = re.compile(r"(?:identified by undertow from|fitted by undertow to) (?:all of )?([^;(]+)")
 """How `sources` in a vehicle file name the logs; see `physics.sources.with_sources`."""
 _FITTED = ("train", "validation", "all")
-"""Parts of a log of which undertow fits some rows; it never fits the test part."""
+"""Parts of a log of which undertow fits some rows; it never fits the test part, where one is kept."""
 
 Digests = Sequence[tuple[str, str | None]]
 """Paths or names of logs, each with its SHA-256 where that is known."""
@@ -58,9 +59,13 @@ def fitted_notes(models: Sequence[tuple[str, Model]], inputs: Inputs) -> list[st
             sure.setdefault(found.same, []).append(name)
         elif found.alike:
             perhaps.setdefault(found.alike, []).append(name)
+    whole = {model.name for path, model in models if _saw_everything(path, model)}
     fitted = inputs.parts.judge in _FITTED
-    told = [_sentence(names, logs, "", fitted) for logs, names in sure.items()]
-    told += [_sentence(names, logs, " of the same name", fitted) for logs, names in perhaps.items()]
+    told = []
+    for of, known_by in (("", sure), (" of the same name", perhaps)):
+        for logs, names in known_by.items():
+            for group, saw in ([n for n in names if n in whole], True), ([n for n in names if n not in whole], fitted):
+                told += [_sentence(group, logs, of, saw)] if group else []
     if unknown:
         told.append(
             f"whether {listing(unknown)} {_were(unknown)} fitted to the judged rows cannot be known: no file of "
@@ -95,6 +100,13 @@ def logs_of(path: str | os.PathLike[str], model: Model) -> Digests:
         return _recorded(_read(folder / "run.json"))
     # A network or a foreign model carries the nominal vehicle, whose sources are not its own.
     return _named_in(model.vehicle) if isinstance(model, VehicleModel) else []
+
+
+def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
+    """Whether a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
+    if os.fspath(path) and (Path(path) / "run.json").is_file():
+        return _read(Path(path) / "run.json").get("judged_on") == FOLDS
+    return isinstance(model, VehicleModel) and WHOLE in json.dumps(model.vehicle.sources, ensure_ascii=False)
 
 
 def _named_in(vehicle: Vehicle) -> Digests:

@@ -31,6 +31,7 @@ from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
 from .findings import Findings
+from .fold_models import FoldModels, fold_models, models_of_given
 from .hidden_sensors import HiddenErrors, beside_sensors
 from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps, without_offset
 from .lawful.passivity import lawful_model
@@ -54,6 +55,7 @@ class Discovery:
     force_error : (3,) root mean square of the weak residual that remains [N, N, N m]
     noise_error : (3,) what sensor noise alone would leave [N, N, N m]
     basis : what judged it
+    unseen : models that were selected and fitted without a part of the log, for each of a few parts
     notes : what was done to the log, and how it was judged
     hidden : errors of sensors that only forces show, without which the corrected vehicle was found
     """
@@ -65,6 +67,7 @@ class Discovery:
     force_error: Array
     noise_error: Array
     basis: Basis = field(repr=False)
+    unseen: FoldModels = field(repr=False)
     notes: tuple[str, ...] = ()
     hidden: HiddenErrors | None = None
 
@@ -124,12 +127,15 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
+    told = steps(search, final, lawful.vehicle, CALIBRATED)
+    unseen = fold_models(search, state, final, (linear, scores), told, lawful.passivity.envelope)
+    folds = unseen.counted(search.named(final.active))
     held_back = {
+        **{key: Doubt(Reason.NOT_IN_EVERY_FOLD, why) for key, why in folds.doubts(kept).items()},
         **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, rests).items()},
         **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
     }
-    told = steps(search, final, lawful.vehicle, CALIBRATED)
     terms = search.of_kind(state.active, Kind.TERM)
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
@@ -150,6 +156,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))
+    findings = findings.but(folds=folds)
     sensors = record_errors(search, final.vehicle, final.active, found)
     sensors = (*(hidden.findings if hidden else ()), *sensors)
     if basis.rolls:
@@ -166,7 +173,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
             findings = findings.but(verdict="undecided", headline=headline)
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()
-    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, notes, hidden)
+    return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, unseen, notes, hidden)
 
 
 def _in_step(evidence: Sequence[Evidence], search: Search, state: State) -> list[Evidence]:
@@ -186,7 +193,11 @@ _KEPT = "the nominal model's own parameters stay as its file has them: none is c
 
 @single_threaded
 def add_effects(
-    motions: Sequence[Motion], nominal: Vehicle, names: Sequence[str], settings: DiscoverySettings
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    names: Sequence[str],
+    settings: DiscoverySettings,
+    basis: Basis | None = None,
 ) -> Discovery:
     """Add effects in the order given, all fitted together under their physical limits and the law of dissipation.
 
@@ -196,6 +207,7 @@ def add_effects(
     Parameters
     ----------
     names : effects of the catalogue, `effect[thruster]` to choose a thruster, or unnamed terms `axis:form`
+    basis : what judges these motions of this model under these settings, where it was chosen before
 
     Raises
     ------
@@ -212,7 +224,7 @@ def add_effects(
     groups = [_candidates(name, nominal) for name in names]
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
-    basis = choose(motions, nominal, settings)
+    basis = basis or choose(motions, nominal, settings)
     return _add(basis, _visible(basis, names, groups) if basis.rolls else groups)
 
 
@@ -271,7 +283,8 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
     sensors = record_errors(search, state.vehicle, state.active, told)
     findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.", sensors=sensors)
-    return Discovery(nominal, corrected, tuple(steps), findings, error, noise, basis, notes)
+    unseen = models_of_given(search, steps, lawful.passivity.envelope)
+    return Discovery(nominal, corrected, tuple(steps), findings, error, noise, basis, unseen, notes)
 
 
 def _with(search: Search, state: State, candidate: Candidate) -> State:

@@ -1,6 +1,6 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import (
@@ -12,8 +12,11 @@ from pydantic import (
     model_serializer,
 )
 
+from ..measurements.preparation.held_out import Fold
+from ..physics.errors import RequestError
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
+from ..physics.in_words import listing, words
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
@@ -314,6 +317,65 @@ class OtherForm(Record):
         return f"{what} that follows {self.follows}" if self.follows else f"{what} that is constant"
 
 
+class FoldModel(Record):
+    """A fold, and the numbers of the corrected model that was selected and fitted without it.
+
+    Attributes
+    ----------
+    stretches : number of the log, begin and end [s] of each stretch of the fold
+    values : what differs from the nominal model, by symbol, in the units of the vehicle file
+    """
+
+    stretches: tuple[tuple[Whole, Number, Number], ...]
+    values: Mapping[str, Number] = {}
+
+    def fold(self, sources: Sequence[str]) -> Fold:
+        """The fold of logs by their sources.
+
+        Raises
+        ------
+        RequestError
+            when there are fewer logs.
+        """
+        if any(number >= len(sources) for number, _, _ in self.stretches):
+            raise RequestError(
+                f"a fold speaks of more logs than the {len(sources)} of the run; run 'undertow discover'"
+            )
+        return Fold(tuple((sources[number], begin, end) for number, begin, end in self.stretches))
+
+
+class Folds(Record):
+    """In how many folds, each searched anew without it, the same names came out.
+
+    Attributes
+    ----------
+    count : how many folds there were
+    same_names : in how many the very effects came out that the corrected model has
+    named : in how many each effect came out (`thruster_asymmetry[port]` for one of a thruster)
+    models : the model without each fold; none where a part of the log was kept aside
+    """
+
+    count: Whole
+    same_names: Whole
+    named: Mapping[str, Whole] = {}
+    models: tuple[FoldModel, ...] = Field(default=(), exclude_if=lambda value: not value)
+
+    def doubts(self, kept: Sequence[str]) -> dict[str, str]:
+        """Why each effect is not certain that does not come out of every fold, by key."""
+        return {
+            key: f"searched anew without each of {self.count} parts of the log, it comes out of {self.named[key]} only"
+            for key in kept
+            if self.named[key] < self.count
+        }
+
+    @property
+    def in_words(self) -> str:
+        """The finding as a sentence."""
+        told = f"Searched anew without each of {self.count} parts of the log: the same names in {self.same_names}"
+        others = [f"{words(key)} in {n}" for key, n in self.named.items() if n < self.count]
+        return f"{told}{f' ({listing(others)})' if others and self.same_names < self.count else ''}."
+
+
 class LogFacts(Record):
     """What was looked at: rows, length [s], how it was split, what stays unexplained by axis, and notes."""
 
@@ -342,6 +404,8 @@ class Findings(Record):
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same
     steps : errors after each addition, on held-out data only
+    folds : in how many parts of the log, each searched anew without it, the same names came out; None where somebody
+        chose the effects
     failures : where the nominal model fails
     advice : manoeuvres that would tell what this log cannot
     identifiability : what the log can show and tell apart; None where that was not asked
@@ -365,6 +429,7 @@ class Findings(Record):
     left: tuple[Left, ...] = ()
     absorbed: tuple[str, ...] = ()
     steps: tuple[Step, ...] = ()
+    folds: Folds | None = absent()
     failures: tuple[FailingPlace, ...] = ()
     advice: tuple[Advice, ...] = ()
     identifiability: Annotated[Identifiability | None, *_EMPTY] = None

@@ -1,7 +1,7 @@
 """What every verb works on: logs read and prepared once for a vehicle, and the part that judges."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -12,18 +12,30 @@ from .kinematic_errors import Kinematics
 from .log import read_log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import DataSet
+from .preparation.held_out import Fold, cut
 from .preparation.split import PARTS, Split
 
 PathLike = str | os.PathLike[str]
+FOLDS = "folds"
+"""In the place of a part that judges: all rows, each by a model that was made without the fold that it lies in."""
 INPUTS_CURE = "undertow.read_inputs(LOGS, VEHICLE) makes them"
 
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """The prepared parts of the logs by name, and which one judges."""
+    """The prepared parts of the logs by name, and which one judges: a part, all of them, or `FOLDS`.
+
+    Where folds judge, no part is kept for fitting: all rows are those of the test part, each judged by models that have
+    not seen it.
+    """
 
     split: Split
     judge: str = "test"
+
+    @property
+    def known(self) -> tuple[Motion, ...]:
+        """The motions that tell the domain and the size of signals: the training part, or all where folds judge."""
+        return self.judged.motions if self.judge == FOLDS else self.split.train.motions
 
     def data(self, part: str) -> DataSet:
         """A part by name: train, validation or test."""
@@ -33,6 +45,8 @@ class Parts:
     @property
     def judged(self) -> DataSet:
         """The data on which models are scored: one part, or all of them."""
+        if self.judge == FOLDS:
+            return self.split.test
         if self.judge != "all":
             return self.data(self.judge)
         every = [self.data(part) for part in PARTS]
@@ -75,6 +89,14 @@ class Inputs:
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)
     inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
 
+    def in_folds(self, folds: Sequence[Fold]) -> "Inputs":
+        """The same with the judged rows cut where folds begin and end, and filtered only then; idle ones left out."""
+        empty, whole = self.parts.split.train, self.parts.split.test
+        judged = cut(whole, folds, self.vehicle)
+        idle = whole.seconds - judged.seconds
+        told = (f"{idle:.0f} s in which nothing is commanded are not judged",) * (idle >= 1.0)
+        return replace(self, parts=Parts(Split(empty, empty, judged), FOLDS), notes=(*self.notes, *told))
+
     def mapped(self, change: Callable[[Motion], Motion]) -> "Inputs":
         """The same with every motion changed, filtered and unfiltered alike."""
         weak, parts = (
@@ -92,7 +114,7 @@ class Inputs:
 
     @property
     def fitting(self) -> tuple[Motion, ...]:
-        """Unfiltered motions of the training and validation parts; the test part is never fitted."""
+        """Unfiltered motions that may be fitted: never those of a test part; all of them where folds judge."""
         return (*self.weak.train.motions, *self.weak.validation.motions)
 
     @property

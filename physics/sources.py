@@ -8,6 +8,8 @@ from .vehicle import Vehicle
 
 ALL = "all"
 """The entry that speaks of every number for which no other entry does."""
+WHOLE = "all of "
+"""Before the names of logs of which no part was kept aside: a model was fitted to every row of them."""
 _NOT_ALL = re.compile(r"Not of what undertow identified \(see (.*?)\): ")
 
 

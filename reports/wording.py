@@ -23,6 +23,12 @@ def effect_words(candidate: FoundEffect) -> str:
     return f"{words(name)} ({', '.join(meant)})" if meant else words(name)
 
 
+def judged_rows(split: str) -> str:
+    """The rows that judge, in words."""
+    whole = {"all": "all rows", "folds": "all rows, each by models that never saw it"}
+    return whole.get(split, f"the {split} part")
+
+
 def added_to(candidate: FoundEffect) -> str:
     """The symbols of a candidate whose values are added to the vehicle file's, in a phrase; else empty."""
     effect = BY_NAME.get(candidate.effect)

@@ -24,8 +24,8 @@ FLOORS = (
 """The house from the ground floor up: a file imports its own floor and those below."""
 DISCOVERY = (
     *("balance", "factors", "candidates", "search", "identifiability", "lawful", "reason", "findings", "evidence"),
-    *("experiment", "settings", "basis", "calibration", "selection", "hidden_sensors", "kept_effects", "discover"),
-    "distillation",
+    *("experiment", "settings", "basis", "calibration", "selection", "hidden_sensors", "kept_effects"),
+    *("fold_models", "discover", "distillation"),
 )
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""
 OF_ONE_NAME = {"__init__.py", "registry.py", "base.py"}

@@ -9,7 +9,8 @@ from ..comparison.facts import Comparison
 from ..comparison.models_by_name import CORRECTED, check_commands, fitted_numbers, load_model
 from ..comparison.overlap import fitted_notes
 from ..exports.mcap_series import compared, require_mcap, write_series
-from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike
+from ..measurements.preparation.held_out import Fold
+from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs, PathLike
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
@@ -66,21 +67,30 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
     """
     folder = Path(run)
     record = read_run_inputs(folder)
-    inputs = read_inputs(record.logs, record.vehicle, record.reading)
-    corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", fitted_numbers(folder))
-    return _compared(inputs, (corrected,), models)
+    made = record.folds
+    inputs = read_inputs(record.logs, record.vehicle, record.reading, judge=FOLDS if made else "test")
+    sources = list(inputs.starts)
+    unseen = [(one.fold(sources), inputs.vehicle.with_values(one.values)) for one in made]
+    folds = [fold for fold, _ in unseen]
+    size = fitted_numbers(folder)
+    corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", size, unseen=unseen)
+    return _compared(inputs.in_folds(folds) if folds else inputs, (corrected,), models, folds=folds)
 
 
 @single_threaded
 def _compared(
-    inputs: Inputs, middle: Sequence[Model], paths: Sequence[PathLike], series_file: PathLike | None = None
+    inputs: Inputs,
+    middle: Sequence[Model],
+    paths: Sequence[PathLike],
+    series_file: PathLike | None = None,
+    folds: Sequence[Fold] = (),
 ) -> Comparison:
     given = [os.fspath(path) for path in paths]
     for path in given:
         if given.count(path) > 1:
             raise RequestError(f"model {path} is given twice; give it once")
     loaded = [_comparable(path, inputs) for path in given]  # before the fits, which take seconds
-    found, notes = reference_models(inputs, middle)
+    found, notes = reference_models(inputs, middle, folds=folds)
     asked = [("", found[0])]
     for path, model in zip(given, loaded, strict=True):
         if model.name in [other.name for other in found]:

@@ -11,13 +11,14 @@ from ..discovery.discover import Discovery, add_effects, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
-from ..measurements.prepared_logs import INPUTS_CURE, Inputs
+from ..measurements.preparation.held_out import Fold, folds_of
+from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.second_processor import beside
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
-from ..physics.sources import with_sources
+from ..physics.sources import WHOLE, with_sources
 from ..reports.terminal.pace import paced
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate
@@ -48,11 +49,12 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
     expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
     hand_back()
     basis = choose(inputs.fitting, inputs.vehicle, chosen)
-    with beside(partial(references, inputs, basis)) as known:
+    inputs, folds = _in_folds(inputs, basis)
+    with beside(partial(references, inputs, basis, folds)) as known:
         found = find_missing(inputs.fitting, inputs.vehicle, chosen, progress, basis)
         hand_back()
         if found.basis.rolls != basis.rolls:  # the search turned to rollouts, and so does the calibration
-            known = partial(references, inputs, found.basis)
+            known = partial(references, inputs, found.basis, folds)
         return assess(inputs, found, chosen, known, progress)
 
 
@@ -75,14 +77,24 @@ def add(
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     settings = DiscoverySettings()
-    found = add_effects(inputs.fitting, inputs.vehicle, effects, settings)
-    run = assess(inputs, found, settings, partial(references, inputs, found.basis), progress)
+    basis = choose(inputs.fitting, inputs.vehicle, settings)
+    inputs, folds = _in_folds(inputs, basis)
+    found = add_effects(inputs.fitting, inputs.vehicle, effects, settings, basis)
+    run = assess(inputs, found, settings, partial(references, inputs, basis, folds), progress)
     return replace(run, verb=("add", *effects))
 
 
-def references(inputs: Inputs, basis: Basis) -> References:
+def _in_folds(inputs: Inputs, basis: Basis) -> tuple[Inputs, tuple[Fold, ...]]:
+    """The judged rows cut where folds begin and end, and the folds; none where a part of the log judges."""
+    if inputs.parts.judge != FOLDS:
+        return inputs, ()
+    folds = folds_of(basis.forces.motions)
+    return inputs.in_folds(folds), folds
+
+
+def references(inputs: Inputs, basis: Basis, folds: Sequence[Fold] = ()) -> References:
     """The nominal model, the calibrated one and the baselines on the judged rows, before the laws of a hull."""
-    models, notes = reference_models(inputs, basis=basis)
+    models, notes = reference_models(inputs, basis=basis, folds=folds)
     return [judge(model, inputs.parts) for model in models], notes
 
 
@@ -97,12 +109,12 @@ def assess(
     """Score every step of a discovery on held-out data, and find where the models fail."""
     if found.hidden is not None:  # a vehicle that was found at the origin is judged there
         inputs = inputs.mapped(found.hidden.corrected)
-        known = partial(references, inputs, found.basis)
-    how = f"identified by undertow from {inputs.log_names}"
+        known = partial(references, inputs, found.basis, _folds(inputs, found))
+    how = f"identified by undertow from {WHOLE if _folds(inputs, found) else ''}{inputs.log_names}"
     found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
     if progress is not None:
         progress("scoring every step on held-out data")
-    models = _models(found)
+    models = _models(found, _folds(inputs, found))
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
     errors = [evaluate(model, inputs.parts.judged) for model in paced(models[1:], "models scored", progress)]
     hand_back()
@@ -123,11 +135,15 @@ def assess(
     data = LogFacts(
         rows=sum(part.rows for part in weak),
         seconds=sum(part.seconds for part in weak),
-        split=f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}",
+        split=_split_of(inputs, found),
         unexplained=_unexplained(found),
         notes=(*inputs.notes, *found.notes, *_leftovers(found)),
     )
+    folds = found.findings.folds
+    if folds is not None and _folds(inputs, found):
+        folds = folds.but(models=found.unseen.recorded(found.nominal, list(inputs.starts)))
     findings = found.findings.but(
+        folds=folds,
         steps=steps,
         failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
@@ -135,6 +151,13 @@ def assess(
         sensors=_sensors(found.findings.sensors, inputs),
     )
     return Run(inputs, found, findings, compared, table, settings, corrected.audit)
+
+
+def _split_of(inputs: Inputs, found: Discovery) -> str:
+    """How the log was divided, in words."""
+    if not _folds(inputs, found):
+        return f"chronological {'/'.join(f'{100 * s:.0f}' for s in inputs.weak.train.recipe.shares)}"
+    return f"{len(found.unseen.folds)} folds, each judged by models that were searched and fitted without it"
 
 
 def _sensors(own: Sequence[SensorError], inputs: Inputs) -> tuple[SensorError, ...]:
@@ -168,15 +191,21 @@ def _leftovers(found: Discovery) -> list[str]:
     ]
 
 
-def _models(found: Discovery) -> list[VehicleModel]:
-    """The vehicle after each step as a model: nominal, the ones between, corrected."""
+def _folds(inputs: Inputs, found: Discovery) -> tuple[Fold, ...]:
+    """The folds that judge; none where a part of the log does."""
+    return found.unseen.folds if inputs.parts.judge == FOLDS else ()
+
+
+def _models(found: Discovery, folds: Sequence[Fold]) -> list[VehicleModel]:
+    """The vehicle after each step as a model: nominal, the ones between, corrected, with those that saw no fold."""
     last = len(found.steps) - 1
     terms = [term for c in found.findings.candidates for term in c.terms if term.in_model is not None]
     models = [VehicleModel(found.nominal, "nominal", "physics")]
     for k, (label, vehicle) in enumerate(found.steps[1:], start=1):
+        apart = tuple(zip(folds, found.unseen.steps[k - 1], strict=True)) if folds else ()
         fitted = len(terms) + len(found.findings.unnamed) + len(found.findings.calibrated)
         name, size = (CORRECTED, fitted) if k == last else (f"+ {label}", 0)
-        models.append(VehicleModel(vehicle, name, "symbolic", parameters=size))
+        models.append(VehicleModel(vehicle, name, "symbolic", size, unseen=apart))
     return models
 
 

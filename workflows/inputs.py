@@ -15,8 +15,8 @@ from ..measurements.log import read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
-from ..measurements.preparation.split import split
-from ..measurements.prepared_logs import Inputs, Parts, PathLike
+from ..measurements.preparation.split import Split, filtered, split
+from ..measurements.prepared_logs import FOLDS, Inputs, Parts, PathLike
 from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.single_threaded import single_threaded
@@ -26,8 +26,8 @@ from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.pace import Pace
 from .soundness import sound
 
-Judge = Literal["train", "validation", "test", "all"]
-_JUDGES = ("train", "validation", "test", "all")
+Judge = Literal["train", "validation", "test", "all", "folds"]
+_JUDGES = ("train", "validation", "test", "all", FOLDS)
 
 
 @single_threaded
@@ -47,7 +47,8 @@ def read_inputs(
     logs : one path or several: files, folders of logs, or patterns (see `find_logs`); all of them are one data set
     vehicle : a vehicle, the path of its file, or the name of a shipped one
     reading : how the logs are read, and whether broken ones are taken as they are
-    judge : the part on which models are scored: "test", "validation", "train" or "all"
+    judge : the part on which models are scored: "test", "validation", "train", "all", or "folds" for all rows, each by
+        models that are made without a part of the log around it
     progress : told bytes done and bytes in all of each large log
     say : called with a line now and then while long logs are checked
 
@@ -91,7 +92,12 @@ def read_inputs(
             sensors[source] = kinematics_of(own, channels.get(source, ()))
         errors = {source: found.errors for source, found in sensors.items()}
         weak, even = (data.mapped(lambda m: corrected_for(m, errors.get(m.source, {}))) for data in (weak, even))
-    divided, parts = split(weak), Parts(split(even, PAPER), judge)
+    if judge == FOLDS:
+        none = replace(weak, motions=())
+        divided, rows = Split(weak, none, none), filtered(even.raw, even.notes, PAPER)
+        parts = Parts(Split(replace(even, motions=()), replace(even, motions=()), rows), judge)
+    else:
+        divided, parts = split(weak), Parts(split(even, PAPER), judge)
     return Inputs(
         paths=names,
         starts={str(log.path): log.start_ns for log in read},

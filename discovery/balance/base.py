@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...measurements.preparation.held_out import Fold
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
@@ -147,6 +148,20 @@ class Balance(ABC):
     @abstractmethod
     def sources(self) -> list[str]:
         """Where each row of `squares` comes from."""
+
+    @property
+    @abstractmethod
+    def reach(self) -> tuple[np.ndarray, Array, Array]:
+        """What each test is made of: the number of its motion, and the first and the last time [s], (tests,) each."""
+
+    def outside(self, fold: Fold) -> np.ndarray:
+        """Which tests (tests,) are made of nothing that lies in a fold."""
+        number, begin, end = self.reach
+        inside = np.zeros(number.size, bool)
+        for k, motion in enumerate(self.motions):
+            own = number == k
+            inside[own] = fold.touched(motion.source, begin[own], end[own])
+        return ~inside
 
     @property
     def blocks(self) -> int:

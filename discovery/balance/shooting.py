@@ -89,6 +89,16 @@ class Shooting(Balance):
         self._weight[:, np.array(self.blind)] = 0.0
         self._noise = self.finished(self._drawn_noise(moved))
 
+    @property
+    def reach(self) -> tuple[np.ndarray, Array, Array]:
+        """See `Balance.reach`: a whole rollout, for errors of its start are taken out of every bin."""
+        data = self._data
+        bins = data.measured.shape[0]
+        number = np.repeat(np.arange(len(data.starts)), [rows.size for rows in data.starts])
+        begin = np.concatenate([m.time[rows] for m, rows in zip(data.motions, data.starts, strict=True)])
+        first = np.repeat(begin, bins)
+        return np.repeat(number, bins), first, first + data.steps * data.step
+
     def refreshed(self, about: Vehicle) -> "Shooting":
         """The same rollouts, with start errors and weights about another model."""
         return Shooting(self.motions, about, self.settings, self.blind, self._data)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.ndimage import median_filter
 
+from ...measurements.preparation.idle import IDLE, active
 from ...measurements.statistics.robust import spread
 from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
@@ -21,8 +22,6 @@ from .column_cache import Remembered
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
-_IDLE_COMMAND = 0.03
-"""Share of full command that is none: trim and rounding of a stick at neutral."""
 _SPIKE = 4.0
 """Standard deviations from its neighbours from which a row is false: a normal error is, in one row of 16,000."""
 _ROUNDING = 1e-4
@@ -54,7 +53,7 @@ class ShootingSettings:
     bin: float = 0.5
     step: float = 0.1
     blocks: int = 16
-    idle: float = 8.0
+    idle: float = IDLE
     whiten: bool = True
     robust: float = 2.0
 
@@ -181,7 +180,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
             )
         length = steps * stride
         rows = np.arange(0, motion.time.size - length, max(1, round(settings.spacing / motion.time_step)))
-        counted = _active(motion, vehicle, settings.idle).astype(float)[:, None] * _clean(motion)
+        counted = active(motion, vehicle, settings.idle).astype(float)[:, None] * _clean(motion)
         window = rows[:, None] + stride * np.arange(1, steps + 1)
         shape = (rows.size, steps // per_bin, per_bin, 3)
         # Thinned about the predicted rows: means over the rows between them would lag behind the prediction.
@@ -233,16 +232,6 @@ def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Seque
         air = np.zeros((motion.time.size, 2)) if motion.air is None else motion.air
         found.append(_thinned(air.T, stride)[:, _window(rows, stride, steps)])
     return np.concatenate(found, axis=2)
-
-
-def _active(motion: Motion, vehicle: Vehicle, idle: float) -> np.ndarray:
-    """True on rows with a command within the last `idle` seconds, (n,)."""
-    commands = motion.commands if motion.run_up is None else np.concatenate([motion.run_up, motion.commands])
-    sizes = [np.abs(t.curve.normalised(commands[:, k], t.command)) for k, t in enumerate(vehicle.thrusters)]
-    on = np.max(sizes, axis=0) > _IDLE_COMMAND
-    row = np.arange(on.size)
-    last = np.maximum.accumulate(np.where(on, row, -np.inf))
-    return (row - last <= idle / motion.time_step)[on.size - motion.time.size :]
 
 
 def _clean(motion: Motion) -> np.ndarray:

@@ -102,6 +102,12 @@ class WeakForm(Balance):
         covered = sum(motion.duration for motion in self.motions)
         self.independent = covered / settings.half_width
 
+    @property
+    def reach(self) -> tuple[np.ndarray, Array, Array]:
+        """See `Balance.reach`: half a width of a test function on either side."""
+        number = np.repeat(np.arange(len(self.motions)), [kernel.count for kernel in self._kernels])
+        return number, self.time - self.settings.half_width, self.time + self.settings.half_width
+
     def forget(self) -> None:
         """Keep no columns and no products: they are most of the memory of a search, and made again where asked for."""
         self._near.memo.clear()

@@ -16,27 +16,30 @@ from typing import Literal
 
 import numpy as np
 
+from ...measurements.preparation.held_out import Fold
 from ...measurements.statistics.single_threaded import single_threaded
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.laws.damping_power import mass_margin
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ..balance.base import SEEING
+from ..balance.base import SEEING, Balance
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, overlap_of, rollouts_object
 from ..balance.shooting import Shooting
 from ..balance.weak_form import WeakForm
 from ..basis import Basis
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Candidate
-from ..candidates.linearisation import Linearisation
+from ..candidates.linearisation import Linearisation, Option
 from ..candidates.nuisance import nuisance_candidates
 from ..findings import Calibrated
 from ..lawful.passivity import Lawful, judge, lawful_model
+from ..lawful.refit import passive_refit
 from ..search.bootstrap import Interval, intervals
 from ..search.floating import Search
 from ..search.gram import GramScores
 from ..search.output_error import polish
+from ..search.unseen_fold import without_fold
 from ..settings import DiscoverySettings
 from .before_calibration import ROLLOUTS, groundwork
 from .beside_effects import calibrated
@@ -94,10 +97,11 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """Parameters fitted to some motions: a lawful vehicle, and 95 % intervals by symbol."""
+    """Parameters fitted to some motions: a lawful vehicle, 95 % intervals by symbol, and vehicles without each fold."""
 
     lawful: Lawful
     intervals: dict[str, Interval]
+    unseen: tuple[tuple[Fold, Vehicle], ...] = ()
 
 
 @single_threaded
@@ -165,17 +169,22 @@ def calibrate_once(
     nominal: Vehicle,
     settings: DiscoverySettings | None = None,
     basis: Basis | None = None,
-) -> tuple[Vehicle, tuple[str, ...]]:
+    folds: Sequence[Fold] = (),
+) -> tuple[Fitted, tuple[str, ...]]:
     """Fit the parameters of a nominal model to the rollouts of measured motions, without trying it on held-out parts.
 
     The numbers are those of `calibrate` where it ends with the output-error step, at a fifth of its time. Where no
     rollout can be fitted, they are those of the weak form. A `basis` that a discovery chose for these motions and this
     model is not chosen again.
 
+    Parameters
+    ----------
+    folds : parts of the motions, without each of which a vehicle is fitted, too
+
     Returns
     -------
-    (vehicle, symbols)
-        the calibrated vehicle, and what was fitted
+    (fitted, symbols)
+        the calibrated vehicle, that without each fold, and the symbols of what was fitted
 
     Raises
     ------
@@ -185,14 +194,14 @@ def calibrate_once(
     settings = settings or DiscoverySettings()
     ground = groundwork(motions, nominal, settings, basis=basis)
     pool = nuisance_candidates(nominal, ground.known.symbols)
-    convex = convex_step(ground.basis.motions, nominal, pool, settings)
+    convex = convex_step(ground.basis.motions, nominal, pool, settings, folds)
     start = nominal if ground.basis.rolls else convex.lawful.vehicle
     try:
-        fitted = rollout_step(ground.basis.motions, start, nominal, pool, ground.basis.blind)
+        fitted = rollout_step(ground.basis.motions, start, nominal, pool, ground.basis.blind, folds)
     except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
         fitted = convex
     _demand_lawful(fitted.lawful, ground.known.symbols)
-    return _rounded(fitted, nominal, ground.known.symbols).lawful.vehicle, ground.known.symbols
+    return _rounded(fitted, nominal, ground.known.symbols), ground.known.symbols
 
 
 def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:
@@ -253,7 +262,11 @@ def _held_out(
 
 
 def convex_step(
-    motions: Sequence[Motion], nominal: Vehicle, pool: Sequence[Candidate], settings: DiscoverySettings
+    motions: Sequence[Motion],
+    nominal: Vehicle,
+    pool: Sequence[Candidate],
+    settings: DiscoverySettings,
+    folds: Sequence[Fold] = (),
 ) -> Fitted:
     """The first step: the lawful fit to the weak form."""
     weak = WeakForm(motions, settings.weak)
@@ -262,7 +275,8 @@ def convex_step(
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]
     lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
-    return Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed))
+    unseen = _without(folds, weak, linear, scores, chosen, lawful)
+    return Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed), unseen)
 
 
 def rollout_step(
@@ -271,6 +285,7 @@ def rollout_step(
     nominal: Vehicle,
     pool: Sequence[Candidate],
     blind: Sequence[bool] = SEEING,
+    folds: Sequence[Fold] = (),
 ) -> Fitted:
     """The second step: rollouts fitted from a start, the first step's vehicle as a rule, then held to the laws."""
     symbols = [p.symbol for c in pool for p in c.parameters if not p.stepped]
@@ -279,7 +294,26 @@ def rollout_step(
     linear = Linearisation(form, polished.vehicle, nominal, pool, [c.key for c in pool])
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
-    return Fitted(lawful_model(motions, scores, chosen, nominal, _name(nominal)), polished.intervals)
+    lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
+    unseen = _without(folds, form, linear, scores, chosen, lawful)
+    return Fitted(lawful, polished.intervals, unseen)
+
+
+def _without(
+    folds: Sequence[Fold],
+    balance: Balance,
+    linear: Linearisation,
+    scores: GramScores,
+    chosen: Sequence[Option],
+    lawful: Lawful,
+) -> tuple[tuple[Fold, Vehicle], ...]:
+    """Vehicles fitted without each fold: a Gauss-Newton step from the fit to everything, under the same laws."""
+    found = []
+    for fold in folds:
+        seen = without_fold(balance, linear, scores, fold)
+        fit = passive_refit(seen, chosen, lawful.vehicle, lawful.passivity.envelope)
+        found.append((fold, lawful.vehicle.with_values(fit.values)))
+    return tuple(found)
 
 
 def _name(nominal: Vehicle) -> str:

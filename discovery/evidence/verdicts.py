@@ -27,6 +27,11 @@ _AXIS_OF = {"thruster": "thrust", "environment": "all", "mass": "all", "memory":
 _LEAST_FORCE = 1e-3
 """Force scale [in the unit of the balance] below which a noise-free log shows a boat at rest."""
 _HELD = "Dissipation over the envelope holds {0} at {1:.3g} {2} in the corrected model; the log asks for {3:.3g}."
+_IN_THE_MODEL = (
+    *(Reason.DOUBTFUL_VALUE, Reason.OTHER_FORM, Reason.LASTING_REST, Reason.NOT_IN_EVERY_FOLD),
+    Reason.WEAK,
+)
+"""Why an effect may be there that is not called missing: it stands in the corrected model, or nearly did."""
 _FAINT = "it would explain what moves {0} for certain"
 _STILL = "Undecided: the boat hardly moves in this log, so it can tell nothing."
 
@@ -189,12 +194,7 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
 def _open(e: Evidence, reason: Reason) -> bool:
     """Whether an effect that is not missing may be there: anything speaks for it, or nothing could speak at all."""
     hidden = e.dormant or e.absorbed or e.noise_limited or bool(e.indistinguishable_from)
-    return (
-        hidden
-        or reason in (Reason.DOUBTFUL_VALUE, Reason.OTHER_FORM, Reason.LASTING_REST, Reason.WEAK)
-        or e.selected
-        or e.confidence >= PERHAPS
-    )
+    return hidden or reason in _IN_THE_MODEL or e.selected or e.confidence >= PERHAPS
 
 
 def _told(e: Evidence, reason: Reason) -> str:

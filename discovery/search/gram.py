@@ -86,6 +86,28 @@ class GramScores:
         other._sum_up()
         return other
 
+    def seeing(self, seen: np.ndarray, columns: Array, noise: Array, block: np.ndarray) -> "GramScores":
+        """The same scores from some tests alone, in the same units; blocks of which none is seen stay, and are empty.
+
+        Parameters
+        ----------
+        seen : (tests,) which tests
+        columns, noise, block : as they were given for all of them
+        """
+        other = copy(self)
+        other.tests = int(seen.sum())
+        other.gram, unit = self.gram.copy(), 1.0 / (self.scale[:, None] * self.scale)
+        other.noise = None if self.noise is None else self.noise.copy()
+        for k in np.unique(block[~seen]):
+            rows = np.flatnonzero(seen & (block == k))
+            edges = np.array([0, rows.size])
+            other.gram[k] = _grams(columns[rows], edges)[0] * unit
+            if other.noise is not None:
+                parts = [_grams(part[rows], edges)[0] for part in noise]
+                other.noise[k] = sum(parts, np.zeros(())) * (unit / noise.shape[0])
+        other._sum_up()
+        return other
+
     def _sum_up(self) -> None:
         self._weighted = np.tensordot(self.gram, self.weight, axes=(1, 0))
         self._total = self._weighted.sum(axis=0)

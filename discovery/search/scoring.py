@@ -93,6 +93,7 @@ class Scoring:
 
     Attributes
     ----------
+    tests, independent : how many tests are seen, and how many of them count as independent
     nuisances : keys of the parameters that are calibrated while effects are judged
     force_scale : (3,) size of the forces at work [N, N, N m]
     quiet : (3,) True for an axis on which hardly anything but sensor noise is at work
@@ -102,6 +103,7 @@ class Scoring:
 
     def __init__(self, balance: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
         self.balance, self.nominal, self.pool, self.settings = balance, nominal, tuple(pool), settings
+        self.tests, self.independent = balance.time.size, balance.independent
         self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
         self._kinds = {c.key: c.kind for c in self.pool}
         self._general = {c.key for c in self.pool if c.effect.general}
@@ -111,7 +113,7 @@ class Scoring:
             symbol: np.diag(mass_matrix(nominal.with_values({symbol: nominal.value(symbol) + 1.0}))) - self._mass
             for symbol in _INERTIA
         }
-        self.noise_blocks = _noise_blocks(balance, nominal)
+        self.noise_blocks = noise_by_block(balance.balances(nominal), balance.block)
         self.nominal_error = (balance.balance(nominal) ** 2).mean(axis=0)
         at_work = np.maximum(self.force_scale, np.sqrt(self.nominal_error))
         self.quiet = at_work < ALIVE * self.noise_error
@@ -156,7 +158,7 @@ class Scoring:
 
     def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
-        likelihood = 0.5 * self.balance.independent * np.log(fit.held_out + self.floor).sum()
+        likelihood = 0.5 * self.independent * np.log(fit.held_out + self.floor).sum()
         return float(likelihood + self.price(fit, chosen))
 
     @property
@@ -167,7 +169,7 @@ class Scoring:
     @property
     def noise_error(self) -> Array:
         """Root mean square that sensor noise alone leaves in the nominal balance, (3,) [N, N, N m]."""
-        return np.sqrt(self.noise_blocks.sum(axis=0) / self.balance.time.size)
+        return np.sqrt(self.noise_blocks.sum(axis=0) / self.tests)
 
     def price(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """What the parameters that no limit holds must earn; a fixed shape counts as one parameter."""
@@ -285,10 +287,9 @@ class Scoring:
         return self.score(self.fit(scores, chosen), chosen)
 
 
-def _noise_blocks(balance: Balance, nominal: Vehicle) -> Array:
-    """Summed squares that sensor noise adds to the nominal balance in each block, (blocks, 3)."""
-    every = balance.balances(nominal)
-    blocks = np.zeros((balance.blocks, 3))
-    if every.shape[0] > 1:
-        np.add.at(blocks, balance.block, ((every[1:] - every[0]) ** 2).mean(axis=0))
+def noise_by_block(balances: Array, block: np.ndarray) -> Array:
+    """Summed squares that sensor noise adds to the balances (1 + copies, tests, 3) in each block, (blocks, 3)."""
+    blocks = np.zeros((int(block.max()) + 1, 3))
+    if balances.shape[0] > 1:
+        np.add.at(blocks, block, ((balances[1:] - balances[0]) ** 2).mean(axis=0))
     return blocks

@@ -59,7 +59,7 @@ def split(data: DataSet, recipe: Recipe | None = None) -> Split:
     notes = [*data.notes, f"split: chronological {shares} of each log, guard {recipe.guard:g} s"]
     if dropped:
         notes.append(f"split: pieces under {_LEAST_PIECE:g} s dropped, {dropped:.1f} s in all")
-    return Split(*(_filtered(tuple(pieces[part]), tuple(notes), recipe) for part in PARTS))
+    return Split(*(filtered(tuple(pieces[part]), tuple(notes), recipe) for part in PARTS))
 
 
 def paper_preparation(logs: Log | Sequence[Log], vehicle: Vehicle, recipe: Recipe = PAPER) -> Split:
@@ -97,7 +97,8 @@ def _divide(motions: tuple[Motion, ...], recipe: Recipe, pieces: dict[str, list[
     return dropped
 
 
-def _filtered(motions: tuple[Motion, ...], notes: tuple[str, ...], recipe: Recipe) -> DataSet:
+def filtered(motions: tuple[Motion, ...], notes: tuple[str, ...], recipe: Recipe) -> DataSet:
+    """Motions with the filter that a recipe asks for, each on its own."""
     if recipe.cutoff is None:
         return DataSet(motions, notes, recipe)
     smoothed = tuple(smooth(motion, recipe.cutoff, recipe.order) for motion in motions)

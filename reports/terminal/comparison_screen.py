@@ -12,6 +12,7 @@ from ...comparison.facts import Best, ComparedModel, Comparison, Domain
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
+from ..wording import judged_rows
 from .layout import Fitting, Prose, bullets, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
@@ -38,7 +39,7 @@ def comparison_table(
     split : the part of the logs that judges, or "all"
     differences : between models, which give the marks
     """
-    where = "all rows" if split == "all" else f"the {split} part"
+    where = judged_rows(split)
     first = models[0].name
     verdicts = {(d.model, d.quantity, d.horizon, d.axis): d.verdict for d in differences if d.against == first}
     legend = _legend(set(verdicts.values()), first)

@@ -1,11 +1,12 @@
 """What every model answers: acceleration along a motion and in lasting states, and open-loop rollouts."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Literal, final
 
 import numpy as np
 
+from ...measurements.preparation.held_out import Fold
 from ...physics.forces import held_acceleration, modelled_acceleration
 from ...physics.frames import Array
 from ...physics.motion import Motion
@@ -72,12 +73,25 @@ def rolled_out(model: Model, motion: Motion, starts: np.ndarray, steps: int) -> 
 
 @final
 class VehicleModel(Model):
-    """A vehicle file as a model."""
+    """A vehicle file as a model.
+
+    Parameters
+    ----------
+    unseen : folds of the log that it was fitted to, each with the vehicle that was fitted without it, which answers for
+        the motions in it
+    """
 
     def __init__(
-        self, vehicle: Vehicle, name: str, kind: Kind = "physics", parameters: int = 0, seconds_to_fit: float = 0.0
+        self,
+        vehicle: Vehicle,
+        name: str,
+        kind: Kind = "physics",
+        parameters: int = 0,
+        seconds_to_fit: float = 0.0,
+        unseen: Sequence[tuple[Fold, Vehicle]] = (),
     ) -> None:
         self.vehicle = vehicle
+        self._unseen = tuple(unseen)
         self.rests_on = "vehicle"
         self.name = name
         self.kind = kind
@@ -86,12 +100,15 @@ class VehicleModel(Model):
 
     def acceleration(self, motion: Motion) -> Array:
         """See `Model.acceleration`."""
-        return modelled_acceleration(self.vehicle, motion)
+        return modelled_acceleration(self._of(motion), motion)
 
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         """See `Model.rollout`."""
-        return rollout(self.vehicle, motion, starts, steps)
+        return rollout(self._of(motion), motion, starts, steps)
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """See `Model.settled`."""
         return held_acceleration(self.vehicle, velocity, heading, commands)
+
+    def _of(self, motion: Motion) -> Vehicle:
+        return next((vehicle for fold, vehicle in self._unseen if fold.holds(motion)), self.vehicle)

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
-from ...discovery.findings import Findings
+from ...discovery.findings import Findings, FoldModel
 from ...measurements.inspection import Inspections
 from ...measurements.log_options import Reading
 from ...physics.errors import RequestError, VehicleError
@@ -45,11 +45,12 @@ _LONGEST_HEADER = 65536
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from: paths of the logs, how they were read, and the vehicle."""
+    """What a run was made from: paths of the logs, how they were read, the vehicle; and the folds that judged it."""
 
     logs: list[str]
     reading: Reading
     vehicle: Vehicle
+    folds: tuple[FoldModel, ...] = ()
 
 
 def read_run(folder: Path) -> RunFolder:
@@ -214,4 +215,13 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
                 "'undertow discover' was run, or put the log back"
             )
     reading = Reading(frame, channel_map, namespace, record.get("as_is") is True)
-    return RunRecord(logs, reading, load_vehicle(folder / "nominal.yaml"))
+    return RunRecord(logs, reading, load_vehicle(folder / "nominal.yaml"), _folds(folder / "findings.json"))
+
+
+def _folds(path: Path) -> tuple[FoldModel, ...]:
+    """The folds that a run was judged by; none of a run with a test part, or of one whose findings are not there."""
+    try:
+        found = read_record(read_bytes(path, MOST_TEXT), Findings, path).folds
+    except (OSError, ValueError, RequestError):
+        return ()
+    return () if found is None else found.models

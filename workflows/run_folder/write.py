@@ -107,7 +107,7 @@ def _write_files(run: Run, folder: Path) -> None:
     run.discovery.corrected.save(folder / "model.yaml")
     with writing(folder / "series.csv") as stream:
         run.series.to_csv(stream, index=False, lineterminator="\n")
-    Standardisation.fit(run.inputs.parts.split.train.motions).write(folder / "standardisation.json")
+    Standardisation.fit(run.inputs.parts.known).write(folder / "standardisation.json")
     write_json(folder / "inspection.json", Inspections(logs=run.inputs.inspections).to_dict())
 
 

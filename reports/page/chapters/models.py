@@ -9,7 +9,7 @@ from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ...run_contents import RunFolder
-from ...wording import goodness, interval, typeset, within
+from ...wording import goodness, interval, judged_rows, typeset, within
 from ..figures.model_figures import trust
 from ..markup import Html, element, figure, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
@@ -54,7 +54,7 @@ def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
 def _tables(comparison: Comparison) -> list[Html]:
     models = comparison.models
     base = _table_reference(comparison)
-    notes = [f"Errors on the {comparison.split} part, root mean square unless said otherwise."]
+    notes = [f"Errors on {judged_rows(comparison.split)}, root mean square unless said otherwise."]
     if comparison.differences:
         notes.append(f"{KEY} The reference is the {base} model.")
     notes += [f"{name}: {text}." for name, text in MEANING.items() if any(m.name == name for m in models)]

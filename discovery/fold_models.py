@@ -1,0 +1,116 @@
+"""What a discovery would have found without a part of its log, for each of a few parts: models that never saw it."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..measurements.preparation.held_out import Fold, folds_of
+from ..physics.laws.damping_power import Envelope
+from ..physics.vehicle import Vehicle
+from .candidates.linearisation import Linearisation, Option
+from .findings import FoldModel, Folds
+from .kept_effects import without_offset
+from .lawful.refit import passive_refit
+from .search.floating import Search, State
+from .search.gram import GramScores
+from .search.unseen_fold import WithoutFold
+
+
+@dataclass(frozen=True, slots=True)
+class FoldModels:
+    """Models of a discovery, each selected and fitted without one fold.
+
+    Attributes
+    ----------
+    folds : what each model has not seen
+    named : the effects that were selected without it, of which the whole log is not unsure
+    steps : for each step of the discovery after the nominal model, the vehicle of each fold
+    """
+
+    folds: tuple[Fold, ...]
+    named: tuple[tuple[str, ...], ...]
+    steps: tuple[tuple[Vehicle, ...], ...]
+
+    def recorded(self, nominal: Vehicle, sources: Sequence[str]) -> tuple[FoldModel, ...]:
+        """The folds and what their last models change of the nominal one, for logs by their sources."""
+        last = self.steps[-1] if self.steps else (nominal,) * len(self.folds)
+        return tuple(
+            FoldModel(
+                stretches=tuple((sources.index(source), begin, end) for source, begin, end in fold.stretches),
+                values={s: value for s, value in vehicle.values.items() if value != nominal.value(s)},
+            )
+            for fold, vehicle in zip(self.folds, last, strict=True)
+        )
+
+    def counted(self, kept: Sequence[str]) -> Folds:
+        """In how many folds each effect came out, and all that were kept with no other."""
+        named = Counter(key for names in self.named for key in names)
+        every = {key: named[key] for key in dict.fromkeys((*kept, *sorted(named)))}
+        same = sum(set(names) == set(kept) for names in self.named)
+        return Folds(count=len(self.folds), same_names=same, named=every)
+
+
+def fold_models(
+    search: Search,
+    state: State,
+    final: State,
+    about: tuple[Linearisation, GramScores],
+    steps: Sequence[tuple[str | None, Vehicle]],
+    envelope: Envelope,
+) -> FoldModels:
+    """Select and fit anew without each fold of the motions that a search works on.
+
+    Parameters
+    ----------
+    state : what the search selected on the whole log
+    final : the part of it that was kept; what was not is kept out of the models of folds, too
+    about : columns and scores about it
+    steps : of the discovery, the nominal model first
+    envelope : over which the laws hold
+
+    Raises
+    ------
+    RequestError
+        when a solver fails.
+    """
+    unsure = set(search.named(state.active)) - set(search.named(final.active))
+    linear, whole = about
+    folds = folds_of(search.balance.motions)
+    blind = [WithoutFold(search, fold) for fold in folds]
+    named: list[tuple[str, ...]] = []
+    last: list[Vehicle] = []
+    for one in blind:
+        scores = one.seen(linear, whole)
+        chosen = one.choose(linear, scores, final)
+        kept = [option for key, option in chosen.items() if key not in unsure or not option.present]
+        named.append(one.named([option.key for option in kept if option.present]))
+        last.append(_fitted(scores, kept, search.nominal, envelope))
+    between = _refitted(search, blind, steps[1:-1], envelope)
+    return FoldModels(folds, tuple(named), (*between, tuple(last)) if len(steps) > 1 else ())
+
+
+def models_of_given(search: Search, steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope) -> FoldModels:
+    """Fit effects that somebody chose, so that no fold selects any, anew without each fold; see `fold_models`."""
+    folds = folds_of(search.balance.motions)
+    blind = [WithoutFold(search, fold) for fold in folds]
+    return FoldModels(folds, (), tuple(_refitted(search, blind, steps[1:], envelope)))
+
+
+def _refitted(
+    search: Search, blind: Sequence[WithoutFold], steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope
+) -> list[tuple[Vehicle, ...]]:
+    """The models of steps fitted without each fold: a Gauss-Newton step from the fit to the whole log."""
+    found, named = [], []
+    known = {candidate.key: candidate for candidate in search.pool}
+    for label, vehicle in steps:
+        named += [label] if label in known else []
+        active = (*search.nuisances, *named)
+        linear, whole = search.linearise(vehicle, active, pool=[known[key] for key in active], standing=True)
+        chosen = [linear.options[key][0] for key in active]
+        scores = [one.seen(linear, whole) for one in blind]
+        found.append(tuple(_fitted(one, chosen, search.nominal, envelope) for one in scores))
+    return found
+
+
+def _fitted(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope) -> Vehicle:
+    return without_offset(nominal.with_values(passive_refit(scores, chosen, nominal, envelope).values))

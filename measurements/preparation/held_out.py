@@ -1,0 +1,76 @@
+"""Folds: stretches of the logs that a model is judged on, and that no fit and no selection of it has seen."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
+from .dataset import DataSet
+from .idle import active
+from .split import filtered
+
+_MOST, _LEAST = 4, 2
+"""Folds: with four, three quarters of a log tell nearly what all of it tells, and each costs a fit."""
+_SECONDS = 12.0
+"""Length of a fold from which there may be more of them [s]: it holds predictions of 10 s."""
+_LEAST_PIECE = 1.0
+"""A piece shorter than this [s] is no more than the ends of a filter."""
+_EDGE = 1e-6
+"""By how much stamps of one instant may differ [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """Stretches of the logs: the source of each, its begin and its end [s]."""
+
+    stretches: tuple[tuple[str, float, float], ...]
+
+    def holds(self, motion: Motion) -> bool:
+        """Whether a motion lies in it from beginning to end."""
+        begin, end = motion.time[0] + _EDGE, motion.time[-1] - _EDGE
+        return any(source == motion.source and start <= begin and end <= stop for source, start, stop in self.stretches)
+
+    def touched(self, source: str, begin: Array, end: Array) -> np.ndarray:
+        """Which of some spans of a log (n,) [s] reach into it."""
+        found = np.zeros(begin.shape, bool)
+        for name, start, stop in self.stretches:
+            if name == source:
+                found |= (begin < stop - _EDGE) & (end > start + _EDGE)
+        return found
+
+
+def folds_of(motions: Sequence[Motion]) -> tuple[Fold, ...]:
+    """Cut motions into two to four parts of one length, in the order in which they come: of many logs, whole ones."""
+    ends = np.cumsum([0.0, *(motion.duration for motion in motions)])
+    count = int(np.clip(ends[-1] // _SECONDS, _LEAST, _MOST))
+    edges = np.linspace(0.0, ends[-1], count + 1)
+    edges[-1] = np.inf
+    return tuple(Fold(tuple(_within(motions, ends, low, high))) for low, high in pairwise(edges))
+
+
+def _within(motions: Sequence[Motion], ends: Array, low: float, high: float) -> Iterator[tuple[str, float, float]]:
+    for motion, begun in zip(motions, ends[:-1], strict=True):
+        start, stop = max(low, begun) - begun, min(high - begun, motion.duration)
+        if stop - start > _EDGE:
+            yield motion.source, float(motion.time[0] + start), float(motion.time[0] + stop)
+
+
+def cut(data: DataSet, folds: Sequence[Fold], vehicle: Vehicle) -> DataSet:
+    """The motions cut where folds begin and end, without idle rows; each piece is filtered as the recipe says."""
+    pieces = tuple(piece for motion in data.raw for piece in _pieces(motion, folds, active(motion, vehicle)))
+    if not pieces:  # a boat that only drifts is judged as it drifts
+        pieces = tuple(piece for m in data.raw for piece in _pieces(m, folds, np.ones(m.time.size, bool)))
+    return filtered(pieces, data.notes, data.recipe)
+
+
+def _pieces(motion: Motion, folds: Sequence[Fold], judged: np.ndarray) -> Iterator[Motion]:
+    times = {t for fold in folds for source, *ends in fold.stretches if source == motion.source for t in ends}
+    rows = np.searchsorted(motion.time, sorted(t - _EDGE for t in times))
+    turns = np.flatnonzero(np.diff(judged)) + 1
+    for start, stop in pairwise(np.unique([0, *rows.tolist(), *turns.tolist(), motion.time.size]).tolist()):
+        if judged[start] and (stop - start - 1) * motion.time_step >= _LEAST_PIECE:
+            yield motion.slice(start, stop)

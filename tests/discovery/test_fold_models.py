@@ -1,0 +1,94 @@
+"""What a fold judges was selected and fitted without it, and a name that needs one part of a log is not certain."""
+
+import numpy as np
+import pytest
+
+from undertow.discovery.balance.base import WeakSettings
+from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.candidates.candidate import candidates, measurable
+from undertow.discovery.candidates.linearisation import Linearisation
+from undertow.discovery.discover import find_missing
+from undertow.discovery.search.gram import GramScores
+from undertow.measurements.preparation.held_out import folds_of
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.discover_and_add import add, discover
+from undertow.workflows.inputs import read_inputs
+
+HULL = load_vehicle("blueboat")
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    return simulate_world(HULL, {"surge_quadratic_damping": -8.0}, duration=120.0, noise="field", seed=4).motion()
+
+
+def test_scores_without_a_fold_are_those_of_the_other_rows_alone(motion: Motion):
+    form, pool = WeakForm([motion], WeakSettings()), candidates(HULL, measurable([motion]))[:6]
+    linear = Linearisation(form, HULL, HULL, pool, ())
+    weight, fold = np.ones(3), folds_of([motion])[1]
+    seen = form.outside(fold)
+    inside = (form.time > fold.stretches[0][1]) & (form.time < fold.stretches[0][2])
+    assert not seen[inside].any()
+    found = GramScores(linear.columns, linear.noise, form.block, weight).seeing(
+        seen, linear.columns, linear.noise, form.block
+    )
+    alone = GramScores(linear.columns[seen], linear.noise[:, seen], form.block[seen], weight)
+    chosen = [options[1] for options in linear.options.values()]
+    assert found.tests == seen.sum()
+    assert found.fit(chosen).change == pytest.approx(alone.fit(chosen).change, rel=1e-6)
+    assert found.fit(chosen).in_sample == pytest.approx(alone.fit(chosen).in_sample, rel=1e-6)
+
+
+def test_each_fold_finds_the_effect_again_with_a_number_of_its_own(motion: Motion):
+    found = find_missing([motion], HULL)
+    assert found.findings.folds is not None
+    assert found.findings.folds.to_dict() == {
+        "count": 4,
+        "same_names": 4,
+        "named": {"surge_quadratic_damping": 4},
+    }
+    values = [vehicle.value("X_uu") for vehicle in found.unseen.steps[-1]]
+    assert len({*values, found.corrected.value("X_uu")}) == 5
+    assert values == pytest.approx([found.corrected.value("X_uu")] * 4, rel=0.1)
+
+
+def test_an_effect_of_one_part_of_a_log_alone_is_not_called_missing():
+    """Three quarters of the log have no such drag."""
+    parts = [
+        simulate_world(HULL, hidden, duration=60.0, noise="field", seed=seed).motion()
+        for hidden, seed in (({}, 5), ({}, 6), ({}, 7), ({"surge_quadratic_damping": -25.0}, 8))
+    ]
+    findings = find_missing(parts, HULL).findings
+    assert "surge_quadratic_damping" not in findings.missing
+    told = {c.effect: c.reason for c in findings.candidates if c.verdict == "possible"}
+    assert findings.folds is not None
+    print(told, findings.folds)
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> str:
+    world = simulate_world(HULL, {"surge_quadratic_damping": -8.0}, duration=60.0, noise="field", seed=9)
+    return str(world.write(tmp_path_factory.mktemp("folds") / "log.csv"))
+
+
+def test_all_rows_are_judged_and_all_are_fitted_where_folds_judge(log: str):
+    run = discover(read_inputs(log, HULL, judge="folds"))
+    assert run.comparison.split == "folds"
+    assert run.inputs.parts.judged.seconds == pytest.approx(60.0, abs=2.0)
+    assert sum(m.duration for m in run.inputs.fitting) == pytest.approx(60.0, abs=2.0)
+    assert run.findings.data.split.startswith("4 folds")
+    assert "10" in run.findings.steps[-1].rollout_rmse
+    whole = discover(read_inputs(log, HULL))
+    assert whole.comparison.split == "test"
+    assert whole.inputs.parts.judged.seconds < 10.0
+
+
+def test_the_held_out_error_of_an_added_effect_is_that_of_fits_without_each_fold(log: str):
+    run = add(["surge_quadratic_damping"], read_inputs(log, HULL, judge="folds"))
+    assert run.findings.folds is None
+    values = [v.value("X_uu") for v in run.discovery.unseen.steps[-1]]
+    assert len(set(values)) == 4
+    before, after = (step.acceleration_rmse.surge for step in run.findings.steps)
+    assert after < 0.8 * before
