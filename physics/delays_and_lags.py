@@ -12,17 +12,17 @@ _SAME = 1e-9
 
 
 def switched(force: Array, command: Array) -> Array:
-    """Forces (n,) with those of rows in which a command switches put between those of the levels that it was held at.
+    """Forces (..., n) with those of rows in which a command switches put between those of the levels it was held at.
 
     Such a row has the mean of both, as its command has, wherever in the row the switch was. A level is
     held where two rows and more have it.
 
     Parameters
     ----------
-    force : (n,) of the commands, as if each had lasted [N], or [N s/m] for a loss
+    force : (..., n) of the commands, as if each had lasted [N], or [N s/m] for a loss
     command : (n,) means over the rows, in any unit
     """
-    change = np.abs(np.diff(command))
+    change = np.abs(command[1:] - command[:-1])
     same = change <= _SAME * change.max(initial=0.0)
     rows = 2 + np.flatnonzero(same[:-3] & ~same[1:-2] & ~same[2:-1] & same[3:])
     if not rows.size:
@@ -32,7 +32,7 @@ def switched(force: Array, command: Array) -> Array:
     within = (share > 0.0) & (share < 1.0)  # else something else happened in that row
     rows, share = rows[within], share[within]
     found = force.copy()
-    found[rows] = (1.0 - share) * force[rows - 1] + share * force[rows + 1]
+    found[..., rows] = (1.0 - share) * force[..., rows - 1] + share * force[..., rows + 1]
     return found
 
 

@@ -41,15 +41,24 @@ def actuation(vehicle: Vehicle, motion: Motion) -> Actuation:
 
 def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[Array, Array]:
     """Force [N] and advance loss [N s/m] (n,) of a thruster under one command column of a motion and its history."""
-    commands, past = motion.commands[:, index], 0
-    if motion.run_up is not None:
-        commands, past = np.concatenate([motion.run_up[:, index], commands]), motion.run_up.shape[0]
+    commands, past = commands_known(motion, index)
     force, load = thruster.response(commands, motion.time_step)
-    force, load = force[past:], load[past:]
+    left = thrust_left(motion, thruster)
+    return left * force[past:], left * load[past:]
+
+
+def commands_known(motion: Motion, index: int) -> tuple[Array, int]:
+    """One command column of a motion behind its history, and how many rows that has."""
+    if motion.run_up is None:
+        return motion.commands[:, index], 0
+    return np.concatenate([motion.run_up[:, index], motion.commands[:, index]]), motion.run_up.shape[0]
+
+
+def thrust_left(motion: Motion, thruster: Thruster) -> Array | float:
+    """Share of its force that a thruster still has along a motion, as it wears or its battery does."""
     if thruster.thrust_rate == 0.0:
-        return force, load
-    left = np.maximum(1.0 + thruster.thrust_rate * motion.minutes, 0.0)
-    return left * force, left * load
+        return 1.0
+    return np.maximum(1.0 + thruster.thrust_rate * motion.minutes, 0.0)
 
 
 def current_at(vehicle: Vehicle, minutes: Array | float = 0.0) -> tuple[Array | float, Array | float] | None:

@@ -30,20 +30,10 @@ GAINS = (
     "gain_ahead_100",
 )
 """Gains of the command-to-force curve, from full astern to full ahead; the number is where in percent a third ends."""
-_SHAPE = (
-    "command",
-    "curve",
-    "thrust_rate",
-    "reverse_scale",
-    "thrust_exponent",
-    "dead_zone",
-    "lag",
-    "delay",
-    "command_offset",
-    *GAINS,
-)
-"""What decides the response of a thruster, beside gain and advance loss."""
-_shape_of = attrgetter(*_SHAPE)
+_PROMPT = ("command", "curve", "reverse_scale", "thrust_exponent", "dead_zone", "lag", *GAINS)
+"""What decides the response of a thruster before it is late and wears, beside gain and advance loss."""
+_prompt_of = attrgetter(*_PROMPT)
+_shape_of = attrgetter(*_PROMPT, "thrust_rate", "delay", "command_offset")
 
 
 class TableCurve(BaseModel):
@@ -199,6 +189,16 @@ class Thruster(BaseModel):
         """What decides the response of its `unit`."""
         return _shape_of(self)
 
+    @property
+    def prompt_shape(self) -> tuple[object, ...]:
+        """What decides what its `unit` makes of commands before that is late, see `prompt`."""
+        return _prompt_of(self)
+
+    @property
+    def late(self) -> float:
+        """By how much the force comes after the command on record [s]."""
+        return self.delay + self.command_offset
+
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
 
@@ -212,10 +212,15 @@ class Thruster(BaseModel):
         command : (n,) in the unit of `command`, even steps
         time_step : [s]
         """
-        lagged = first_order_lag(command, self.lag, time_step)
-        force, load = self.lasting(lagged)
-        late = self.delay + self.command_offset
-        return shift(switched(force, lagged), late, time_step), shift(switched(load, lagged), late, time_step)
+        ((force, load),) = self.prompt([command], [time_step])
+        return shift(force, self.late, time_step), shift(load, self.late, time_step)
+
+    def prompt(self, commands: Sequence[Array], time_steps: Sequence[float]) -> list[Array]:
+        """The same before offset and delay act, along several series at once: force and loss of each, (2, n)."""
+        lagged = [first_order_lag(series, self.lag, step) for series, step in zip(commands, time_steps, strict=True)]
+        every = np.stack(self.lasting(np.concatenate(lagged)))
+        ends = np.cumsum([series.size for series in lagged])[:-1]
+        return [switched(part, series) for part, series in zip(np.split(every, ends, axis=1), lagged, strict=True)]
 
     def lasting(self, command: Array) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m] of commands (n,) that have lasted."""

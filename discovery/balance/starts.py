@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -10,7 +11,7 @@ from scipy.ndimage import median_filter
 from ...measurements.statistics.robust import spread
 from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
-from ...physics.forces import memory_states, thruster_response
+from ...physics.forces import memory_states
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.simulation import Around, integrate
@@ -18,6 +19,7 @@ from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
 from .column_cache import Remembered
+from .late_forces import LateForces
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
@@ -75,7 +77,8 @@ class Rollings:
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
     air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
-    kept : responses of thrusters of a gain and a loss of one, which many models share
+    thrusts : what thrusters of a gain and a loss of one make of the commands
+    kept : the same along the rollouts, whole rows late, which many models share
     rolled : states of the latest vehicles: a step that is tried is where the next one begins
     """
 
@@ -89,8 +92,9 @@ class Rollings:
     measured: Array
     weight: Array
     noise: Array
+    thrusts: LateForces
     air: Array | None = None
-    kept: Remembered[tuple[Array, ...]] = field(default_factory=lambda: Remembered(_KEPT))
+    kept: Remembered[Array] = field(default_factory=lambda: Remembered(_KEPT))
     rolled: deque[tuple[Vehicle, Array]] = field(default_factory=lambda: deque(maxlen=_ROLLED))
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
@@ -101,21 +105,26 @@ class Rollings:
 
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
         """Force [N] and load [N s/m] of a thruster along all rollouts, (steps + 1, starts) each."""
+        shape = (index, unit.prompt_shape, unit.thrust_rate)
 
-        def along() -> tuple[Array, ...]:
-            parts = []
-            for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
-                both = np.stack(thruster_response(motion, index, unit))
-                parts.append(_thinned(both, stride)[:, _window(starts, stride, self.steps)])
-            force, load = np.concatenate(parts, axis=2)
-            return force, load
+        def along(rows: tuple[int, ...]) -> Array:
+            return self.kept.of((*shape, rows), partial(self._along, index, unit, rows))
 
-        force, load = self.kept.of((index, *unit.shape), along)
+        force, load = self.thrusts.between(unit, along, [rows.size for rows in self.starts])
         return force, load
+
+    def _along(self, index: int, unit: Thruster, late: tuple[int, ...]) -> Array:
+        """The same of whole rows late, (2, steps + 1, starts)."""
+        known = zip(self.thrusts.shifted(index, unit, late), self.starts, self.stride, strict=True)
+        parts = [_thinned(both, stride)[:, _window(starts, stride, self.steps)] for both, starts, stride in known]
+        return np.concatenate(parts, axis=2)
 
     def commanded(self, motions: Sequence[Motion]) -> "Rollings":
         """The same rollouts of the same motions, under other commands."""
-        return replace(self, motions=tuple(motions), kept=Remembered(_KEPT), rolled=deque(maxlen=_ROLLED))
+        fresh = LateForces(motions)
+        return replace(
+            self, motions=tuple(motions), thrusts=fresh, kept=Remembered(_KEPT), rolled=deque(maxlen=_ROLLED)
+        )
 
     def states(self, vehicle: Vehicle) -> Array:
         """Open-loop states along all rollouts, (starts, steps + 1, 6)."""
@@ -215,6 +224,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(measured, axis=2),
         np.concatenate(weight, axis=2),
         sensor_noise(kept),
+        LateForces(kept),
         _air(kept, starts, strides, steps),
     )
 

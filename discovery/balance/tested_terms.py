@@ -2,18 +2,20 @@
 
 from collections import deque
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple, final
 
 import numpy as np
 
 from ...physics.delays_and_lags import first_order_lag
-from ...physics.forces import remembered_before, thruster_response
+from ...physics.forces import remembered_before
 from ...physics.frames import Array, earth_to_body
 from ...physics.momentum_balance import balances
 from ...physics.motion import Motion
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
+from .late_forces import LateForces
 from .products import Key, Parts, Products, gathered, less, water
 
 _RATES = ("u_dot", "v_dot", "r_dot")
@@ -80,6 +82,7 @@ class TestedTerms(Products):
         air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
         north, east = np.concatenate(air).T
         self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN)
+        self._thrusts = LateForces(motions)
         heading, minutes = (
             np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
         )
@@ -131,7 +134,14 @@ class TestedTerms(Products):
 
     def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
         """The product that a key stands for, the tested derivatives among them."""
-        return self._rate(key[2], vehicle) if key[0] == "rate" else super().worked_out(key, vehicle)
+        if key[0] == "rate":
+            return self._rate(key[2], vehicle)
+        return self._push(key[2], vehicle.thrusters[key[2]]) if key[0] == "push" else super().worked_out(key, vehicle)
+
+    def forget(self) -> None:
+        """Keep no products and no forces."""
+        super().forget()
+        self._thrusts.forget()
 
     def passed(self, rows: Array) -> Array:
         """Rows (..., n) through the test functions, (..., tests)."""
@@ -149,8 +159,25 @@ class TestedTerms(Products):
 
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
         """Force [N] and load [N s/m] of a thruster, (1, rows) each: commands have no noise."""
-        pairs = [thruster_response(motion, index, unit) for motion in self._motions]
-        return np.concatenate([p[0] for p in pairs])[None], np.concatenate([p[1] for p in pairs])[None]
+
+        def at(rows: tuple[int, ...]) -> Array:
+            return np.concatenate(self._thrusts.shifted(index, unit, rows), axis=1)
+
+        force, load = self._thrusts.between(unit, at, np.diff(self._edges).tolist())
+        return force[None], load[None]
+
+    def _push(self, index: int, thruster: Thruster) -> Array:
+        """The force of a thruster of a gain of one through the test functions, (1, tests)."""
+        unit = thruster.unit
+        shape = ("whole", index, unit.prompt_shape, unit.thrust_rate)
+
+        def at(rows: tuple[int, ...]) -> Array:
+            return self._still.of((*shape, rows), partial(tested, rows))
+
+        def tested(rows: tuple[int, ...]) -> Array:
+            return self.passed(np.concatenate([force for force, _ in self._thrusts.shifted(index, unit, rows)])[None])
+
+        return self._thrusts.between(unit, at, [kernel.count for kernel in self._kernels])
 
     @property
     def of_rows(self) -> tuple[Array, Array]:
