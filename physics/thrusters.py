@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from .delays_and_lags import first_order_lag, shift, switched
+from .delays_and_lags import Switches, first_order_lag, shift, switches
 from .errors import RequestError
 from .frames import Array
 from .quantities import Number, Positive
@@ -212,15 +212,13 @@ class Thruster(BaseModel):
         command : (n,) in the unit of `command`, even steps
         time_step : [s]
         """
-        ((force, load),) = self.prompt([command], [time_step])
+        lagged = first_order_lag(command, self.lag, time_step)
+        force, load = self.prompt(lagged, switches(lagged))
         return shift(force, self.late, time_step), shift(load, self.late, time_step)
 
-    def prompt(self, commands: Sequence[Array], time_steps: Sequence[float]) -> list[Array]:
-        """The same before offset and delay act, along several series at once: force and loss of each, (2, n)."""
-        lagged = [first_order_lag(series, self.lag, step) for series, step in zip(commands, time_steps, strict=True)]
-        every = np.stack(self.lasting(np.concatenate(lagged)))
-        ends = np.cumsum([series.size for series in lagged])[:-1]
-        return [switched(part, series) for part, series in zip(np.split(every, ends, axis=1), lagged, strict=True)]
+    def prompt(self, lagged: Array, switching: Switches) -> Array:
+        """The same before offset and delay act, force and loss (2, n), of a command with its lag and its switches."""
+        return switching.between(np.stack(self.lasting(lagged)))
 
     def lasting(self, command: Array) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m] of commands (n,) that have lasted."""

@@ -7,10 +7,12 @@ its columns are weighted sums of two of them.
 """
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import final
 
 import numpy as np
 
+from ...physics.delays_and_lags import Switches, first_order_lag, switches
 from ...physics.forces import commands_known, thrust_left
 from ...physics.frames import Array
 from ...physics.motion import Motion
@@ -18,7 +20,7 @@ from ...physics.thrusters import Thruster
 from .column_cache import Remembered
 
 _KEPT = 16_000_000
-"""Bytes of forces that are kept: on 25 minutes of log at 20 Hz, those of sixteen shapes of two thrusters."""
+"""Bytes of forces, and as many of commands, that are kept: on 25 minutes of log at 20 Hz, of 16 shapes of two thrusters."""
 _WHOLE = 1e-9
 """Share of a row that is rounding of a delay of whole rows."""
 
@@ -35,10 +37,15 @@ class LateForces:
     def __init__(self, motions: Sequence[Motion]) -> None:
         self._motions = tuple(motions)
         self._steps = [motion.time_step for motion in self._motions]
-        self._prompt: Remembered[tuple[Array, ...]] = Remembered(_KEPT)
+        known = [commands_known(motion, 0) for motion in self._motions]
+        self._edges = np.cumsum([0, *(series.size for series, _ in known)])
+        self._rows = [np.arange(b - m.time.size, b) for m, b in zip(self._motions, self._edges[1:], strict=True)]
+        self._lagged: Remembered[tuple[Array, ...]] = Remembered(_KEPT)
+        self._prompt: Remembered[Array] = Remembered(_KEPT)
 
     def forget(self) -> None:
         """Keep no forces."""
+        self._lagged.clear()
         self._prompt.clear()
 
     def late(self, unit: Thruster) -> tuple[tuple[int, ...], Array]:
@@ -48,13 +55,14 @@ class LateForces:
         share = rows - whole
         return tuple(whole.astype(int).tolist()), np.where(share > _WHOLE, share, 0.0)
 
-    def shifted(self, index: int, unit: Thruster, rows: Sequence[int]) -> list[Array]:
-        """Force [N] and load [N s/m] of a thruster in each motion, (2, n), by whole rows late; the ends hold."""
-        known = self._prompt.of((index, unit.prompt_shape), lambda: self._at_once(index, unit))
-        found = []
-        for motion, series, by in zip(self._motions, known, rows, strict=True):
-            places = np.arange(series.shape[1] - motion.time.size, series.shape[1]) - by
-            found.append(thrust_left(motion, unit) * series.take(places, axis=1, mode="clip"))
+    def shifted(self, index: int, unit: Thruster, rows: Sequence[int]) -> Array:
+        """Force [N] and load [N s/m] of a thruster along all motions, (2, n), by whole rows late; the ends hold."""
+        series = self._prompt.of((index, unit.prompt_shape), lambda: self._at_once(index, unit))
+        ends = zip(self._rows, rows, pairwise(self._edges), strict=True)
+        places = [np.clip(own - by, first, last - 1) for own, by, (first, last) in ends]
+        found = series.take(np.concatenate(places), axis=1)
+        if unit.thrust_rate:
+            found *= np.concatenate([thrust_left(motion, unit) for motion in self._motions])
         return found
 
     def between(self, unit: Thruster, at: Callable[[tuple[int, ...]], Array], times: Sequence[int]) -> Array:
@@ -72,5 +80,15 @@ class LateForces:
         # So that of a force that stays, which is the same a row later, nothing changes to the bit.
         return found + np.repeat(share, times) * (at(tuple(k + 1 for k in whole)) - found)
 
-    def _at_once(self, index: int, unit: Thruster) -> tuple[Array, ...]:
-        return tuple(unit.prompt([commands_known(m, index)[0] for m in self._motions], self._steps))
+    def _at_once(self, index: int, unit: Thruster) -> Array:
+        """Force and load along the commands of all motions and their history, (2, rows)."""
+        lagged, rows, share = self._lagged.of((index, unit.lag), lambda: self._commanded(index, unit.lag))
+        return unit.prompt(lagged, Switches(rows, share))
+
+    def _commanded(self, index: int, lag: float) -> tuple[Array, ...]:
+        """A command with a lag along all motions and their history, and where it switches."""
+        known = zip(self._motions, self._steps, strict=True)
+        lagged = [first_order_lag(commands_known(m, index)[0], lag, step) for m, step in known]
+        found = [switches(series) for series in lagged]
+        rows = [first + one.rows for first, one in zip(self._edges, found, strict=False)]
+        return np.concatenate(lagged), np.concatenate(rows), np.concatenate([one.share for one in found])

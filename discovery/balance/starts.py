@@ -76,6 +76,7 @@ class Rollings:
     measured : (bins, 3, starts) mean measured velocity of each bin
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
+    window : (steps + 1, starts) rows of all motions along the rollouts
     air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
     thrusts : what thrusters of a gain and a loss of one make of the commands
     kept : the same along the rollouts, whole rows late, which many models share
@@ -93,6 +94,7 @@ class Rollings:
     weight: Array
     noise: Array
     thrusts: LateForces
+    window: np.ndarray
     air: Array | None = None
     kept: Remembered[Array] = field(default_factory=lambda: Remembered(_KEPT))
     rolled: deque[tuple[Vehicle, Array]] = field(default_factory=lambda: deque(maxlen=_ROLLED))
@@ -115,9 +117,10 @@ class Rollings:
 
     def _along(self, index: int, unit: Thruster, late: tuple[int, ...]) -> Array:
         """The same of whole rows late, (2, steps + 1, starts)."""
-        known = zip(self.thrusts.shifted(index, unit, late), self.starts, self.stride, strict=True)
-        parts = [_thinned(both, stride)[:, _window(starts, stride, self.steps)] for both, starts, stride in known]
-        return np.concatenate(parts, axis=2)
+        ends = np.cumsum([motion.time.size for motion in self.motions])[:-1]
+        parts = np.split(self.thrusts.shifted(index, unit, late), ends, axis=1)
+        thin = np.concatenate([_thinned(part, stride) for part, stride in zip(parts, self.stride, strict=True)], axis=1)
+        return thin.take(self.window, axis=1)
 
     def commanded(self, motions: Sequence[Motion]) -> "Rollings":
         """The same rollouts of the same motions, under other commands."""
@@ -225,6 +228,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(weight, axis=2),
         sensor_noise(kept),
         LateForces(kept),
+        _windows(kept, starts, strides, steps),
         _air(kept, starts, strides, steps),
     )
 
@@ -232,6 +236,13 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
 def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:
     """Rows of a motion along its rollouts, (steps + 1, starts)."""
     return starts[None, :] + stride * np.arange(steps + 1)[:, None]
+
+
+def _windows(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> np.ndarray:
+    """Rows of all motions along their rollouts, (steps + 1, starts)."""
+    begin = np.cumsum([0, *(motion.time.size for motion in motions[:-1])])
+    ways = zip(begin, starts, strides, strict=True)
+    return np.concatenate([first + _window(rows, stride, steps) for first, rows, stride in ways], axis=1)
 
 
 def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> Array | None:

@@ -161,7 +161,7 @@ class TestedTerms(Products):
         """Force [N] and load [N s/m] of a thruster, (1, rows) each: commands have no noise."""
 
         def at(rows: tuple[int, ...]) -> Array:
-            return np.concatenate(self._thrusts.shifted(index, unit, rows), axis=1)
+            return self._thrusts.shifted(index, unit, rows)
 
         force, load = self._thrusts.between(unit, at, np.diff(self._edges).tolist())
         return force[None], load[None]
@@ -175,7 +175,7 @@ class TestedTerms(Products):
             return self._still.of((*shape, rows), partial(tested, rows))
 
         def tested(rows: tuple[int, ...]) -> Array:
-            return self.passed(np.concatenate([force for force, _ in self._thrusts.shifted(index, unit, rows)])[None])
+            return self.passed(self._thrusts.shifted(index, unit, rows)[:1])
 
         return self._thrusts.between(unit, at, [kernel.count for kernel in self._kernels])
 
