@@ -20,7 +20,7 @@ from ...physics.thrusters import Thruster
 from .column_cache import Remembered
 
 _KEPT = 16_000_000
-"""Bytes of forces, and as many of commands, that are kept: on 25 minutes of log at 20 Hz, of 16 shapes of two thrusters."""
+"""Bytes of forces, and as many of commands, that are kept: on 25 min of log at 20 Hz, of 16 shapes of two thrusters."""
 _WHOLE = 1e-9
 """Share of a row that is rounding of a delay of whole rows."""
 
