@@ -48,7 +48,7 @@ class Tangent:
         self.form, self.base = form, base
         data = form.data
         self._states = data.states(base)
-        predicted = data.binned(self._states[:, :, 3:].transpose(1, 2, 0))
+        predicted = data.binned(self._states[:, :, 1:].transpose(1, 2, 0))
         self._errors = data.measured - predicted
         self._balances = form.with_noise(form.finished(self._errors))
         self._products = _RolloutTerms(data, self._states)
@@ -86,7 +86,7 @@ class _RolloutTerms(Products):
 
     def __init__(self, data: Rollings, states: Array) -> None:
         self._data = data
-        _, _, heading, u, v, r = states.transpose(2, 1, 0)
+        heading, u, v, r = states.transpose(2, 1, 0)
         super().__init__(heading, (u, v, r), None if data.air is None else (data.air[0], data.air[1]), data.minutes)
 
     def added(self, one: Vehicle, other: Vehicle) -> Array:
@@ -155,8 +155,8 @@ class _Along:
 def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
     equation = ForceEquation(vehicle)
     thrust, load = data.inputs(vehicle)
-    heading = states[:, :, 2].T
-    velocity = (states[:, :, 3].T, states[:, :, 4].T, states[:, :, 5].T)
+    heading = states[:, :, 0].T
+    velocity = (states[:, :, 1].T, states[:, :, 2].T, states[:, :, 3].T)
     memory = None
     if equation.has_memory:
         _, sway, rate = relative_velocity(vehicle, heading, velocity, data.minutes)

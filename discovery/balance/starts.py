@@ -72,7 +72,7 @@ class Rollings:
     stride : rows of each motion in one integration step
     step : integration step [s]
     steps, per_bin : integration steps of a rollout, and of a bin
-    initial : (starts, 6) measured north, east, psi, u, v, r
+    initial : (starts, 4) measured psi, u, v, r
     measured : (bins, 3, starts) mean measured velocity of each bin
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
@@ -130,7 +130,7 @@ class Rollings:
         )
 
     def states(self, vehicle: Vehicle) -> Array:
-        """Open-loop states along all rollouts, (starts, steps + 1, 6)."""
+        """Open-loop psi, u, v, r along all rollouts, (starts, steps + 1, 4)."""
         for known, states in self.rolled:
             if known is vehicle:
                 return states
@@ -207,7 +207,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         kept.append(motion)
         starts.append(rows[used])
         strides.append(stride)
-        initial.append(np.column_stack([motion.position, motion.heading, _calm(motion)])[rows[used]])
+        initial.append(np.column_stack([motion.heading, _calm(motion)])[rows[used]])
         measured.append(mean[used].transpose(1, 2, 0))
         weight.append((total / per_bin)[used].transpose(1, 2, 0))
     count = sum(rows.size for rows in starts)
