@@ -177,6 +177,7 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
         free = free.seen(seen)
         say(free.sentence)
     form = basis.balance()
+    basis.forces.forget()  # rollouts judge from here on
     settings = replace(basis.settings.search, refinements=_REFINEMENTS)
     search = Search(form, nominal, seen, settings)
     say("searching the catalogue of effects on open-loop rollouts")

@@ -23,6 +23,9 @@ from .starts import Rollings
 _STEP = 1e-4
 """Change of a velocity or a heading by which a derivative is taken [m/s, m/s, rad/s, rad]."""
 
+_KEPT = (60, 60)
+"""Products that are kept: those of one model, for the next one has other rollouts."""
+
 
 class Rolled(Protocol):
     """What a tangent asks of the rollouts that it is laid along; see `shooting.Shooting`."""
@@ -87,7 +90,8 @@ class _RolloutTerms(Products):
     def __init__(self, data: Rollings, states: Array) -> None:
         self._data = data
         heading, u, v, r = states.transpose(2, 1, 0)
-        super().__init__(heading, (u, v, r), None if data.air is None else (data.air[0], data.air[1]), data.minutes)
+        air = None if data.air is None else (data.air[0], data.air[1])
+        super().__init__(heading, (u, v, r), air, data.minutes, _KEPT)
 
     def added(self, one: Vehicle, other: Vehicle) -> Array:
         """Acceleration over ground that one model gives along the rollouts beyond another, (steps + 1, 3, starts)."""

@@ -19,6 +19,8 @@ from .late_forces import LateForces
 from .products import Key, Parts, Products, gathered, less, water
 
 _RATES = ("u_dot", "v_dot", "r_dot")
+_KEPT = (400, 200)
+"""Products that are kept: of a few shapes of each thruster and a few waters, between which a search goes to and fro."""
 _KNOWN = 4
 """Vehicles whose parts are kept: a model's own, to which others beside it are compared."""
 _TOGETHER = 65_536
@@ -86,7 +88,7 @@ class TestedTerms(Products):
         heading, minutes = (
             np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
         )
-        super().__init__(heading, (u, v, r), (north, east), minutes)
+        super().__init__(heading, (u, v, r), (north, east), minutes, _KEPT)
 
     @property
     def shape(self) -> tuple[int, ...]:
