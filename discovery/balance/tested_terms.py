@@ -84,6 +84,7 @@ class TestedTerms(Products):
         air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
         north, east = np.concatenate(air).T
         self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN)
+        self._known_rates: dict[int, tuple[Array, ...]] = {}
         self._thrusts = LateForces(motions)
         heading, minutes = (
             np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
@@ -143,6 +144,7 @@ class TestedTerms(Products):
     def forget(self) -> None:
         """Keep no products and no forces."""
         super().forget()
+        self._known_rates.clear()
         self._thrusts.forget()
 
     def passed(self, rows: Array) -> Array:
@@ -189,7 +191,9 @@ class TestedTerms(Products):
     def _rate(self, axis: int, vehicle: Vehicle) -> Array:
         """The tested derivative of a relative velocity, or of a claimed one, (copies, tests)."""
         if self._claim is None:
-            return -self._test(self.relative(vehicle)[axis], [kernel.rate for kernel in self._kernels])
+            measured, *flowing = self._rates(axis)
+            parts = zip(water(vehicle), flowing, strict=True) if axis < 2 else ()
+            return measured - sum(speed * rate for speed, rate in parts if speed)
         claimed = self._claim[axis][None]
         if axis < 2:  # less what the turning of the current adds over ground
             drift = self.velocity[1 - axis] - self.relative(vehicle)[1 - axis]
@@ -197,6 +201,17 @@ class TestedTerms(Products):
             northwards, eastwards = (rate / 60.0 for rate in water(vehicle)[2:])
             claimed = claimed - earth_to_body(self.heading, northwards, eastwards)[axis]
         return self.passed(claimed)
+
+    def _rates(self, axis: int) -> tuple[Array, ...]:
+        """Tested derivatives of a velocity over ground, and of what a unit of each number of the water adds to it."""
+        weights = [kernel.rate for kernel in self._kernels]
+        if axis not in self._known_rates:
+            rows = [self.velocity[axis]]
+            if axis < 2:
+                turned = [earth_to_body(self.heading, *unit)[axis][None] for unit in ((1.0, 0.0), (0.0, 1.0))]
+                rows += [*turned, *(self._minutes * one for one in turned)]
+            self._known_rates[axis] = tuple(-self._test(one, weights) for one in rows)
+        return self._known_rates[axis]
 
     def _test(self, rows: Array, weights: Sequence[Array]) -> Array:
         pieces = zip(self._kernels, weights, pairwise(self._edges), strict=True)
