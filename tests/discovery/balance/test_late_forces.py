@@ -15,9 +15,11 @@ THRUSTER = load_vehicle("blueboat").thrusters[0]
 
 def moved(rows: int, step: float, seed: int) -> Motion:
     """A motion whose command is held and switched, behind some history."""
-    commands = 5.0 * np.repeat(np.random.default_rng(seed).integers(-5, 6, rows // 5), 5)[:, None]
+    commands = (5.0 * np.repeat(np.random.default_rng(seed).integers(-5, 6, rows // 5), 5)[:, None]).astype(np.float64)
     nothing = np.zeros((rows, 3))
-    whole = Motion(step * np.arange(rows), nothing[:, :2], nothing[:, 0], nothing, commands, ("port",))
+    whole = Motion(
+        step * np.arange(rows, dtype=np.float64), nothing[:, :2], nothing[:, 0], nothing, commands, ("port",)
+    )
     return whole.slice(40, rows)
 
 
