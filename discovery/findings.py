@@ -338,9 +338,7 @@ class FoldModel(Record):
             when there are fewer logs.
         """
         if any(number >= len(sources) for number, _, _ in self.stretches):
-            raise RequestError(
-                f"a fold speaks of more logs than the {len(sources)} of the run; run 'undertow discover'"
-            )
+            raise RequestError(f"a fold is of a log beyond the {len(sources)} of the run; run 'undertow discover' anew")
         return Fold(tuple((sources[number], begin, end) for number, begin, end in self.stretches))
 
 

@@ -1,7 +1,9 @@
 """What is made of a selection: the kept effects alone, polished where rollouts judge, and the steps to them."""
 
 from collections.abc import Sequence
+from functools import partial
 
+from ..measurements.statistics.second_processor import shared
 from ..physics.effects import COMMAND_OFFSET
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import rollouts_object
@@ -54,14 +56,19 @@ def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> 
     effects: Sequence[str] = search.named(final.active)
     if search.of_kind(search.nuisances, Kind.NUISANCE):
         found.append((calibrated, base(search, final) if effects else corrected))
-    chosen: list[str] = []
-    while len(chosen) < len(effects):
+    chosen: tuple[str, ...] = ()
+    while len(chosen) < len(effects) - 1:
         rest = [key for key in effects if key not in chosen]
-        trials = [(search.restrict(final, [*chosen, key]), key) for key in rest]
-        best, key = min(trials, key=lambda pair: pair[0].score)
-        chosen.append(key)
-        found.append((key, corrected if len(chosen) == len(effects) else best.vehicle))
+        trials = shared(partial(_with_one_more, search, final, chosen), rest)
+        best, key = min(zip(trials, rest, strict=True), key=lambda pair: pair[0].score)
+        chosen = (*chosen, key)
+        found.append((key, best.vehicle))
+    found += [(key, corrected) for key in effects if key not in chosen]
     return tuple((label, without_offset(vehicle)) for label, vehicle in found)
+
+
+def _with_one_more(search: Search, final: State, chosen: tuple[str, ...], key: str) -> State:
+    return search.restrict(final, (*chosen, key))
 
 
 def without_offset(vehicle: Vehicle) -> Vehicle:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..measurements.statistics.second_processor import shared
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -176,10 +177,11 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
         free = free.seen(seen)
         say(free.sentence)
     form = basis.balance()
+    basis.forces.forget()  # rollouts judge from here on
     settings = replace(basis.settings.search, refinements=_REFINEMENTS)
     search = Search(form, nominal, seen, settings)
     say("searching the catalogue of effects on open-loop rollouts")
-    state = min((search.run(s, say) for s in _starts(search, basis.settings.shooting)), key=lambda s: s.score)
+    state = _best_of(search, list(_starts(search, basis.settings.shooting)), say)
     for _ in range(_ROUNDS - 1):
         form = form.refreshed(state.vehicle)
         search = Search(form, nominal, seen, settings)
@@ -239,6 +241,20 @@ def _with_terms(weak: WeakForm, named: Search, state: State, say: Say) -> tuple[
         return search, best
     search = widened([*symbols, *alike])
     return search, search.run(start=best, progress=say)
+
+
+def _best_of(search: Search, starts: Sequence[State], say: Say) -> State:
+    """The best model that searches from some others end at; what all but the first say is told after them."""
+
+    def run(number: int) -> tuple[State, list[str]]:
+        lines: list[str] = []
+        return search.run(starts[number], lines.append if number else say), lines
+
+    found = shared(run, range(len(starts)))
+    for _, lines in found:
+        for line in lines:
+            say(line)
+    return min((state for state, _ in found), key=lambda s: s.score)
 
 
 def _starts(search: Search, shooting: ShootingSettings) -> Iterator[State]:

@@ -19,7 +19,7 @@ Outside = tuple[Array, Array | None, Array | None, Array | float]
 velocity of the air (2, batch), and the minutes since the beginning of the log."""
 
 _SIGNALS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "sin psi", "u_a", "v_a", "|V_a|", "t")
-"""Signals by row; the first stands where a product has fewer factors than three."""
+"""Signals by row; the first is that of constant forces."""
 _FACTORS = 4
 """Most factors of a term of the momentum balance: three speeds, and time."""
 
@@ -31,10 +31,11 @@ class Flattened:
     ----------
     vehicle : its thrusters, water and wind
     batch : number of rollouts
+    placed : north and east are followed; else they stay
     """
 
-    def __init__(self, vehicle: Vehicle, batch: int) -> None:
-        self._vehicle = vehicle
+    def __init__(self, vehicle: Vehicle, batch: int, placed: bool = True) -> None:
+        self._vehicle, self._placed = vehicle, placed
         self._moving = any(vehicle.value(symbol) for symbol in CURRENT)
         self._growing = [vehicle.value(symbol) / 60.0 for symbol in CURRENT[2:]]
         self._memory_time = vehicle.value("memory_time")
@@ -52,16 +53,21 @@ class Flattened:
         self._beside = vehicle.y_g != 0.0
         if not self._beside:
             self._inverse[0, 1:] = self._inverse[1:, 0] = 0.0  # surge stands alone
-        self._weights = self._inverse @ np.array(list(columns.values()) or np.zeros((0, 3))).T
-        names = [(*factors, *("1",) * (_FACTORS - len(factors))) for factors in columns]
-        self._places = [np.array([_SIGNALS.index(row[k]) for row in names], dtype=int) for k in range(_FACTORS)]
-        used = {name for row in names for name in row}
+        # Products of most factors come first, so that second and later factors are those of the first rows.
+        longest = sorted(columns, key=len, reverse=True)
+        self._weights = self._inverse @ np.array([columns[row] for row in longest] or np.zeros((0, 3))).T
+        names = [row or ("1",) for row in longest]
+        self._places = [
+            np.array([_SIGNALS.index(row[k]) for row in names if len(row) > k], dtype=int) for k in range(_FACTORS)
+        ]
+        used = {name for row in columns for name in row}
         self._wakes = any(name.startswith("q_") for name in used)
         self._steers = bool(used & {"cos psi", "sin psi"})
         self._ages = "t" in used
         self._blows = bool(used & {"u_a", "v_a", "|V_a|"})
         self._signals = np.ones((len(_SIGNALS), batch))
         self._products = [np.empty((len(names), batch)) for _ in range(2)]
+        self._turns = placed or self._moving or self._steers
 
     def accelerations(self, forces: Array) -> Array:
         """M^-1 B f of thruster forces or losses (thrusters, steps, batch): (3, steps, batch)."""
@@ -78,10 +84,14 @@ class Flattened:
     def __call__(self, x: Array, outside: Outside) -> Array:
         """Rate of change of states (8, batch)."""
         push, loss, wind, minutes = outside
-        signals = self._signals
-        cosine, sine = np.cos(x[2]), np.sin(x[2])
+        signals, (products, factor) = self._signals, self._products
+        cosine, sine = (np.cos(x[2]), np.sin(x[2])) if self._turns else (x[2], x[2])
         out = np.empty_like(x)
-        out[0], out[1], out[2] = cosine * x[3] - sine * x[4], sine * x[3] + cosine * x[4], x[5]
+        out[2] = x[5]
+        if self._placed:
+            out[0], out[1] = cosine * x[3] - sine * x[4], sine * x[3] + cosine * x[4]
+        else:
+            out[:2] = 0.0
         signals[1:4] = x[3:6]
         if self._moving:
             north, east = current_at(self._vehicle, minutes) or (0.0, 0.0)
@@ -100,10 +110,10 @@ class Flattened:
             air = (still, still) if wind is None else (wind[0], wind[1])
             signals[11], signals[12] = apparent_wind(x[2], (x[3], x[4]), air)
             signals[13] = np.hypot(signals[11], signals[12])
-        products, factor = self._products
         signals.take(self._places[0], 0, products, "clip")
         for places in self._places[1:]:
-            products *= signals.take(places, 0, factor, "clip")
+            if places.size:
+                products[: places.size] *= signals.take(places, 0, factor[: places.size], "clip")
         np.matmul(self._weights, products, out=out[3:6])
         out[3:6] += push if loss is None else push - loss * signals[1]
         if self._moving:

@@ -1,5 +1,7 @@
 """Series of commands and forces in time: delayed, lagged, and put between two levels where a command switches."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.linalg import get_blas_funcs
 
@@ -11,29 +13,36 @@ _SAME = 1e-9
 """Share of the largest change of a command that is rounding of its mean over a row."""
 
 
-def switched(force: Array, command: Array) -> Array:
-    """Forces (n,) with those of rows in which a command switches put between those of the levels that it was held at.
+class Switches(NamedTuple):
+    """Rows in which a command switches from one held level to another, and the share of each that the second has.
 
-    Such a row has the mean of both, as its command has, wherever in the row the switch was. A level is
-    held where two rows and more have it.
-
-    Parameters
-    ----------
-    force : (n,) of the commands, as if each had lasted [N], or [N s/m] for a loss
-    command : (n,) means over the rows, in any unit
+    A level is held where two rows and more have it.
     """
-    change = np.abs(np.diff(command))
+
+    rows: np.ndarray
+    share: Array
+
+    def between(self, force: Array) -> Array:
+        """Forces (..., n) of commands as if each had lasted, those of switches put between those of their levels.
+
+        Such a row has the mean of both, as its command has, wherever in the row the switch was.
+        """
+        if not self.rows.size:
+            return force
+        found = force.copy()
+        found[..., self.rows] = (1.0 - self.share) * force[..., self.rows - 1] + self.share * force[..., self.rows + 1]
+        return found
+
+
+def switches(command: Array) -> Switches:
+    """Where a command (n,) switches, of which the rows hold means, in any unit."""
+    change = np.abs(command[1:] - command[:-1])
     same = change <= _SAME * change.max(initial=0.0)
     rows = 2 + np.flatnonzero(same[:-3] & ~same[1:-2] & ~same[2:-1] & same[3:])
-    if not rows.size:
-        return force
     gap = command[rows + 1] - command[rows - 1]
     share = np.divide(command[rows] - command[rows - 1], gap, out=np.zeros(rows.size), where=gap != 0.0)
     within = (share > 0.0) & (share < 1.0)  # else something else happened in that row
-    rows, share = rows[within], share[within]
-    found = force.copy()
-    found[rows] = (1.0 - share) * force[rows - 1] + share * force[rows + 1]
-    return found
+    return Switches(rows[within], share[within])
 
 
 def shift(series: Array, delay: float, time_step: float) -> Array:

@@ -23,6 +23,8 @@ from .vehicle import Vehicle
 Triple = tuple[Array, Array, Array]
 CURRENT = ("current_north", "current_east", "current_rate_north", "current_rate_east")
 """Symbols of the current: at the beginning of the log, and how much it changes in a minute."""
+_EARTH_FIXED = ("cos psi", "sin psi", "u_a", "v_a", "|V_a|")
+"""Factors that turn with the heading."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +43,25 @@ def actuation(vehicle: Vehicle, motion: Motion) -> Actuation:
 
 def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[Array, Array]:
     """Force [N] and advance loss [N s/m] (n,) of a thruster under one command column of a motion and its history."""
-    commands, past = motion.commands[:, index], 0
-    if motion.run_up is not None:
-        commands, past = np.concatenate([motion.run_up[:, index], commands]), motion.run_up.shape[0]
+    commands, past = commands_known(motion, index)
     force, load = thruster.response(commands, motion.time_step)
     force, load = force[past:], load[past:]
     if thruster.thrust_rate == 0.0:
         return force, load
-    left = np.maximum(1.0 + thruster.thrust_rate * motion.minutes, 0.0)
+    left = thrust_left(motion, thruster)
     return left * force, left * load
+
+
+def commands_known(motion: Motion, index: int) -> tuple[Array, int]:
+    """One command column of a motion behind its history, and how many rows that has."""
+    if motion.run_up is None:
+        return motion.commands[:, index], 0
+    return np.concatenate([motion.run_up[:, index], motion.commands[:, index]]), motion.run_up.shape[0]
+
+
+def thrust_left(motion: Motion, thruster: Thruster) -> Array:
+    """Share of its force that a thruster still has along a motion (n,), as it wears or its battery does."""
+    return np.maximum(1.0 + thruster.thrust_rate * motion.minutes, 0.0)
 
 
 def current_at(vehicle: Vehicle, minutes: Array | float = 0.0) -> tuple[Array | float, Array | float] | None:
@@ -117,6 +129,10 @@ class ForceEquation:
     The summands of `momentum_balance` are brought into one matrix of coefficients and a list of products of signals, so
     that each product is worked out once for all axes. Arrays may be torch tensors: only operators and methods that both
     have act on them.
+
+    Attributes
+    ----------
+    turns : forces depend on the heading, as current and wind are fixed to the earth
     """
 
     __slots__ = (
@@ -129,6 +145,7 @@ class ForceEquation:
         "has_memory",
         "inverse_mass",
         "memory",
+        "turns",
         "vehicle",
     )
 
@@ -147,6 +164,9 @@ class ForceEquation:
                 columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
         self._constant = columns.pop((), [0.0, 0.0, 0.0])
         self._products = tuple(columns)
+        self.turns = any(vehicle.values[symbol] for symbol in CURRENT) or any(
+            factor in _EARTH_FIXED for factors in columns for factor in factors
+        )
         self._lines = [
             [(k, weights[axis]) for k, weights in enumerate(columns.values()) if weights[axis]] for axis in range(3)
         ]

@@ -1,10 +1,13 @@
 """The matrices of the model: mass M, Coriolis C and damping D, in Fossen's parametrisation."""
 
+from functools import cache
+
 import numpy as np
 
 from .effects import PARAMETERS
 from .frames import AXES, Array
 from .terms import Form, parse_form
+from .thrusters import Thruster
 from .vehicle import Vehicle
 
 HYDRODYNAMIC: tuple[tuple[str, int, Form], ...] = tuple(
@@ -25,15 +28,18 @@ def mass_matrix(vehicle: Vehicle) -> Array:
 
     N_vdot = Y_rdot, so M is symmetric.
     """
+    return np.array(mass_rows(vehicle))
+
+
+def mass_rows(vehicle: Vehicle) -> list[list[float]]:
+    """The rows of the mass matrix as plain numbers."""
     p = vehicle.values
     m13, m23 = -p["mass"] * p["y_g"], p["mass"] * p["x_g"] - p["Y_rdot"]
-    return np.array(
-        [
-            [p["mass"] - p["X_udot"], 0.0, m13],
-            [0.0, p["mass"] - p["Y_vdot"], m23],
-            [m13, m23, p["inertia_z"] - p["N_rdot"]],
-        ]
-    )
+    return [
+        [p["mass"] - p["X_udot"], 0.0, m13],
+        [0.0, p["mass"] - p["Y_vdot"], m23],
+        [m13, m23, p["inertia_z"] - p["N_rdot"]],
+    ]
 
 
 def coriolis_matrix(vehicle: Vehicle, velocity: Array) -> Array:
@@ -75,8 +81,15 @@ def damping_matrix(vehicle: Vehicle, velocity: Array) -> Array:
 
 def thruster_matrix(vehicle: Vehicle) -> Array:
     """B (3, thrusters): tau = B T for thruster forces T [N] (Fossen 2021, section 9.8)."""
-    rows = [
-        [np.cos(t.angle), np.sin(t.angle), t.arm_scale * (t.x * np.sin(t.angle) - t.y * np.cos(t.angle))]
-        for t in vehicle.thrusters
-    ]
-    return np.array(rows, dtype=float).T
+    return np.array([push_of(thruster) for thruster in vehicle.thrusters]).T
+
+
+def push_of(thruster: Thruster) -> tuple[float, float, float]:
+    """What a newton of a thruster does ahead, to starboard and in yaw [N, N, N m]: its column of B."""
+    ahead, aside = _direction(thruster.angle)
+    return ahead, aside, thruster.arm_scale * (thruster.x * aside - thruster.y * ahead)
+
+
+@cache
+def _direction(angle: float) -> tuple[float, float]:
+    return float(np.cos(angle)), float(np.sin(angle))

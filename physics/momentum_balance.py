@@ -6,12 +6,30 @@ from typing import NamedTuple
 
 from .effects import PARAMETERS
 from .frames import AXES, Array
-from .matrices import HYDRODYNAMIC, mass_matrix, thruster_matrix
+from .matrices import HYDRODYNAMIC, mass_rows, push_of
 from .terms import parse_form
 from .vehicle import Vehicle
 
 NEGLIGIBLE = 1e-12
 """Coefficient that is what rounding leaves of nothing, in SI units: its term is not written."""
+
+_AHEAD, _ACROSS, _MIDDLE, _BESIDE = ("mass", "X_udot"), ("mass", "Y_vdot"), ("mass", "x_g", "Y_rdot"), ("mass", "y_g")
+"""What the entries of the mass matrix are made of."""
+_AROUND: tuple[tuple[int, float, tuple[str, ...], str], ...] = (
+    (0, 1.0, ("cos psi",), "wind_force_north"),
+    (0, 1.0, ("sin psi",), "wind_force_east"),
+    (1, -1.0, ("sin psi",), "wind_force_north"),
+    (1, 1.0, ("cos psi",), "wind_force_east"),
+    (0, 1.0, ("u_a", "|V_a|"), "wind_x"),
+    (1, 1.0, ("v_a", "|V_a|"), "wind_y"),
+    (2, 1.0, ("u_a", "v_a"), "wind_n"),
+    (1, -1.0, ("q_v",), "memory_sway"),
+    (2, -1.0, ("q_r",), "memory_yaw"),
+    (0, 1.0, (), "surge_trim"),
+    (1, 1.0, (), "sway_trim"),
+    (2, 1.0, (), "yaw_trim"),
+)
+"""Axis, sign, factors and symbol of what the air, the wake and a trim do."""
 
 
 class BalanceTerm(NamedTuple):
@@ -49,61 +67,54 @@ def balances(vehicle: Vehicle) -> tuple[Balance, Balance, Balance]:
     M nu_r_dot = B T - C(nu_r) nu_r - D(nu_r) nu_r + other, Fossen (2021), eq. 6.1 in the plane, with C from M by his
     theorem 3.2.
     """
-    p = vehicle.values
-    m: list[list[float]] = mass_matrix(vehicle).tolist()
-    ahead, across, middle, beside = ("mass", "X_udot"), ("mass", "Y_vdot"), ("mass", "x_g", "Y_rdot"), ("mass", "y_g")
+    m = mass_rows(vehicle)
     inertia = [
-        [BalanceTerm(m[0][0], ("u_dot",), ahead), BalanceTerm(m[0][2], ("r_dot",), beside)],
-        [BalanceTerm(m[1][1], ("v_dot",), across), BalanceTerm(m[1][2], ("r_dot",), middle)],
+        [BalanceTerm(m[0][0], ("u_dot",), _AHEAD), BalanceTerm(m[0][2], ("r_dot",), _BESIDE)],
+        [BalanceTerm(m[1][1], ("v_dot",), _ACROSS), BalanceTerm(m[1][2], ("r_dot",), _MIDDLE)],
         [
             BalanceTerm(m[2][2], ("r_dot",), ("inertia_z", "N_rdot")),
-            BalanceTerm(m[1][2], ("v_dot",), middle),
-            BalanceTerm(m[0][2], ("u_dot",), beside),
+            BalanceTerm(m[1][2], ("v_dot",), _MIDDLE),
+            BalanceTerm(m[0][2], ("u_dot",), _BESIDE),
         ],
     ]
-    force = [
-        [
-            BalanceTerm(float(share), (f"T:{thruster.name}",), ())
-            for share, thruster in zip(row, vehicle.thrusters, strict=True)
-        ]
-        for row in thruster_matrix(vehicle)
-    ]
+    pushes = [(f"T:{thruster.name}", push_of(thruster)) for thruster in vehicle.thrusters]
+    force = [[BalanceTerm(push[axis], (name,), ()) for name, push in pushes] for axis in range(3)]
     # Minus C(nu) nu, multiplied out.
-    force[0] += [BalanceTerm(m[1][1], ("v", "r"), across), BalanceTerm(m[1][2], ("r", "r"), middle)]
-    force[1] += [BalanceTerm(-m[0][0], ("u", "r"), ahead), BalanceTerm(-m[0][2], ("r", "r"), beside)]
+    force[0] += [BalanceTerm(m[1][1], ("v", "r"), _ACROSS), BalanceTerm(m[1][2], ("r", "r"), _MIDDLE)]
+    force[1] += [BalanceTerm(-m[0][0], ("u", "r"), _AHEAD), BalanceTerm(-m[0][2], ("r", "r"), _BESIDE)]
     force[2] += [
         BalanceTerm(m[0][0] - m[1][1], ("u", "v"), ("X_udot", "Y_vdot")),
-        BalanceTerm(-m[1][2], ("u", "r"), middle),
-        BalanceTerm(m[0][2], ("v", "r"), beside),
+        BalanceTerm(-m[1][2], ("u", "r"), _MIDDLE),
+        BalanceTerm(m[0][2], ("v", "r"), _BESIDE),
     ]
-    for symbol, axis, form in HYDRODYNAMIC:
-        if p[symbol]:
-            force[axis].append(BalanceTerm(p[symbol], form.factors, (symbol,)))
-        if p["fouling_rate"] and PARAMETERS[symbol].section == "damping":
-            grown = BalanceTerm(p[symbol] * p["fouling_rate"], (*form.factors, "t"), (symbol, "fouling_rate"))
-            force[axis].append(grown)
-    for term in vehicle.terms:
-        force[AXES.index(term.axis)].append(BalanceTerm(term.value, parse_form(term.form).factors, (term.symbol,)))
-    for axis, coefficient, factors, symbol in (
-        (0, p["wind_force_north"], ("cos psi",), "wind_force_north"),
-        (0, p["wind_force_east"], ("sin psi",), "wind_force_east"),
-        (1, -p["wind_force_north"], ("sin psi",), "wind_force_north"),
-        (1, p["wind_force_east"], ("cos psi",), "wind_force_east"),
-        (0, p["wind_x"], ("u_a", "|V_a|"), "wind_x"),
-        (1, p["wind_y"], ("v_a", "|V_a|"), "wind_y"),
-        (2, p["wind_n"], ("u_a", "v_a"), "wind_n"),
-        (1, -p["memory_sway"], ("q_v",), "memory_sway"),
-        (2, -p["memory_yaw"], ("q_r",), "memory_yaw"),
-        (0, p["surge_trim"], (), "surge_trim"),
-        (1, p["sway_trim"], (), "sway_trim"),
-        (2, p["yaw_trim"], (), "yaw_trim"),
-    ):
-        if coefficient:
-            force[axis].append(BalanceTerm(coefficient, factors, (symbol,)))
+    for line, added in zip(force, _added(vehicle), strict=True):
+        line += added
     found = [
         Balance(axis, _present(left), _present(right)) for axis, left, right in zip(AXES, inertia, force, strict=True)
     ]
     return found[0], found[1], found[2]
+
+
+def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
+    """Damping, coupling, terms without a name, wind, wake and trim, by axis."""
+    p = vehicle.values
+    force: list[list[BalanceTerm]] = [[], [], []]
+    fouling = p["fouling_rate"]
+    for symbol, axis, form in HYDRODYNAMIC:
+        value = p[symbol]
+        if not value:
+            continue
+        force[axis].append(BalanceTerm(value, form.factors, (symbol,)))
+        if fouling and PARAMETERS[symbol].section == "damping":
+            grown = BalanceTerm(value * fouling, (*form.factors, "t"), (symbol, "fouling_rate"))
+            force[axis].append(grown)
+    for term in vehicle.terms:
+        force[AXES.index(term.axis)].append(BalanceTerm(term.value, parse_form(term.form).factors, (term.symbol,)))
+    for axis, sign, factors, symbol in _AROUND:
+        value = p[symbol]
+        if value:
+            force[axis].append(BalanceTerm(sign * value, factors, (symbol,)))
+    return force
 
 
 def beside_the_balance(vehicle: Vehicle) -> tuple[str, ...]:
@@ -118,4 +129,4 @@ def beside_the_balance(vehicle: Vehicle) -> tuple[str, ...]:
 
 
 def _present(terms: list[BalanceTerm]) -> tuple[BalanceTerm, ...]:
-    return tuple(term for term in terms if abs(term.coefficient) > NEGLIGIBLE)
+    return tuple([term for term in terms if abs(term.coefficient) > NEGLIGIBLE])

@@ -32,7 +32,8 @@ and the state (6, batch) at its beginning; called once a step, in order."""
 class Rollouts:
     """Open-loop rollouts from measured starts.
 
-    `states` (starts, steps + 1, 6): north, east [m], psi [rad], u, v [m/s], r [rad/s]; `diverged` (starts,) bool.
+    `states` (starts, steps + 1, 6): north, east [m], psi [rad], u, v [m/s], r [rad/s], the first two only where they
+    are followed; `diverged` (starts,) bool.
     """
 
     states: Array
@@ -72,7 +73,7 @@ def integrate(
     ----------
     vehicle : None for a body on which no force acts, so that `added` is its whole acceleration
     time_step : [s]
-    initial : (batch, 6) north, east, psi, u, v, r
+    initial : (batch, 6) north, east, psi, u, v, r; or (batch, 4) without north and east, which are then not followed
     thrust, load : (thrusters, steps + 1, batch) [N], [N s/m], linear between steps
     memory : (batch, 2) initial wake memory of sway speed and yaw rate; default: the initial velocities
     around : the air, linear between steps, and when the starts are; default: still, at the beginning of the log
@@ -81,9 +82,9 @@ def integrate(
     """
     air, clock = around
     steps, batch = thrust.shape[1] - 1, initial.shape[0]
-    state = np.zeros((8, batch))
-    state[:6] = initial.T
-    own = None if vehicle is None else Flattened(vehicle, batch)
+    state, first = np.zeros((8, batch)), 6 - initial.shape[1]
+    state[first:6] = initial.T
+    own = None if vehicle is None else Flattened(vehicle, batch, placed=not first)
     pushed, lost = np.zeros((3, steps + 1, batch)), None
     if vehicle is not None and own is not None:
         water = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]), clock)
@@ -102,8 +103,8 @@ def integrate(
     def now(step: float) -> Array | float:
         return clock + step * h / 60.0
 
-    history = np.empty((steps + 1, 6, batch))
-    history[0] = state[:6]
+    history = np.empty((steps + 1, 6 - first, batch))
+    history[0] = state[first:6]
     diverged = np.zeros(batch, dtype=bool)
     for k in range(steps):
         held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
@@ -115,7 +116,7 @@ def integrate(
             diverged |= fast
             state[:, fast] = np.nan_to_num(state[:, fast], nan=0.0, posinf=0.0, neginf=0.0)
             state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
-        history[k + 1] = state[:6]
+        history[k + 1] = state[first:6]
     return Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged)
 
 
@@ -158,7 +159,12 @@ def runge_kutta(
 
 
 def rollout(
-    vehicle: Vehicle | None, motion: Motion, starts: np.ndarray, steps: int, added: Added | None = None
+    vehicle: Vehicle | None,
+    motion: Motion,
+    starts: np.ndarray,
+    steps: int,
+    added: Added | None = None,
+    placed: bool = True,
 ) -> Rollouts:
     """Open-loop rollouts from measured starts along a motion, with its commands, their history, and its wind.
 
@@ -167,6 +173,7 @@ def rollout(
     vehicle, added : see `integrate`
     starts : (batch,) row numbers of `motion`; each needs `steps` rows after it
     steps : number of steps of `motion.time_step`
+    placed : north and east are followed, too
 
     Raises
     ------
@@ -180,7 +187,8 @@ def rollout(
     else:
         act, memory = actuation(vehicle, motion), np.column_stack(memory_states(vehicle, motion))[starts]
     window = starts[None, :] + np.arange(steps + 1)[:, None]
-    initial = np.column_stack([motion.position, motion.heading, motion.velocity])[starts]
+    where = (motion.position,) if placed else ()
+    initial = np.column_stack([*where, motion.heading, motion.velocity])[starts]
     air = None if motion.air is None else motion.air.T[:, window]
     thrust, load = act.thrust[:, window], act.load[:, window]
     with np.errstate(over="ignore", invalid="ignore"):

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from .delays_and_lags import first_order_lag, shift, switched
+from .delays_and_lags import Switches, first_order_lag, shift, switches
 from .errors import RequestError
 from .frames import Array
 from .quantities import Number, Positive
@@ -30,20 +30,10 @@ GAINS = (
     "gain_ahead_100",
 )
 """Gains of the command-to-force curve, from full astern to full ahead; the number is where in percent a third ends."""
-_SHAPE = (
-    "command",
-    "curve",
-    "thrust_rate",
-    "reverse_scale",
-    "thrust_exponent",
-    "dead_zone",
-    "lag",
-    "delay",
-    "command_offset",
-    *GAINS,
-)
-"""What decides the response of a thruster, beside gain and advance loss."""
-_shape_of = attrgetter(*_SHAPE)
+_PROMPT = ("command", "curve", "reverse_scale", "thrust_exponent", "dead_zone", "lag", *GAINS)
+"""What decides the response of a thruster before it is late and wears, beside gain and advance loss."""
+_prompt_of = attrgetter(*_PROMPT)
+_shape_of = attrgetter(*_PROMPT, "thrust_rate", "delay", "command_offset")
 
 
 class TableCurve(BaseModel):
@@ -199,6 +189,16 @@ class Thruster(BaseModel):
         """What decides the response of its `unit`."""
         return _shape_of(self)
 
+    @property
+    def prompt_shape(self) -> tuple[object, ...]:
+        """What decides what its `unit` makes of commands before that is late, see `prompt`."""
+        return _prompt_of(self)
+
+    @property
+    def late(self) -> float:
+        """By how much the force comes after the command on record [s]."""
+        return self.delay + self.command_offset
+
     def response(self, command: Array, time_step: float) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m], along a command series.
 
@@ -213,9 +213,12 @@ class Thruster(BaseModel):
         time_step : [s]
         """
         lagged = first_order_lag(command, self.lag, time_step)
-        force, load = self.lasting(lagged)
-        late = self.delay + self.command_offset
-        return shift(switched(force, lagged), late, time_step), shift(switched(load, lagged), late, time_step)
+        force, load = self.prompt(lagged, switches(lagged))
+        return shift(force, self.late, time_step), shift(load, self.late, time_step)
+
+    def prompt(self, lagged: Array, switching: Switches) -> Array:
+        """The same before offset and delay act, force and loss (2, n), of a command with its lag and its switches."""
+        return switching.between(np.stack(self.lasting(lagged)))
 
     def lasting(self, command: Array) -> tuple[Array, Array]:
         """Force at zero speed [N] and its loss per advance speed [N s/m] of commands (n,) that have lasted."""

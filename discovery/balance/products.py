@@ -22,9 +22,6 @@ from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .column_cache import Remembered, room
 
-_STILL, _FLOWING = 400, 200
-"""Products that are kept: of a few shapes of each thruster, and of a few waters, between which a search goes to and
-fro; apart, for the current moves with every model and would drive out what does not."""
 _WATERS = 4
 """Velocities of the water whose rows are kept: a model's own, and those beside it by which a column is taken."""
 _WAKE = {"q_v": 1, "q_r": 2}
@@ -50,6 +47,8 @@ class Products(ABC):
     velocity : u, v [m/s] and r [rad/s] over ground, three arrays of one shape
     air : velocity of the air over ground, towards north and east [m/s]; None where it is still
     minutes : since the beginning of the log, of the heading's shape
+    kept : how many products are kept of those that no water moves, and of the others: apart, for the current moves with
+        every model and would drive out what does not
     """
 
     def __init__(
@@ -58,10 +57,11 @@ class Products(ABC):
         velocity: tuple[Array, Array, Array],
         air: tuple[Array, Array] | None,
         minutes: Array,
+        kept: tuple[int, int],
     ) -> None:
         self.heading, self.velocity, self._air, self._minutes = heading, velocity, air, minutes
-        self._still: Remembered[Array] = Remembered(room(_STILL, self.shape))
-        self._flowing: Remembered[Array] = Remembered(room(_FLOWING, self.shape))
+        self._still: Remembered[Array] = Remembered(room(kept[0], self.shape))
+        self._flowing: Remembered[Array] = Remembered(room(kept[1], self.shape))
         self._waters: OrderedDict[Water, tuple[Array, Array, Array]] = OrderedDict()
 
     @property

@@ -34,7 +34,7 @@ def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float 
         steps = round(horizon / motion.time_step)
         starts = np.arange(0, motion.time.size - steps, max(1, round(SPACING / motion.time_step)))
         if starts.size:
-            states = rollout(vehicle, motion, starts, steps).states[:, 1:, 3:]
+            states = rollout(vehicle, motion, starts, steps, placed=False).states[:, 1:, 1:]
             window = starts[:, None] + np.arange(1, steps + 1)
             squares.append(((states - motion.velocity[window]) ** 2).mean(axis=1))
     return np.concatenate(squares)
@@ -85,7 +85,7 @@ def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horiz
         steps = round(horizon / motion.time_step)
         starts = np.arange(0, motion.time.size - steps, max(1, round(_PARTING / motion.time_step)))
         if starts.size:
-            a, b = (rollout(vehicle, motion, starts, steps).states[:, :, 3:] for vehicle in (one, other))
+            a, b = (rollout(vehicle, motion, starts, steps, placed=False).states[:, :, 1:] for vehicle in (one, other))
             gap += ((a - b) ** 2).sum(axis=(0, 1))
             size += (a**2).sum(axis=(0, 1))
     return np.sqrt(gap / size)

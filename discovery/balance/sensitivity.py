@@ -2,8 +2,7 @@
 
 Along the rollouts of a base model, d(delta nu)/dt = A(t) delta nu + delta a(t), where delta a is what a change of the
 model adds to the acceleration at the base model's states and A = da/dnu; in wind or current the heading is a state too.
-One operator for each rollout takes delta a to the change of the binned velocities, so that hundreds of candidate
-columns cost a matrix product each.
+The steps of that equation are worked out once a model, so that each of many candidate columns costs a few products.
 """
 
 from dataclasses import dataclass
@@ -18,10 +17,14 @@ from ...physics.momentum_balance import balances
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .products import Products, gathered, less, water
+from .propagation import Propagation
 from .starts import Rollings
 
 _STEP = 1e-4
 """Change of a velocity or a heading by which a derivative is taken [m/s, m/s, rad/s, rad]."""
+
+_KEPT = (60, 60)
+"""Products that are kept: those of one model, for the next one has other rollouts."""
 
 
 class Rolled(Protocol):
@@ -48,11 +51,11 @@ class Tangent:
         self.form, self.base = form, base
         data = form.data
         self._states = data.states(base)
-        predicted = data.binned(self._states[:, :, 3:].transpose(1, 2, 0))
+        predicted = data.binned(self._states[:, :, 1:].transpose(1, 2, 0))
         self._errors = data.measured - predicted
         self._balances = form.with_noise(form.finished(self._errors))
         self._products = _RolloutTerms(data, self._states)
-        self._operator: Array | None = None
+        self._spread: Propagation | None = None
 
     def balances(self, vehicle: Vehicle) -> Array:
         """The balance of a model near the base model and its noisier copy, (2, tests, 3), see `Shooting.balances`.
@@ -70,26 +73,14 @@ class Tangent:
 
     def _change(self, one: Vehicle, other: Vehicle) -> Array:
         """What one model's rollouts add to another's, (bins, 3, starts)."""
-        added = self._products.added(one, other)
-        steps, _, starts = added.shape
-        flat = np.ascontiguousarray(added.transpose(2, 0, 1)).reshape(starts, steps * 3, 1)
-        return (self._spread() @ flat)[..., 0].reshape(starts, self._errors.shape[0], 3).transpose(1, 2, 0)
-
-    def _spread(self) -> Array:
-        """(starts, 3 bins, 3 (steps + 1)): the binned velocities that an added acceleration makes."""
-        if self._operator is None:
-            self._operator = _operator(self.form.data, *_propagators(self.form.data, self.base, self._states))
-        return self._operator
+        if self._spread is None:
+            self._spread = _propagation(self.form.data, self.base, self._states)
+        return self._spread.binned(self._products.added(one, other))
 
 
 def transitions(data: Rollings, vehicle: Vehicle, states: Array) -> Array:
     """How an error of the start velocity spreads along rollouts, (steps + 1, 3, 3, starts)."""
-    forward, _ = _propagators(data, vehicle, states)
-    spread = np.empty((data.steps + 1, *forward.shape[1:3], 3))
-    spread[0] = np.eye(forward.shape[2], 3)
-    for k in range(data.steps):
-        spread[k + 1] = forward[k] @ spread[k]
-    return spread[:, :, :3].transpose(0, 2, 3, 1)
+    return _propagation(data, vehicle, states).transitions()
 
 
 @final
@@ -98,8 +89,9 @@ class _RolloutTerms(Products):
 
     def __init__(self, data: Rollings, states: Array) -> None:
         self._data = data
-        _, _, heading, u, v, r = states.transpose(2, 1, 0)
-        super().__init__(heading, (u, v, r), None if data.air is None else (data.air[0], data.air[1]), data.minutes)
+        heading, u, v, r = states.transpose(2, 1, 0)
+        air = None if data.air is None else (data.air[0], data.air[1])
+        super().__init__(heading, (u, v, r), air, data.minutes, _KEPT)
 
     def added(self, one: Vehicle, other: Vehicle) -> Array:
         """Acceleration over ground that one model gives along the rollouts beyond another, (steps + 1, 3, starts)."""
@@ -150,25 +142,25 @@ class _Along:
     minutes: Array
 
     def acceleration(self, heading: Array, velocity: Triple) -> Array:
-        """(steps + 1, 3, starts) at other headings and velocities, everything else the same."""
+        """(3, steps + 1, starts) at other headings and velocities, everything else the same."""
         relative = relative_velocity(self.equation.vehicle, heading, velocity, self.minutes)
         force = self.equation.force(relative, heading, self.thrust, self.load, self.memory, self.air, self.minutes)
-        return np.stack(self.equation.acceleration(force, relative, velocity, heading), axis=1)
+        return np.stack(self.equation.acceleration(force, relative, velocity, heading))
 
     def derivative(self, state: int) -> Array:
-        """(steps + 1, starts, 3) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
+        """(3, steps + 1, starts) change of acceleration with u, v, r, or psi (`state` 0 to 3), central differences."""
         ends = []
         for step in (_STEP, -_STEP):
             u, v, r, heading = (x + step * (k == state) for k, x in enumerate((*self.velocity, self.heading)))
             ends.append(self.acceleration(heading, (u, v, r)))
-        return ((ends[0] - ends[1]) / (2.0 * _STEP)).transpose(0, 2, 1)
+        return (ends[0] - ends[1]) / (2.0 * _STEP)
 
 
 def _along(data: Rollings, vehicle: Vehicle, states: Array) -> _Along:
     equation = ForceEquation(vehicle)
     thrust, load = data.inputs(vehicle)
-    heading = states[:, :, 2].T
-    velocity = (states[:, :, 3].T, states[:, :, 4].T, states[:, :, 5].T)
+    heading = states[:, :, 0].T
+    velocity = (states[:, :, 1].T, states[:, :, 2].T, states[:, :, 3].T)
     memory = None
     if equation.has_memory:
         _, sway, rate = relative_velocity(vehicle, heading, velocity, data.minutes)
@@ -193,52 +185,27 @@ def _remembered(series: Array, begin: Array, constant: float, step: float) -> Ar
     return found
 
 
-def _propagators(data: Rollings, vehicle: Vehicle, states: Array) -> tuple[Array, Array]:
-    """Crank-Nicolson steps of the linearised rollout: x' = forward x + drive (a_k + a_k+1).
+def _propagation(data: Rollings, vehicle: Vehicle, states: Array) -> Propagation:
+    """The linearised rollouts of a model.
 
-    x holds the velocities, the wake memory's two states where there is one, and the heading where wind or current make
-    the forces depend on it: n = 3 to 6.
-
-    Returns
-    -------
-    (steps, starts, n, n) and (steps, starts, n, 3)
+    Their states are the velocities, the wake memory's two where there is one, and the heading where wind or current
+    make the forces depend on it: n = 3 to 6.
     """
     along = _along(data, vehicle, states)
     with np.errstate(over="ignore", invalid="ignore"):
-        by_heading = along.derivative(3)
+        by_heading = along.derivative(3) if along.equation.turns else np.zeros(0)
         turns = bool(by_heading.any())
         n = 3 + 2 * (along.memory is not None) + turns
-        jacobian = np.zeros((*along.heading.shape, n, n))
+        jacobian = np.zeros((n, n, *along.heading.shape))
         for k in range(3):
-            jacobian[..., :3, k] = along.derivative(k)
+            jacobian[:3, k] = along.derivative(k)
     if along.memory is not None:
         constant = vehicle.values["memory_time"]
         for j, gain in enumerate(along.equation.memory):
-            jacobian[..., :3, 3 + j] = -gain * along.equation.inverse_mass[:, 1 + j]
-            jacobian[..., 3 + j, 1 + j] = 1.0 / constant
-            jacobian[..., 3 + j, 3 + j] = -1.0 / constant
+            jacobian[:3, 3 + j] = -gain * along.equation.inverse_mass[:, 1 + j, None, None]
+            jacobian[3 + j, 1 + j] = 1.0 / constant
+            jacobian[3 + j, 3 + j] = -1.0 / constant
     if turns:
-        jacobian[..., :3, -1] = by_heading
-        jacobian[..., -1, 2] = 1.0
-    half = 0.5 * data.step * jacobian
-    left: Array = np.linalg.inv(np.eye(n) - half[1:]).astype(float)
-    return left @ (np.eye(n) + half[:-1]), 0.5 * data.step * left[..., :3]
-
-
-def _operator(data: Rollings, forward: Array, drive: Array) -> Array:
-    """What an added acceleration at each row makes of the binned velocities, (starts, 3 bins, 3 (steps + 1)).
-
-    Backwards in time, as the adjoint goes: how the bins depend on the state at a row is handed on to the row before.
-    """
-    steps, starts, n, _ = forward.shape
-    bins = steps // data.per_bin
-    operator = np.zeros((starts, bins * 3, steps + 1, 3))
-    felt = np.zeros((starts, bins * 3, n))
-    for k in reversed(range(steps)):
-        first = k // data.per_bin * 3  # bins that are over by then feel nothing
-        felt[:, first : first + 3, :3] += np.eye(3) / data.per_bin
-        driven = felt[:, first:] @ drive[k]
-        operator[:, first:, k] += driven
-        operator[:, first:, k + 1] += driven
-        felt[:, first:] = felt[:, first:] @ forward[k]
-    return operator.reshape(starts, bins * 3, (steps + 1) * 3)
+        jacobian[:3, -1] = by_heading
+        jacobian[-1, 2] = 1.0
+    return Propagation(jacobian, data.step, data.per_bin)

@@ -192,14 +192,14 @@ class Shooting(Balance):
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The larger of measured change since the start and what thrust adds to the rollout, (tests, 3), as speeds."""
         data = self._data
-        change = data.measured - data.initial[:, 3:].T
+        change = data.measured - data.initial[:, 1:].T
         thrust = self._errors(data.states(vehicle.with_values({"thrust_scale": 0.0}))) - self._errors(
             data.states(vehicle)
         )
         return self._rows(np.maximum(np.abs(change), np.abs(thrust)) * self._weight)
 
     def _errors(self, states: Array) -> Array:
-        predicted = self._data.binned(states[:, :, 3:].transpose(1, 2, 0))
+        predicted = self._data.binned(states[:, :, 1:].transpose(1, 2, 0))
         return self._data.measured - predicted
 
     @staticmethod

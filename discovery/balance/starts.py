@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -11,7 +12,7 @@ from ...measurements.preparation.idle import IDLE, active
 from ...measurements.statistics.robust import spread
 from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
-from ...physics.forces import memory_states, thruster_response
+from ...physics.forces import memory_states
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.simulation import Around, integrate
@@ -19,6 +20,7 @@ from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
 from .column_cache import Remembered
+from .late_forces import LateForces
 
 LEAST_STARTS, LEAST_BLOCKS = 4, 2
 """Rollouts in a block, and blocks, that a log must hold."""
@@ -69,12 +71,14 @@ class Rollings:
     stride : rows of each motion in one integration step
     step : integration step [s]
     steps, per_bin : integration steps of a rollout, and of a bin
-    initial : (starts, 6) measured north, east, psi, u, v, r
+    initial : (starts, 4) measured psi, u, v, r
     measured : (bins, 3, starts) mean measured velocity of each bin
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
+    window : (steps + 1, starts) rows of all motions along the rollouts
     air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
-    kept : responses of thrusters of a gain and a loss of one, which many models share
+    thrusts : what thrusters of a gain and a loss of one make of the commands
+    kept : the same along the rollouts, whole rows late, which many models share
     rolled : states of the latest vehicles: a step that is tried is where the next one begins
     """
 
@@ -88,8 +92,10 @@ class Rollings:
     measured: Array
     weight: Array
     noise: Array
+    thrusts: LateForces
+    window: np.ndarray
     air: Array | None = None
-    kept: Remembered[tuple[Array, ...]] = field(default_factory=lambda: Remembered(_KEPT))
+    kept: Remembered[Array] = field(default_factory=lambda: Remembered(_KEPT))
     rolled: deque[tuple[Vehicle, Array]] = field(default_factory=lambda: deque(maxlen=_ROLLED))
 
     def inputs(self, vehicle: Vehicle) -> tuple[Array, Array]:
@@ -100,24 +106,30 @@ class Rollings:
 
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
         """Force [N] and load [N s/m] of a thruster along all rollouts, (steps + 1, starts) each."""
+        shape = (index, unit.prompt_shape, unit.thrust_rate)
 
-        def along() -> tuple[Array, ...]:
-            parts = []
-            for motion, starts, stride in zip(self.motions, self.starts, self.stride, strict=True):
-                both = np.stack(thruster_response(motion, index, unit))
-                parts.append(_thinned(both, stride)[:, _window(starts, stride, self.steps)])
-            force, load = np.concatenate(parts, axis=2)
-            return force, load
+        def along(rows: tuple[int, ...]) -> Array:
+            return self.kept.of((*shape, rows), partial(self._along, index, unit, rows))
 
-        force, load = self.kept.of((index, *unit.shape), along)
+        force, load = self.thrusts.between(unit, along, [rows.size for rows in self.starts])
         return force, load
+
+    def _along(self, index: int, unit: Thruster, late: tuple[int, ...]) -> Array:
+        """The same of whole rows late, (2, steps + 1, starts)."""
+        ends = np.cumsum([motion.time.size for motion in self.motions])[:-1]
+        parts = np.split(self.thrusts.shifted(index, unit, late), ends, axis=1)
+        thin = np.concatenate([_thinned(part, stride) for part, stride in zip(parts, self.stride, strict=True)], axis=1)
+        return thin.take(self.window, axis=1)
 
     def commanded(self, motions: Sequence[Motion]) -> "Rollings":
         """The same rollouts of the same motions, under other commands."""
-        return replace(self, motions=tuple(motions), kept=Remembered(_KEPT), rolled=deque(maxlen=_ROLLED))
+        fresh = LateForces(motions)
+        return replace(
+            self, motions=tuple(motions), thrusts=fresh, kept=Remembered(_KEPT), rolled=deque(maxlen=_ROLLED)
+        )
 
     def states(self, vehicle: Vehicle) -> Array:
-        """Open-loop states along all rollouts, (starts, steps + 1, 6)."""
+        """Open-loop psi, u, v, r along all rollouts, (starts, steps + 1, 4)."""
         for known, states in self.rolled:
             if known is vehicle:
                 return states
@@ -194,7 +206,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         kept.append(motion)
         starts.append(rows[used])
         strides.append(stride)
-        initial.append(np.column_stack([motion.position, motion.heading, _calm(motion)])[rows[used]])
+        initial.append(np.column_stack([motion.heading, _calm(motion)])[rows[used]])
         measured.append(mean[used].transpose(1, 2, 0))
         weight.append((total / per_bin)[used].transpose(1, 2, 0))
     count = sum(rows.size for rows in starts)
@@ -214,6 +226,8 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         np.concatenate(measured, axis=2),
         np.concatenate(weight, axis=2),
         sensor_noise(kept),
+        LateForces(kept),
+        _windows(kept, starts, strides, steps),
         _air(kept, starts, strides, steps),
     )
 
@@ -221,6 +235,13 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
 def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:
     """Rows of a motion along its rollouts, (steps + 1, starts)."""
     return starts[None, :] + stride * np.arange(steps + 1)[:, None]
+
+
+def _windows(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> np.ndarray:
+    """Rows of all motions along their rollouts, (steps + 1, starts)."""
+    begin = np.cumsum([0, *(motion.time.size for motion in motions[:-1])])
+    ways = zip(begin, starts, strides, strict=True)
+    return np.concatenate([first + _window(rows, stride, steps) for first, rows, stride in ways], axis=1)
 
 
 def _air(motions: Sequence[Motion], starts: Sequence[np.ndarray], strides: Sequence[int], steps: int) -> Array | None:

@@ -2,21 +2,25 @@
 
 from collections import deque
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple, final
 
 import numpy as np
 
 from ...physics.delays_and_lags import first_order_lag
-from ...physics.forces import remembered_before, thruster_response
+from ...physics.forces import remembered_before
 from ...physics.frames import Array, earth_to_body
 from ...physics.momentum_balance import balances
 from ...physics.motion import Motion
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
+from .late_forces import LateForces
 from .products import Key, Parts, Products, gathered, less, water
 
 _RATES = ("u_dot", "v_dot", "r_dot")
+_KEPT = (400, 200)
+"""Products that are kept: of a few shapes of each thruster and a few waters, between which a search goes to and fro."""
 _KNOWN = 4
 """Vehicles whose parts are kept: a model's own, to which others beside it are compared."""
 _TOGETHER = 65_536
@@ -80,10 +84,12 @@ class TestedTerms(Products):
         air = [np.zeros((m.time.size, 2)) if m.air is None else m.air for m in motions]
         north, east = np.concatenate(air).T
         self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN)
+        self._known_rates: dict[int, tuple[Array, ...]] = {}
+        self._thrusts = LateForces(motions)
         heading, minutes = (
             np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
         )
-        super().__init__(heading, (u, v, r), (north, east), minutes)
+        super().__init__(heading, (u, v, r), (north, east), minutes, _KEPT)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -131,7 +137,15 @@ class TestedTerms(Products):
 
     def worked_out(self, key: Key, vehicle: Vehicle) -> Array:
         """The product that a key stands for, the tested derivatives among them."""
-        return self._rate(key[2], vehicle) if key[0] == "rate" else super().worked_out(key, vehicle)
+        if key[0] == "rate":
+            return self._rate(key[2], vehicle)
+        return self._push(key[2], vehicle.thrusters[key[2]]) if key[0] == "push" else super().worked_out(key, vehicle)
+
+    def forget(self) -> None:
+        """Keep no products and no forces."""
+        super().forget()
+        self._known_rates.clear()
+        self._thrusts.forget()
 
     def passed(self, rows: Array) -> Array:
         """Rows (..., n) through the test functions, (..., tests)."""
@@ -149,8 +163,25 @@ class TestedTerms(Products):
 
     def response(self, index: int, unit: Thruster) -> tuple[Array, Array]:
         """Force [N] and load [N s/m] of a thruster, (1, rows) each: commands have no noise."""
-        pairs = [thruster_response(motion, index, unit) for motion in self._motions]
-        return np.concatenate([p[0] for p in pairs])[None], np.concatenate([p[1] for p in pairs])[None]
+
+        def at(rows: tuple[int, ...]) -> Array:
+            return self._thrusts.shifted(index, unit, rows)
+
+        force, load = self._thrusts.between(unit, at, np.diff(self._edges).tolist())
+        return force[None], load[None]
+
+    def _push(self, index: int, thruster: Thruster) -> Array:
+        """The force of a thruster of a gain of one through the test functions, (1, tests)."""
+        unit = thruster.unit
+        shape = ("whole", index, unit.prompt_shape, unit.thrust_rate)
+
+        def at(rows: tuple[int, ...]) -> Array:
+            return self._still.of((*shape, rows), partial(tested, rows))
+
+        def tested(rows: tuple[int, ...]) -> Array:
+            return self.passed(self._thrusts.shifted(index, unit, rows)[:1])
+
+        return self._thrusts.between(unit, at, [kernel.count for kernel in self._kernels])
 
     @property
     def of_rows(self) -> tuple[Array, Array]:
@@ -160,7 +191,9 @@ class TestedTerms(Products):
     def _rate(self, axis: int, vehicle: Vehicle) -> Array:
         """The tested derivative of a relative velocity, or of a claimed one, (copies, tests)."""
         if self._claim is None:
-            return -self._test(self.relative(vehicle)[axis], [kernel.rate for kernel in self._kernels])
+            measured, *flowing = self._rates(axis)
+            parts = zip(water(vehicle), flowing, strict=True) if axis < 2 else ()
+            return measured - sum(speed * rate for speed, rate in parts if speed)
         claimed = self._claim[axis][None]
         if axis < 2:  # less what the turning of the current adds over ground
             drift = self.velocity[1 - axis] - self.relative(vehicle)[1 - axis]
@@ -168,6 +201,17 @@ class TestedTerms(Products):
             northwards, eastwards = (rate / 60.0 for rate in water(vehicle)[2:])
             claimed = claimed - earth_to_body(self.heading, northwards, eastwards)[axis]
         return self.passed(claimed)
+
+    def _rates(self, axis: int) -> tuple[Array, ...]:
+        """Tested derivatives of a velocity over ground, and of what a unit of each number of the water adds to it."""
+        weights = [kernel.rate for kernel in self._kernels]
+        if axis not in self._known_rates:
+            rows = [self.velocity[axis]]
+            if axis < 2:
+                turned = [earth_to_body(self.heading, *unit)[axis][None] for unit in ((1.0, 0.0), (0.0, 1.0))]
+                rows += [*turned, *(self._minutes * one for one in turned)]
+            self._known_rates[axis] = tuple(-self._test(one, weights) for one in rows)
+        return self._known_rates[axis]
 
     def _test(self, rows: Array, weights: Sequence[Array]) -> Array:
         pieces = zip(self._kernels, weights, pairwise(self._edges), strict=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...measurements.statistics.blocks import block_draws, share_of_draws
+from ...measurements.statistics.second_processor import shared
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
@@ -113,12 +114,14 @@ def weigh(search: Search, state: State, seed: int, known: Identifiability | None
     now = {key: linear.options[key][0] for key in state.active}
     model = _Model(search, state, linear, scores, now, seed, Rehearsals(search, linear, scores, now, seed))
     whole, squares = search.fit(scores, list(now.values())), search.balance.squares(state.vehicle)
-    found = []
-    for candidate in (c for c in search.pool if not c.nuisance):
-        if candidate.key in now:
-            found.append(_selected(model, candidate, squares, known.alike(candidate.key) if known else ()))
-        else:
-            found.append(_not_selected(model, candidate, whole))
+
+    def of(candidate: Candidate) -> Evidence:
+        return _selected(model, candidate, squares, known.alike(candidate.key) if known else ())
+
+    pool = [candidate for candidate in search.pool if not candidate.nuisance]
+    selected = [candidate for candidate in pool if candidate.key in now]
+    weighed = {e.key: e for e in shared(of, selected)}
+    found = [weighed.get(candidate.key) or _not_selected(model, candidate, whole) for candidate in pool]
     found.sort(key=lambda e: (not e.selected, -e.gain))
     return [e if e.selected else _not_shown(e, found, known) for e in found]
 

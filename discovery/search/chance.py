@@ -157,9 +157,7 @@ class Rehearsals:
         """Summed squared errors on each axis, (3, rests), of a fit of columns to rests."""
         weighted = np.tensordot(self._scores.weight, pull[:, :, columns], axes=1)
         solved, inner = self._solved(columns, weighted.T, last)
-        return np.asarray(
-            square - 2.0 * (pull[:, :, columns] * solved).sum(axis=2) + ((solved @ inner) * solved).sum(axis=2)
-        )
+        return np.asarray(square + np.einsum("arp,rp->ar", solved @ inner - 2.0 * pull[:, :, columns], solved))
 
     def _worth(self, left: Array) -> Array:
         error = np.maximum(left, 0.0) / self._scores.tests + self._search.floor[:, None]

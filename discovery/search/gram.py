@@ -213,7 +213,7 @@ class GramScores:
         combination[:, columns] -= solutions
         part = combination[:, used]
         inner = gram[:, :, used[:, None], used]
-        return ((part[:, None, None, :] @ inner)[:, :, 0] * part[:, None, :]).sum(axis=-1)
+        return np.asarray(np.einsum("bap,bp->ba", (inner @ part[:, None, :, None])[..., 0], part), dtype=float)
 
     def loss(self, chosen: Sequence[Option], values: Mapping[str, float]) -> float:
         """Weighted mean square force error of total values by symbol; the mean over axes is about 1 at the fit.

@@ -4,6 +4,7 @@ Each model is scored by sum over axes of (independent tests / 2) log(held-out er
 parameter. The floor is a share of the force scale of the axis: what is smaller does not matter (materiality).
 """
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -25,6 +26,8 @@ ALIVE = 2.0
 """Forces below so many times what sensor noise alone makes of them are no motion to learn from."""
 _STRUCTURE = 1.5
 """A force error above this many times what sensor noise explains is structure that the model leaves."""
+_WITHOUT = 40
+"""Models less an effect that are kept: pruned of each of its effects, a model is then weighed without each of them."""
 _INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_mass", "top"))
 """What the mass matrix is made of, in proportion."""
 
@@ -104,6 +107,7 @@ class Scoring:
     def __init__(self, balance: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
         self.balance, self.nominal, self.pool, self.settings = balance, nominal, tuple(pool), settings
         self.tests, self.independent = balance.time.size, balance.independent
+        self._without: deque[tuple[State, str, State]] = deque(maxlen=_WITHOUT)
         self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
         self._kinds = {c.key: c.kind for c in self.pool}
         self._general = {c.key for c in self.pool if c.effect.general}
@@ -222,7 +226,11 @@ class Scoring:
 
     def without(self, state: State, key: str) -> State:
         """A model without one of its effects, the others fitted again."""
-        return self.restrict(state, tuple(k for k in state.active if k != key))
+        for known, gone, found in self._without:
+            if known is state and gone == key:
+                return found
+        self._without.append((state, key, self.restrict(state, tuple(k for k in state.active if k != key))))
+        return self._without[-1][2]
 
     def losses(self, state: State) -> list[Loss]:
         """What each effect of a model is worth about the columns at hand, the others not refined."""

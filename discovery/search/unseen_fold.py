@@ -47,9 +47,9 @@ class WithoutFold(Scoring):
     def choose(self, linear: Linearisation, scores: GramScores, state: State) -> Chosen:
         """Select effects anew, by floating search on the columns about the model that the whole log gave.
 
-        It begins with no effect; on rollouts, where a search does not get far from there, with those of the whole log as
-        well, and the better end counts. Where lags and other shapes stand is thereby the whole log's; which effects
-        there are, and how large, is not.
+        It begins with no effect; on rollouts, where no search gets far from there, with those of the whole log as well,
+        and the better end counts. Where lags and other shapes stand is thereby the whole log's; which effects there
+        are, and how large, is not.
         """
         absent = {key: options[key in state.active] for key, options in linear.options.items()}
         whole = {key: linear.options[key][0] for key in state.active}

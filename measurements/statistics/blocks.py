@@ -1,6 +1,6 @@
 """Blocks of rows that err together: errors of a fit that count blocks instead of rows, and draws of whole blocks."""
 
-from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,10 +41,16 @@ def sandwich(
     return inverse @ meat @ inverse * count / (count - 1 if spare is None else spare)
 
 
-def block_draws(blocks: int, draws: int, seed: int | Sequence[int]) -> Array:
-    """How often each block is drawn in each resample of a bootstrap, (draws, blocks): with replacement, as many."""
+@lru_cache(maxsize=2)
+def block_draws(blocks: int, draws: int, seed: int | tuple[int, ...]) -> Array:
+    """How often each block is drawn in each resample of a bootstrap, (draws, blocks): with replacement, as many.
+
+    Every effect is weighed on the same draws, so that the latest are kept; nobody writes into them.
+    """
     rng = np.random.default_rng(seed)
-    return rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws).astype(float)
+    found = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=draws).astype(float)
+    found.flags.writeable = False
+    return found
 
 
 def share_of_draws(passes: NDArray[np.bool_]) -> float:

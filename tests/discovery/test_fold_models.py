@@ -8,6 +8,7 @@ from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.discover import find_missing
+from undertow.discovery.findings import Folds
 from undertow.discovery.search.gram import GramScores
 from undertow.measurements.preparation.held_out import folds_of
 from undertow.physics.motion import Motion
@@ -54,17 +55,12 @@ def test_each_fold_finds_the_effect_again_with_a_number_of_its_own(motion: Motio
     assert values == pytest.approx([found.corrected.value("X_uu")] * 4, rel=0.1)
 
 
-def test_an_effect_of_one_part_of_a_log_alone_is_not_called_missing():
-    """Three quarters of the log have no such drag."""
-    parts = [
-        simulate_world(HULL, hidden, duration=60.0, noise="field", seed=seed).motion()
-        for hidden, seed in (({}, 5), ({}, 6), ({}, 7), ({"surge_quadratic_damping": -25.0}, 8))
-    ]
-    findings = find_missing(parts, HULL).findings
-    assert "surge_quadratic_damping" not in findings.missing
-    told = {c.effect: c.reason for c in findings.candidates if c.verdict == "possible"}
-    assert findings.folds is not None
-    print(told, findings.folds)
+def test_an_effect_that_a_fold_does_not_find_is_in_the_model_but_not_certain():
+    told = Folds(count=4, same_names=1, named={"surge_trim": 4, "cg_offset": 1})
+    assert told.doubts(["surge_trim", "cg_offset"]) == {
+        "cg_offset": "searched anew without each of 4 parts of the log, it comes out of 1 only"
+    }
+    assert told.in_words == ("Searched anew without each of 4 parts of the log: the same names in 1 (cg offset in 1).")
 
 
 @pytest.fixture(scope="module")

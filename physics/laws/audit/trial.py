@@ -117,7 +117,7 @@ class Settling:
 def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
     """Roll a vehicle out under extreme and random commands, the former until its speeds settle, if they do."""
     commands, held = trial_commands(pool, seed)
-    rates = cache(partial(Flattened, calm(vehicle)))  # a batch of each size has its own
+    rates = cache(partial(Flattened, calm(vehicle), placed=False))  # a batch of each size has its own
     both = (each.reshape(-1, *commands.shape[:2]) for each in held_thrust(vehicle, commands.reshape(-1, pool.shape[1])))
     thrust = np.concatenate([rates(1).accelerations(each) for each in both]).transpose(1, 2, 0)
 

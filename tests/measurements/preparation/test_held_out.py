@@ -52,7 +52,7 @@ def test_of_many_logs_whole_ones_are_held_out(motion: Motion):
 def test_idle_rows_are_not_judged_unless_there_are_no_others(motion: Motion):
     still = motion.commands.copy()
     off = (motion.time >= motion.time[0] + 40.0) & (motion.time < motion.time[0] + 70.0)
-    neutral = [1500.0 for _ in HULL.thrusters]
+    neutral = [0.0 for _ in HULL.thrusters]
     still[off] = neutral
     judged = cut(data(replace(motion, commands=still)), folds_of([motion]), HULL)
     assert motion.duration - judged.seconds == pytest.approx(30.0 - IDLE, abs=1.5)
