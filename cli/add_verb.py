@@ -75,7 +75,7 @@ def add(
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
-        inputs = read_logs(paths, nominal, reading, "folds")
+        inputs = read_logs(paths, nominal, reading)
         found = add_named(names, inputs, progress=progress)
         if out is not None:
             found.discovery.corrected.save(out, by="add")

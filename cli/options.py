@@ -40,7 +40,7 @@ def read_logs(
     logs: list[Path] | list[str],
     vehicle: Any,
     reading: Reading = AS_GUESSED,
-    judge: str = "test",
+    judge: str | None = None,
 ) -> "Inputs":
     """Logs read and prepared for a vehicle, with a bar or lines of progress."""
     from ..reports.terminal.reading_progress import reading_progress

@@ -76,6 +76,7 @@ class Inputs:
     warnings : what is wrong with the logs, to be told above every result
     sensors : what the records of each log say of its sensors, by the source of its motions; they are corrected for it
     inspected : the vehicle for which each log was inspected, and what was seen; see `inspections`
+    undivided : all motions without a filter, at the logs' own rate and at 10 Hz; None where a part was asked for
     """
 
     paths: tuple[str, ...]
@@ -88,6 +89,17 @@ class Inputs:
     warnings: tuple[str, ...] = ()
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)
     inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
+    undivided: tuple[DataSet, DataSet] | None = None
+
+    def whole(self) -> "Inputs":
+        """The same for folds to judge, where nobody asked for a part: nothing is kept aside, and all may be fitted."""
+        if self.undivided is None:
+            return self
+        weak, even = self.undivided
+        judged = replace(self.parts.split.test, motions=even.raw, unfiltered=even.raw)
+        none, empty = replace(weak, motions=()), replace(even, motions=())
+        parts = Parts(Split(empty, empty, judged), FOLDS)
+        return replace(self, weak=Split(weak, none, none), parts=parts, undivided=None)
 
     def in_folds(self, folds: Sequence[Fold]) -> "Inputs":
         """The same with the judged rows cut where folds begin and end, and filtered only then; idle ones left out."""

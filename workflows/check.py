@@ -10,7 +10,7 @@ import numpy as np
 from ..comparison.audit import Audit, audit
 from ..comparison.models_by_name import load_model
 from ..measurements.log_options import AS_GUESSED, Reading
-from ..measurements.prepared_logs import PathLike
+from ..measurements.prepared_logs import FOLDS, PathLike
 from ..physics.errors import RequestError, VehicleError
 from ..physics.forces import calm, held_thrust
 from ..physics.frames import Array
@@ -73,9 +73,11 @@ def check(
             found.vehicle if record is None else record.vehicle,
             # Only the speeds are wanted, and no thruster is judged.
             replace(reading if record is None else record.reading, as_is=True),
-            judge="all",
+            judge=FOLDS if record is not None and record.folds else "all",
             progress=progress,
         )
+        if record is not None and record.folds:
+            inputs = inputs.in_folds([one.fold(list(inputs.starts)) for one in record.folds])
         motions = inputs.parts.judged.motions
         envelope, source = envelope_of(motions, found.vehicle), "the speeds of the log"
     else:

@@ -48,6 +48,7 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
     expect("discover: inputs", inputs, Inputs, INPUTS_CURE)
     expect("discover: settings", chosen, DiscoverySettings, "undertow.DiscoverySettings(...) makes them")
     hand_back()
+    inputs = inputs.whole()
     basis = choose(inputs.fitting, inputs.vehicle, chosen)
     inputs, folds = _in_folds(inputs, basis)
     with beside(partial(references, inputs, basis, folds)) as known:
@@ -76,7 +77,7 @@ def add(
     """
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
-    settings = DiscoverySettings()
+    settings, inputs = DiscoverySettings(), inputs.whole()
     basis = choose(inputs.fitting, inputs.vehicle, settings)
     inputs, folds = _in_folds(inputs, basis)
     found = add_effects(inputs.fitting, inputs.vehicle, effects, settings, basis)

@@ -15,7 +15,7 @@ from ..measurements.log import read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
-from ..measurements.preparation.split import Split, filtered, split
+from ..measurements.preparation.split import split
 from ..measurements.prepared_logs import FOLDS, Inputs, Parts, PathLike
 from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
@@ -36,7 +36,7 @@ def read_inputs(
     vehicle: Vehicle | PathLike,
     reading: Reading = AS_GUESSED,
     *,
-    judge: str = "test",
+    judge: str | None = None,
     progress: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Inputs:
@@ -48,7 +48,8 @@ def read_inputs(
     vehicle : a vehicle, the path of its file, or the name of a shipped one
     reading : how the logs are read, and whether broken ones are taken as they are
     judge : the part on which models are scored: "test", "validation", "train", "all", or "folds" for all rows, each by
-        models that are made without a part of the log around it
+        models that are made without a part of the log around it; None for folds in a discovery, and the test part
+        elsewhere
     progress : told bytes done and bytes in all of each large log
     say : called with a line now and then while long logs are checked
 
@@ -63,7 +64,7 @@ def read_inputs(
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
     for path in paths:
         expect("read_inputs: logs", path, (str, os.PathLike), "give paths of logs")
-    if judge not in _JUDGES:
+    if judge is not None and judge not in _JUDGES:
         raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     found, told = find_logs(paths)
@@ -92,24 +93,21 @@ def read_inputs(
             sensors[source] = kinematics_of(own, channels.get(source, ()))
         errors = {source: found.errors for source, found in sensors.items()}
         weak, even = (data.mapped(lambda m: corrected_for(m, errors.get(m.source, {}))) for data in (weak, even))
-    if judge == FOLDS:
-        none = replace(weak, motions=())
-        divided, rows = Split(weak, none, none), filtered(even.raw, even.notes, PAPER)
-        parts = Parts(Split(replace(even, motions=()), replace(even, motions=()), rows), judge)
-    else:
-        divided, parts = split(weak), Parts(split(even, PAPER), judge)
-    return Inputs(
+    part = None if judge == FOLDS else judge
+    found = Inputs(
         paths=names,
         starts={str(log.path): log.start_ns for log in read},
         vehicle=model,
-        weak=divided,
-        parts=parts,
+        weak=split(weak),
+        parts=Parts(split(even, PAPER), part or "test"),
         notes=(*told, *weak.notes, *out_of_step, *_sensor_notes(sensors)),
         reading=reading,
         warnings=warnings,
         sensors=sensors,
         inspected=(model, inspections),
+        undivided=(weak, even) if part is None else None,
     )
+    return found.whole() if judge == FOLDS else found
 
 
 def _sensor_notes(sensors: Mapping[str, Kinematics]) -> list[str]:

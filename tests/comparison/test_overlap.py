@@ -31,7 +31,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / name).parent.mkdir(exist_ok=True)
         simulate_world(HULL, {"surge_quadratic_damping": -12.0}, duration=100.0, seed=seed).write(folder / name)
     shutil.copy(folder / "mon.csv", folder / "copy.csv")
-    write_run(discover(read_inputs(folder / "mon.csv", HULL)), folder / "mon", report=False)
+    write_run(discover(read_inputs(folder / "mon.csv", HULL, judge="test")), folder / "mon", report=False)
+    write_run(discover(read_inputs(folder / "mon.csv", HULL)), folder / "all", report=False)
     HULL.save(folder / "hand.yaml")
     with_sources(HULL, HULL.with_values({"X_u": -5.0}), "fitted by undertow to mon.csv (weak form)").save(
         folder / "fitted.yaml"
@@ -57,6 +58,12 @@ def test_a_run_that_was_fitted_to_the_judged_rows_is_named(place: Path, judge: s
 def test_a_log_is_known_by_its_content_under_any_name(place: Path):
     assert "of copy.csv" in notes(place, "copy.csv", "all", "mon")[0]
     assert notes(place, "other/mon.csv", "all", "mon") == []
+
+
+@pytest.mark.parametrize("model", ["all", "all/model.yaml"])
+def test_a_run_that_folds_judged_was_fitted_to_the_test_part_too(place: Path, model: str):
+    (note,) = notes(place, "mon.csv", "test", model)
+    assert "fitted to rows that are judged here" in note or "may have been fitted to rows that are judged" in note
 
 
 def test_the_test_part_of_the_same_log_was_not_fitted_and_that_is_said(place: Path):

@@ -70,19 +70,21 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def test_all_rows_are_judged_and_all_are_fitted_where_folds_judge(log: str):
-    run = discover(read_inputs(log, HULL, judge="folds"))
+    run = discover(read_inputs(log, HULL))
     assert run.comparison.split == "folds"
     assert run.inputs.parts.judged.seconds == pytest.approx(60.0, abs=2.0)
     assert sum(m.duration for m in run.inputs.fitting) == pytest.approx(60.0, abs=2.0)
     assert run.findings.data.split.startswith("4 folds")
     assert "10" in run.findings.steps[-1].rollout_rmse
-    whole = discover(read_inputs(log, HULL))
-    assert whole.comparison.split == "test"
-    assert whole.inputs.parts.judged.seconds < 10.0
+    aside = discover(read_inputs(log, HULL, judge="test"))
+    assert aside.comparison.split == "test"
+    assert aside.inputs.parts.judged.seconds < 10.0
+    assert aside.findings.folds is not None
+    assert not aside.findings.folds.models
 
 
 def test_the_held_out_error_of_an_added_effect_is_that_of_fits_without_each_fold(log: str):
-    run = add(["surge_quadratic_damping"], read_inputs(log, HULL, judge="folds"))
+    run = add(["surge_quadratic_damping"], read_inputs(log, HULL))
     assert run.findings.folds is None
     values = [v.value("X_uu") for v in run.discovery.unseen.steps[-1]]
     assert len(set(values)) == 4
