@@ -19,8 +19,8 @@ from ..residuals.models.neural import SETTINGS, is_network_folder
 
 _SOURCE = re.compile(r"(?:identified by undertow from|fitted by undertow to) (?:all of )?([^;(]+)")
 """How `sources` in a vehicle file name the logs; see `physics.sources.with_sources`."""
-_FITTED = ("train", "validation", "all")
-"""Parts of a log of which undertow fits some rows; it never fits the test part, where one is kept."""
+_FITTED = ("train", "validation", "all", FOLDS)
+"""Rows of a log of which undertow fits some; it never fits the test part, where one is kept."""
 
 Digests = Sequence[tuple[str, str | None]]
 """Paths or names of logs, each with its SHA-256 where that is known."""

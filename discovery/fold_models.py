@@ -23,12 +23,14 @@ class FoldModels:
     Attributes
     ----------
     folds : what each model has not seen
-    named : the effects that were selected without it, of which the whole log is not unsure
+    named : the effects of each model, of which the whole log is not unsure
+    found : those of them that come out of the fold whatever its search begins with
     steps : for each step of the discovery after the nominal model, the vehicle of each fold
     """
 
     folds: tuple[Fold, ...]
     named: tuple[tuple[str, ...], ...]
+    found: tuple[tuple[str, ...], ...]
     steps: tuple[tuple[Vehicle, ...], ...]
 
     def recorded(self, nominal: Vehicle, sources: Sequence[str]) -> tuple[FoldModel, ...]:
@@ -44,7 +46,7 @@ class FoldModels:
 
     def counted(self, kept: Sequence[str]) -> Folds:
         """In how many folds each effect came out, and all that were kept with no other."""
-        named = Counter(key for names in self.named for key in names)
+        named = Counter(key for names in self.found for key in names)
         every = {key: named[key] for key in dict.fromkeys((*kept, *sorted(named)))}
         same = sum(set(names) == set(kept) for names in self.named)
         return Folds(count=len(self.folds), same_names=same, named=every)
@@ -78,22 +80,24 @@ def fold_models(
     folds = folds_of(search.balance.motions)
     blind = [WithoutFold(search, fold) for fold in folds]
     named: list[tuple[str, ...]] = []
+    sure: list[tuple[str, ...]] = []
     last: list[Vehicle] = []
     for one in blind:
         scores = one.seen(linear, whole)
-        chosen = one.choose(linear, scores, final)
+        chosen, found = one.choose(linear, scores, final)
+        sure.append(tuple(key for key in found if key not in unsure))
         kept = [option for key, option in chosen.items() if key not in unsure or not option.present]
         named.append(one.named([option.key for option in kept if option.present]))
         last.append(_fitted(scores, kept, search.nominal, envelope))
     between = _refitted(search, blind, steps[1:-1], envelope)
-    return FoldModels(folds, tuple(named), (*between, tuple(last)) if len(steps) > 1 else ())
+    return FoldModels(folds, tuple(named), tuple(sure), (*between, tuple(last)) if len(steps) > 1 else ())
 
 
 def models_of_given(search: Search, steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope) -> FoldModels:
     """Fit effects that somebody chose, so that no fold selects any, anew without each fold; see `fold_models`."""
     folds = folds_of(search.balance.motions)
     blind = [WithoutFold(search, fold) for fold in folds]
-    return FoldModels(folds, (), tuple(_refitted(search, blind, steps[1:], envelope)))
+    return FoldModels(folds, (), (), tuple(_refitted(search, blind, steps[1:], envelope)))
 
 
 def _refitted(

@@ -117,7 +117,7 @@ ONLY_WITH_ALL = (
     "tests/residuals/training/test_training.py::test_a_network_with_memory_learns_the_boat_and_not_the_noise_of_its_sensors",
     "tests/test_examples.py::test_the_blueboat_example_tells_splits_findings_and_verdicts",
 )
-"""Beginnings of the names (* stands for anything) of tests that take long and have shorter ones, or others of their kind,
+"""Beginnings of the names (* stands for anything) of tests that take long and have shorter ones or others of their kind
 beside them. `make bench` runs them."""
 
 

@@ -1,6 +1,6 @@
 """A search that does not see one fold of its log: what it names and fits there is judged on rows that it never saw."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -44,76 +44,98 @@ class WithoutFold(Scoring):
         """The scores of a linearisation without the fold."""
         return without_fold(self.balance, linear, scores, self._fold)
 
-    def choose(self, linear: Linearisation, scores: GramScores, state: State) -> Chosen:
+    def choose(self, linear: Linearisation, scores: GramScores, state: State) -> tuple[Chosen, list[str]]:
         """Select effects anew, by floating search on the columns about the model that the whole log gave.
 
-        It begins with no effect; on rollouts, where no search gets far from there, with those of the whole log as well,
-        and the better end counts. Where lags and other shapes stand is thereby the whole log's; which effects there
-        are, and how large, is not.
-        """
-        absent = {key: options[key in state.active] for key, options in linear.options.items()}
-        whole = {key: linear.options[key][0] for key in state.active}
-        nothing = {key: option if key in self.nuisances else absent[key] for key, option in whole.items()}
-        starts = (nothing,) if self.balance.forces else (nothing, whole)
-        ends = [self._climbed(linear, scores, start, absent) for start in starts]
-        return min(ends, key=lambda end: self.quick(scores, end))
+        It begins with no effect and with those of the whole log, and the better end is the model. Where lags and other
+        shapes stand is thereby the whole log's; which effects there are, and how large, is not.
 
-    def _climbed(self, linear: Linearisation, scores: GramScores, now: Chosen, absent: Chosen) -> Chosen:
-        """Where a floating search ends, less what hardly earns anything."""
-        score = self.quick(scores, now)
+        Returns
+        -------
+        (chosen, found)
+            the options of the model, and the effects of it that come out whatever it begins with; on rollouts, where no
+            search gets far from nothing, all of them
+        """
+        whole = {key: linear.options[key][0] for key in state.active}
+        options = _Options(self, linear, scores, state.active)
+        nothing = {key: o if key in self.nuisances else options.absent[key] for key, o in whole.items()}
+        ends = [options.pruned(options.climbed(start), self.named(state.active)) for start in (nothing, whole)]
+        best = min(ends, key=lambda end: self.quick(scores, end))
+        agreed = ends if self.balance.forces else [best]
+        return best, [key for key in options.named(best) if all(key in options.named(end) for end in agreed)]
+
+
+class _Options:
+    """The choices of options about a model, and how they are scored without a fold."""
+
+    def __init__(self, scoring: Scoring, linear: Linearisation, scores: GramScores, active: Sequence[str]) -> None:
+        self._scoring, self._scores, self._all = scoring, scores, linear.options
+        self.absent = {key: options[key in active] for key, options in linear.options.items()}
+
+    def named(self, now: Chosen) -> list[str]:
+        """The effects of a choice."""
+        return [key for key, option in now.items() if option.present and key not in self._scoring.nuisances]
+
+    def climbed(self, now: Chosen) -> Chosen:
+        """Where a floating search ends that adds, drops, reshapes and swaps effects."""
+        score, margin = self._scoring.quick(self._scores, now), self._scoring.settings.margin
         for _ in range(_MOVES):
             for moves in (self._nearest, self._swaps):
-                trials = enumerate(moves(linear, scores, now, absent))
-                scored = ((self.quick(scores, change), n, change) for n, change in trials)
+                scored = ((self._scoring.quick(self._scores, change), n, change) for n, change in enumerate(moves(now)))
                 least, _, better = min(scored, key=lambda trial: trial[:2], default=(score, 0, now))
-                if least < score - self.settings.margin:
+                if least < score - margin:
                     score, now = least, better
                     break
             else:
                 break
-        return self._pruned(scores, now, absent)
+        return now
 
-    def _nearest(self, linear: Linearisation, scores: GramScores, now: Chosen, absent: Chosen) -> Iterator[Chosen]:
+    def _nearest(self, now: Chosen) -> Iterator[Chosen]:
         """One effect more, or less, or in another shape."""
-        for option in self._promising(linear, scores, now, _ADDITIONS):
+        for option in self._promising(now, _ADDITIONS):
             yield {**now, option.key: option}
-        for key in self._named_in(now):
-            yield {**now, key: absent[key]}
-            for option in linear.options[key]:
+        for key in self.named(now):
+            yield {**now, key: self.absent[key]}
+            for option in self._all[key]:
                 if option.present and option is not now[key]:
                     yield {**now, key: option}
 
-    def _swaps(self, linear: Linearisation, scores: GramScores, now: Chosen, absent: Chosen) -> Iterator[Chosen]:
+    def _swaps(self, now: Chosen) -> Iterator[Chosen]:
         """One effect in place of another."""
-        for key in self._named_in(now):
-            rest = {**now, key: absent[key]}
-            for option in self._promising(linear, scores, rest, _SWAPS):
+        for key in self.named(now):
+            rest = {**now, key: self.absent[key]}
+            for option in self._promising(rest, _SWAPS):
                 yield {**rest, option.key: option}
 
-    def _promising(self, linear: Linearisation, scores: GramScores, now: Chosen, most: int) -> list[Option]:
+    def _promising(self, now: Chosen, most: int) -> list[Option]:
         """The options of what is not in a model that would lower its in-sample error most."""
-        present = set(self._named_in(now)) | set(self.nuisances)
-        new = [o for key, options in linear.options.items() if key not in present for o in options if o.present]
-        gains = scores.screen(list(now.values()), new)
+        present = {*self.named(now), *self._scoring.nuisances}
+        new = [o for key, options in self._all.items() if key not in present for o in options if o.present]
+        gains = self._scores.screen(list(now.values()), new)
         return [new[n] for n in np.argsort(-gains, kind="stable")[:most]]
 
-    def _named_in(self, now: Chosen) -> list[str]:
-        return [key for key, option in now.items() if option.present and key not in self.nuisances]
+    def pruned(self, now: Chosen, known: Sequence[str]) -> Chosen:
+        """The choice without effects that hardly earn anything or do not matter, the least first.
 
-    def _pruned(self, scores: GramScores, now: Chosen, absent: Chosen) -> Chosen:
-        """The choice without effects that hardly earn anything, or that explain less than is ever told, least first."""
-        while self._named_in(now):
+        Parameters
+        ----------
+        known : effects of the whole log: with less than a material share they matter where rollouts change without
+            them, which the whole log has told
+        """
+        scoring, settings = self._scoring, self._scoring.settings
+        while True:
             chosen = list(now.values())
-            whole = self.fit(scores, chosen)
-            score = self.score(whole, chosen)
-            for gain, key in sorted(
-                (self.quick(scores, {**now, k: absent[k]}) - score, k) for k in self._named_in(now)
-            ):
-                lost = self.fit(scores, list({**now, key: absent[key]}.values())).held_out - whole.held_out
-                share = float((np.sqrt(np.maximum(lost, 0.0)) / self.share_scale).max())
-                if gain < _EARNED or share < self.settings.least:
-                    now = {**now, key: absent[key]}
-                    break
-            else:
-                break
-        return now
+            fit = scoring.fit(self._scores, chosen)
+            score = scoring.score(fit, chosen)
+            losses = []
+            for key in self.named(now):
+                rest = list({**now, key: self.absent[key]}.values())
+                without = scoring.fit(self._scores, rest)
+                lost = np.maximum(without.held_out - fit.held_out, 0.0)
+                share = float((np.sqrt(lost) / scoring.share_scale).max())
+                least = settings.least if key in known else settings.materiality
+                losses.append((scoring.score(without, rest) - score, share < least, key))
+            slight = [loss for loss in losses if loss[0] < _EARNED or loss[1]]
+            if not slight:
+                return now
+            now = {**now, min(slight)[2]: self.absent[min(slight)[2]]}
