@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..measurements.log_options import Reading
+from ..physics.errors import RequestError
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, warn
 from .options import (
     AsIsOption,
@@ -49,6 +50,8 @@ def discover(
 ) -> None:
     """Rank, test and select the physical effects that the vehicle model misses."""
     with failing_clearly():
+        if judge not in ("folds", "test"):
+            raise RequestError(f"--split {judge}: expected folds, or test to keep the last part of each log aside")
         check_folder(out, (logs, vehicle, channels), report=not no_report, force=force)
         read = partial(read_logs, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
         tell_discovery(out, read, report=not no_report, seed=seed, refit=refit, force=force, as_json=as_json)

@@ -12,7 +12,7 @@ from ..discovery.calibration.calibrate import calibrate_once
 from ..discovery.findings import Step
 from ..measurements.preparation.held_out import Fold
 from ..measurements.preparation.split import PARTS
-from ..measurements.prepared_logs import Inputs, Parts
+from ..measurements.prepared_logs import FOLDS, Inputs, Parts
 from ..physics.errors import RequestError
 from ..physics.in_words import percent
 from ..residuals.models.base import Model, VehicleModel
@@ -60,6 +60,8 @@ class Judged:
 def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:
     """Evaluate a model on the judged rows, if it was not yet, and judge it by the laws along all parts of the logs."""
     found = evaluate(model, parts.judged) if errors is None else errors
+    if isinstance(model, VehicleModel):  # the laws are asked of the vehicle that is written
+        return Judged(model, found, audit_along(VehicleModel(model.vehicle, model.name, model.kind), parts))
     return Judged(model, found, None if model.kind == BASELINE else audit_along(model, parts))
 
 
@@ -125,7 +127,9 @@ def comparison(
     notes : sentences on how the models came to be
     """
     parts = inputs.parts
-    inside = spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
+    # Where folds judge, every row is in the training of the others.
+    folded = parts.judge == FOLDS
+    inside = None if folded else spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
     recommended = best([(found.model, found.errors, found.audit) for found in judged])
     first, after = ends([found.model for found in judged], recommended.model)
     if table is None:

@@ -30,7 +30,7 @@ from .evidence.record_errors import beside, compass_error, record_errors
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
-from .findings import Findings
+from .findings import Findings, Folds
 from .fold_models import FoldModels, fold_models, models_of_given
 from .hidden_sensors import HiddenErrors, beside_sensors
 from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps, without_offset
@@ -131,7 +131,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     unseen = fold_models(search, state, final, (linear, scores), told, lawful.passivity.envelope)
     folds = unseen.counted(search.named(final.active))
     held_back = {
-        **{key: Doubt(Reason.NOT_IN_EVERY_FOLD, why) for key, why in folds.doubts(kept).items()},
+        **{key: Doubt(Reason.NOT_IN_MOST_FOLDS, why) for key, why in folds.doubts(kept).items()},
         **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, rests).items()},
         **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
@@ -282,8 +282,9 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     sure = [e.key for e in added if e.sure]
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
     sensors = record_errors(search, state.vehicle, state.active, told)
-    findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.", sensors=sensors)
     unseen = models_of_given(search, steps, lawful.passivity.envelope)
+    findings = findings.but(folds=Folds(count=len(unseen.folds)))
+    findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.", sensors=sensors)
     return Discovery(nominal, corrected, tuple(steps), findings, error, noise, basis, unseen, notes)
 
 

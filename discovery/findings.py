@@ -348,30 +348,34 @@ class Folds(Record):
     Attributes
     ----------
     count : how many folds there were
-    same_names : in how many the very effects came out that the corrected model has
+    same_names : in how many the very effects came out that the corrected model has; None where somebody chose them
     named : in how many each effect came out (`thruster_asymmetry[port]` for one of a thruster)
     models : the model without each fold; none where a part of the log was kept aside
     """
 
     count: Whole
-    same_names: Whole
+    same_names: Whole | None = absent()
     named: Mapping[str, Whole] = {}
     models: tuple[FoldModel, ...] = Field(default=(), exclude_if=lambda value: not value)
 
     def doubts(self, kept: Sequence[str]) -> dict[str, str]:
-        """Why each effect is not certain that does not come out of every fold, by key."""
+        """Why each effect is not certain that does not come out of most folds, by key."""
         return {
             key: f"searched anew without each of {self.count} parts of the log, it comes out of {self.named[key]} only"
             for key in kept
-            if self.named[key] < self.count
+            if 2 * self.named[key] <= self.count
         }
 
     @property
     def in_words(self) -> str:
-        """The finding as a sentence."""
-        told = f"Searched anew without each of {self.count} parts of the log: the same names in {self.same_names}"
+        """The finding as a sentence; empty where nothing was searched for."""
+        if self.same_names is None:
+            return ""
+        told = f"Searched anew without each of its {self.count} parts, the log gives the same names"
+        if self.same_names == self.count:
+            return f"{told} every time."
         others = [f"{words(key)} in {n}" for key, n in self.named.items() if n < self.count]
-        return f"{told}{f' ({listing(others)})' if others and self.same_names < self.count else ''}."
+        return f"{told} in {self.same_names} of {self.count}{f' ({listing(others)})' if others else ''}."
 
 
 class LogFacts(Record):
@@ -402,8 +406,7 @@ class Findings(Record):
     left : others that were not
     absorbed : effects that cannot be judged beside the calibration, which would do the same
     steps : errors after each addition, on held-out data only
-    folds : in how many parts of the log, each searched anew without it, the same names came out; None where somebody
-        chose the effects
+    folds : in how many parts of the log, each searched anew without it, the same names came out
     failures : where the nominal model fails
     advice : manoeuvres that would tell what this log cannot
     identifiability : what the log can show and tell apart; None where that was not asked

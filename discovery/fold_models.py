@@ -13,7 +13,7 @@ from .kept_effects import without_offset
 from .lawful.refit import passive_refit
 from .search.floating import Search, State
 from .search.gram import GramScores
-from .search.unseen_fold import WithoutFold
+from .search.unseen_fold import WithoutFold, held_where_silent
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,8 @@ class FoldModels:
     ----------
     folds : what each model has not seen
     named : the effects of each model, of which the whole log is not unsure
-    found : those of them that come out of the fold whatever its search begins with
+    found : the effects of the whole log that come out of the fold whatever its search begins with, or of which the rest
+        of the log shows too little
     steps : for each step of the discovery after the nominal model, the vehicle of each fold
     """
 
@@ -48,7 +49,8 @@ class FoldModels:
         """In how many folds each effect came out, and all that were kept with no other."""
         named = Counter(key for names in self.found for key in names)
         every = {key: named[key] for key in dict.fromkeys((*kept, *sorted(named)))}
-        same = sum(set(names) == set(kept) for names in self.named)
+        pairs = zip(self.named, self.found, strict=True)
+        same = sum(set(names) == set(sure) == set(kept) for names, sure in pairs)
         return Folds(count=len(self.folds), same_names=same, named=every)
 
 
@@ -117,4 +119,5 @@ def _refitted(
 
 
 def _fitted(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle, envelope: Envelope) -> Vehicle:
-    return without_offset(nominal.with_values(passive_refit(scores, chosen, nominal, envelope).values))
+    shown = held_where_silent(scores, chosen, nominal)
+    return without_offset(nominal.with_values(passive_refit(scores, shown, nominal, envelope).values))

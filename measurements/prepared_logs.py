@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .inspection import Inspection, inspect_log
@@ -13,6 +14,7 @@ from .log import read_log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import DataSet
 from .preparation.held_out import Fold, cut
+from .preparation.idle import active
 from .preparation.split import PARTS, Split
 
 PathLike = str | os.PathLike[str]
@@ -105,7 +107,7 @@ class Inputs:
         """The same with the judged rows cut where folds begin and end, and filtered only then; idle ones left out."""
         empty, whole = self.parts.split.train, self.parts.split.test
         judged = cut(whole, folds, self.vehicle)
-        idle = whole.seconds - judged.seconds
+        idle = sum(float((~active(motion, self.vehicle)).sum()) * motion.time_step for motion in whole.raw)
         told = (f"{idle:.0f} s in which nothing is commanded are not judged",) * (idle >= 1.0)
         return replace(self, parts=Parts(Split(empty, empty, judged), FOLDS), notes=(*self.notes, *told))
 
@@ -116,6 +118,20 @@ class Inputs:
             for split in (self.weak, self.parts.split)
         )
         return replace(self, weak=weak, parts=replace(self.parts, split=parts))
+
+    def parted(self, verb: str) -> "Inputs":
+        """Itself, for a verb that fits one model and judges it on a part of the logs.
+
+        Raises
+        ------
+        RequestError
+            when folds are to judge, each of which needs a model of its own.
+        """
+        if self.parts.judge == FOLDS:
+            raise RequestError(
+                f"{verb}: expected a part of the logs to judge on (test), got folds, as discover has them"
+            )
+        return self
 
     @property
     def inspections(self) -> tuple[Inspection, ...]:

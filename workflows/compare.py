@@ -44,7 +44,7 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLi
     expect("compare: models", models, (list, tuple), "give a list of paths")
     if series_file is not None:
         require_mcap()
-    return _compared(inputs, (), models, series_file)
+    return _compared(inputs.parted("compare"), (), models, series_file)
 
 
 def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:

@@ -38,5 +38,5 @@ def distil(
     if not isinstance(model, Model):
         model = load_model(model)
     check_commands(model, inputs)
-    parts = inputs.parts.split
+    parts = inputs.parted("explain").parts.split
     return distil_model(model, (*parts.train.motions, *parts.validation.motions), inputs.vehicle, settings, progress)

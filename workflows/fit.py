@@ -127,6 +127,7 @@ def fit(
         for an unknown symbol, a log that identifies nothing or is too short, or a vehicle that cannot be made lawful.
     """
     expect("fit: inputs", inputs, Inputs, INPUTS_CURE)
+    inputs = inputs.parted("fit")
     found = calibrate(inputs.fitting, inputs.vehicle, free, hold, settings, progress)
     if progress is not None:
         progress("scoring before and after on held-out data")

@@ -161,6 +161,7 @@ def train(
     """
     chosen = choice or Choice("lstm")
     expect("train: inputs", inputs, Inputs, INPUTS_CURE)
+    inputs = inputs.parted("train")
     expect("train: choice", chosen, Choice, 'undertow.Choice("lstm") names a network')
     require_torch()
     from ..residuals.training.epochs import train as train_network

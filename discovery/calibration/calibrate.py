@@ -39,7 +39,7 @@ from ..search.bootstrap import Interval, intervals
 from ..search.floating import Search
 from ..search.gram import GramScores
 from ..search.output_error import polish
-from ..search.unseen_fold import without_fold
+from ..search.unseen_fold import held_where_silent, without_fold
 from ..settings import DiscoverySettings
 from .before_calibration import ROLLOUTS, groundwork
 from .beside_effects import calibrated
@@ -275,7 +275,7 @@ def convex_step(
     linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
     chosen = [linear.options[key][0] for key in state.active]
     lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
-    unseen = _without(folds, weak, linear, scores, chosen, lawful)
+    unseen = _without(folds, weak, linear, scores, chosen, lawful, nominal)
     return Fitted(lawful, intervals(weak, scores, pool, chosen, state.vehicle, settings.seed), unseen)
 
 
@@ -295,7 +295,7 @@ def rollout_step(
     scores = GramScores(linear.columns, linear.noise, form.block, 1.0 / form.scale**2)
     chosen = [linear.options[c.key][0] for c in pool]
     lawful = lawful_model(motions, scores, chosen, nominal, _name(nominal))
-    unseen = _without(folds, form, linear, scores, chosen, lawful)
+    unseen = _without(folds, form, linear, scores, chosen, lawful, nominal)
     return Fitted(lawful, polished.intervals, unseen)
 
 
@@ -306,12 +306,14 @@ def _without(
     scores: GramScores,
     chosen: Sequence[Option],
     lawful: Lawful,
+    nominal: Vehicle,
 ) -> tuple[tuple[Fold, Vehicle], ...]:
     """Vehicles fitted without each fold: a Gauss-Newton step from the fit to everything, under the same laws."""
     found = []
     for fold in folds:
         seen = without_fold(balance, linear, scores, fold)
-        fit = passive_refit(seen, chosen, lawful.vehicle, lawful.passivity.envelope)
+        shown = held_where_silent(seen, chosen, nominal)
+        fit = passive_refit(seen, shown, lawful.vehicle, lawful.passivity.envelope)
         found.append((fold, lawful.vehicle.with_values(fit.values)))
     return tuple(found)
 

@@ -96,7 +96,7 @@ class Scoring:
 
     Attributes
     ----------
-    tests, independent : how many tests are seen, and how many of them count as independent
+    tests : how many are seen
     nuisances : keys of the parameters that are calibrated while effects are judged
     force_scale : (3,) size of the forces at work [N, N, N m]
     quiet : (3,) True for an axis on which hardly anything but sensor noise is at work
@@ -106,7 +106,7 @@ class Scoring:
 
     def __init__(self, balance: Balance, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> None:
         self.balance, self.nominal, self.pool, self.settings = balance, nominal, tuple(pool), settings
-        self.tests, self.independent = balance.time.size, balance.independent
+        self.tests, self._share = balance.time.size, 1.0
         self._without: deque[tuple[State, str, State]] = deque(maxlen=_WITHOUT)
         self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
         self._kinds = {c.key: c.kind for c in self.pool}
@@ -164,6 +164,11 @@ class Scoring:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
         likelihood = 0.5 * self.independent * np.log(fit.held_out + self.floor).sum()
         return float(likelihood + self.price(fit, chosen))
+
+    @property
+    def independent(self) -> float:
+        """How many of the tests that are seen count as independent."""
+        return self._share * self.balance.independent
 
     @property
     def share_scale(self) -> Array:

@@ -1,10 +1,12 @@
 """A search that does not see one fold of its log: what it names and fits there is judged on rows that it never saw."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...measurements.preparation.held_out import Fold
+from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.linearisation import Linearisation, Option
 from .gram import GramScores
@@ -26,6 +28,21 @@ def without_fold(balance: Balance, linear: Linearisation, scores: GramScores, fo
     return scores.seeing(balance.outside(fold), linear.columns, linear.noise, balance.block)
 
 
+def held_where_silent(scores: GramScores, chosen: Sequence[Option], nominal: Vehicle) -> list[Option]:
+    """Options with the nominal value, not to be fitted, for every number of which the seen tests show nothing."""
+    columns, normal, _ = scores.block_normal(chosen)
+    silent = {int(k) for k, own in zip(columns, np.diag(normal.sum(axis=0)), strict=True) if not own > 0.0}
+    found = []
+    for option in chosen:
+        if silent & set(option.free):
+            quiet = [k in silent for k in option.free]
+            start = (nominal.value(s) if q else v for s, v, q in zip(option.symbols, option.start, quiet, strict=True))
+            free = (-1 if q else k for k, q in zip(option.free, quiet, strict=True))
+            option = replace(option, start=tuple(start), free=tuple(free))
+        found.append(option)
+    return found
+
+
 class WithoutFold(Scoring):
     """The scores of a search on all tests but those that a fold reaches into.
 
@@ -33,10 +50,10 @@ class WithoutFold(Scoring):
     """
 
     def __init__(self, search: Scoring, fold: Fold) -> None:
-        vars(self).update(vars(search))
+        super().__init__(search.balance, search.nominal, search.pool, search.settings)
         self._fold, seen = fold, search.balance.outside(fold)
         self.tests = int(seen.sum())
-        self.independent = search.independent * float(seen.mean())
+        self._share = float(seen.mean())
         balances = np.where(seen[:, None], search.balance.balances(search.nominal), 0.0)
         self.noise_blocks = noise_by_block(balances, search.balance.block)
 
@@ -53,16 +70,18 @@ class WithoutFold(Scoring):
         Returns
         -------
         (chosen, found)
-            the options of the model, and the effects of it that come out whatever it begins with; on rollouts, where no
-            search gets far from nothing, all of them
+            the options of the model, and the effects of the whole log that come out whatever it begins with (on
+            rollouts, where no search gets far from nothing, from the better side), or of which the rest of the log
+            shows too little for that
         """
         whole = {key: linear.options[key][0] for key in state.active}
         options = _Options(self, linear, scores, state.active)
         nothing = {key: o if key in self.nuisances else options.absent[key] for key, o in whole.items()}
         ends = [options.pruned(options.climbed(start), self.named(state.active)) for start in (nothing, whole)]
         best = min(ends, key=lambda end: self.quick(scores, end))
-        agreed = ends if self.balance.forces else [best]
-        return best, [key for key in options.named(best) if all(key in options.named(end) for end in agreed)]
+        agreed = [options.named(end) for end in (ends if self.balance.forces else [best])]
+        slight = options.slight(whole)
+        return best, [key for key in self.named(state.active) if key in slight or all(key in end for end in agreed)]
 
 
 class _Options:
@@ -94,8 +113,10 @@ class _Options:
         """One effect more, or less, or in another shape."""
         for option in self._promising(now, _ADDITIONS):
             yield {**now, option.key: option}
-        for key in self.named(now):
-            yield {**now, key: self.absent[key]}
+        for key in (key for key in now if key not in self._scoring.nuisances):
+            if now[key].present:
+                yield {**now, key: self.absent[key]}
+            # Beside what takes an effect of the whole log out of the columns, no screen sees that effect right.
             for option in self._all[key]:
                 if option.present and option is not now[key]:
                     yield {**now, key: option}
@@ -122,20 +143,23 @@ class _Options:
         known : effects of the whole log: with less than a material share they matter where rollouts change without
             them, which the whole log has told
         """
-        scoring, settings = self._scoring, self._scoring.settings
-        while True:
-            chosen = list(now.values())
-            fit = scoring.fit(self._scores, chosen)
-            score = scoring.score(fit, chosen)
-            losses = []
-            for key in self.named(now):
-                rest = list({**now, key: self.absent[key]}.values())
-                without = scoring.fit(self._scores, rest)
-                lost = np.maximum(without.held_out - fit.held_out, 0.0)
-                share = float((np.sqrt(lost) / scoring.share_scale).max())
-                least = settings.least if key in known else settings.materiality
-                losses.append((scoring.score(without, rest) - score, share < least, key))
-            slight = [loss for loss in losses if loss[0] < _EARNED or loss[1]]
-            if not slight:
-                return now
-            now = {**now, min(slight)[2]: self.absent[min(slight)[2]]}
+        while slight := self.slight(now, known):
+            now = {**now, slight[0]: self.absent[slight[0]]}
+        return now
+
+    def slight(self, now: Chosen, known: Sequence[str] | None = None) -> list[str]:
+        """The effects of a choice that hardly earn anything or do not matter, the least first; see `pruned`."""
+        scoring, settings, chosen = self._scoring, self._scoring.settings, list(now.values())
+        fit = scoring.fit(self._scores, chosen)
+        score = scoring.score(fit, chosen)
+        found = []
+        for key in self.named(now):
+            rest = list({**now, key: self.absent[key]}.values())
+            without = scoring.fit(self._scores, rest)
+            lost = np.maximum(without.held_out - fit.held_out, 0.0)
+            share = float((np.sqrt(lost) / scoring.share_scale).max())
+            least = settings.least if known is None or key in known else settings.materiality
+            gain = scoring.score(without, rest) - score
+            if gain < _EARNED or share < least:
+                found.append((gain, key))
+        return [key for _, key in sorted(found)]

@@ -1,5 +1,7 @@
 """What a fold judges was selected and fitted without it, and a name that needs one part of a log is not certain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,10 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
-from undertow.discovery.discover import find_missing
+from undertow.discovery.discover import add_effects, find_missing
 from undertow.discovery.findings import Folds
 from undertow.discovery.search.gram import GramScores
+from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.held_out import folds_of
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -55,12 +58,40 @@ def test_each_fold_finds_the_effect_again_with_a_number_of_its_own(motion: Motio
     assert values == pytest.approx([found.corrected.value("X_uu")] * 4, rel=0.1)
 
 
+@pytest.mark.parametrize(
+    ("hidden", "symbol"),
+    [({"thruster_lag": 0.5}, "lag"), ({"thrust_dead_zone": 0.15}, "dead_zone"), ({"input_delay": 0.4}, "delay")],
+)
+def test_what_has_a_shape_comes_out_of_every_fold(hidden: dict[str, float], symbol: str):
+    """A lag cannot be seen beside what takes it out of the columns."""
+    world = simulate_world(HULL, hidden, duration=120.0, noise="field", seed=3)
+    found = find_missing([world.motion()], HULL)
+    (name,), (value,) = hidden, hidden.values()
+    assert found.findings.missing == (name,)
+    assert found.findings.folds is not None
+    assert found.findings.folds.named[name] == 4
+    assert [v.value(symbol) for v in found.unseen.steps[-1]] == pytest.approx([value] * 4, abs=0.05)
+
+
+def test_a_number_of_which_a_fold_shows_nothing_keeps_its_null_there():
+    """Astern commands stand in the last quarter alone."""
+    hidden = {"reverse_thrust_loss": 0.5}
+    first = simulate_world(HULL, hidden, duration=120.0, noise="field", seed=5).motion()
+    rich = simulate_world(HULL, hidden, duration=40.0, noise="field", seed=6).motion()
+    only_ahead = replace(first, commands=np.maximum(first.commands, 0.0), run_up=None)
+    added = add_effects([only_ahead, rich], HULL, ["reverse_thrust_loss"], DiscoverySettings())
+    assert added.unseen.steps[-1][-1].value("reverse_scale") == 1.0
+
+
 def test_an_effect_that_a_fold_does_not_find_is_in_the_model_but_not_certain():
     told = Folds(count=4, same_names=1, named={"surge_trim": 4, "cg_offset": 1})
     assert told.doubts(["surge_trim", "cg_offset"]) == {
         "cg_offset": "searched anew without each of 4 parts of the log, it comes out of 1 only"
     }
-    assert told.in_words == ("Searched anew without each of 4 parts of the log: the same names in 1 (cg offset in 1).")
+    assert told.in_words == (
+        "Searched anew without each of its 4 parts, the log gives the same names in 1 of 4 (cg offset in 1)."
+    )
+    assert told.but(same_names=4).in_words.endswith("the same names every time.")
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +116,8 @@ def test_all_rows_are_judged_and_all_are_fitted_where_folds_judge(log: str):
 
 def test_the_held_out_error_of_an_added_effect_is_that_of_fits_without_each_fold(log: str):
     run = add(["surge_quadratic_damping"], read_inputs(log, HULL))
-    assert run.findings.folds is None
+    assert run.findings.folds is not None
+    assert (run.findings.folds.same_names, run.findings.folds.in_words) == (None, "")
     values = [v.value("X_uu") for v in run.discovery.unseen.steps[-1]]
     assert len(set(values)) == 4
     before, after = (step.acceleration_rmse.surge for step in run.findings.steps)

@@ -85,7 +85,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def run(place: Path) -> undertow.Run:
-    return undertow.add(EFFECTS, undertow.read_inputs(place / "log.csv", BOAT))
+    return undertow.add(EFFECTS, undertow.read_inputs(place / "log.csv", BOAT, judge="test"))
 
 
 @pytest.fixture(scope="module")

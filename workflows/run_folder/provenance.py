@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from ...measurements.log_options import AS_GUESSED, Reading
+from ...measurements.prepared_logs import FOLDS
 
 PACKAGES = ("undertow", "numpy", "scipy", "pandas", "pysindy", "cvxpy", "clarabel", "matplotlib")
 
@@ -30,12 +31,14 @@ def command(
     *,
     seed: int,
     refit: bool,
+    judge: str = FOLDS,
 ) -> str:
     """The command line that makes the run again, as it must be given in the run folder, into `again` there.
 
     Parameters
     ----------
     logs, reading : with paths as seen from the run folder
+    judge : what judged it
 
     Examples
     --------
@@ -44,6 +47,7 @@ def command(
     """
     words = ["undertow", *verb, *logs, "--vehicle", "nominal.yaml"]
     words += ["--seed", str(seed)] * (verb[0] == "discover") + ["--refit"] * refit
+    words += ["--split", judge] if verb[0] == "discover" and judge != FOLDS else []
     words += ["--frame", reading.frame] if reading.frame else []
     words += ["--map", str(reading.channel_map)] if reading.channel_map else []
     words += ["--namespace", reading.namespace] if reading.namespace else []

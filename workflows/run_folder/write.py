@@ -113,7 +113,7 @@ def _write_files(run: Run, folder: Path) -> None:
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
     """What the run was made from, as `run.json` has it."""
-    paths, reading = list(run.inputs.paths), run.inputs.reading
+    paths, reading, judge = list(run.inputs.paths), run.inputs.reading, run.inputs.parts.judge
     mapped = None if reading.channel_map is None else seen_from(target, str(reading.channel_map))
     there, seen = replace(reading, channel_map=mapped), [seen_from(target, path) for path in paths]
     return {
@@ -122,8 +122,8 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
         **asdict(reading),
         "seed": run.settings.seed,
         "refit": run.settings.refit,
-        "judged_on": run.inputs.parts.judge,
-        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit),
+        "judged_on": judge,
+        "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit, judge=judge),
         "versions": versions(),
         "log_sha256": log_digests(paths),
     }

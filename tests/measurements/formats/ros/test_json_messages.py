@@ -158,7 +158,7 @@ def test_a_topic_of_endless_names_is_cut_off_and_says_so(tmp_path):
 def run(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("run")
     simulate_world(BOAT, {"X_uu": -12.0}, duration=120.0, seed=0).write(folder / "log.csv")
-    done("discover", folder / "log.csv", "-v", "blueboat", "--no-report", "--out", folder / "run")
+    done("discover", folder / "log.csv", "-v", "blueboat", "--no-report", "--split", "test", "--out", folder / "run")
     return folder / "run"
 
 
