@@ -203,6 +203,10 @@ class Scoring:
         """The keys among `active` that are effects or terms, not nuisances."""
         return tuple(key for key in active if key not in self.nuisances)
 
+    def is_general(self, key: str) -> bool:
+        """Whether a candidate holds simpler ones as special cases."""
+        return key in self._general
+
     def of_kind(self, keys: Sequence[str], kind: Kind) -> tuple[str, ...]:
         """The keys among `keys` whose candidates are of a kind."""
         return tuple(key for key in keys if self._kinds[key] is kind)

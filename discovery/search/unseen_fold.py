@@ -1,6 +1,6 @@
 """A search that does not see one fold of its log: what it names and fits there is judged on rows that it never saw."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -77,7 +77,7 @@ class WithoutFold(Scoring):
         whole = {key: linear.options[key][0] for key in state.active}
         options = _Options(self, linear, scores, state.active)
         nothing = {key: o if key in self.nuisances else options.absent[key] for key, o in whole.items()}
-        ends = [options.pruned(options.climbed(start), self.named(state.active)) for start in (nothing, whole)]
+        ends = [options.pruned(options.ended(start), self.named(state.active)) for start in (nothing, whole)]
         best = min(ends, key=lambda end: self.quick(scores, end))
         agreed = [options.named(end) for end in (ends if self.balance.forces else [best])]
         slight = options.slight(whole)
@@ -95,12 +95,23 @@ class _Options:
         """The effects of a choice."""
         return [key for key, option in now.items() if option.present and key not in self._scoring.nuisances]
 
-    def climbed(self, now: Chosen) -> Chosen:
-        """Where a floating search ends that adds, drops, reshapes and swaps effects."""
+    def ended(self, now: Chosen) -> Chosen:
+        """Where a floating search ends, with simpler effects in the place of general ones where these do as well."""
+        found = self._climbed(now)
+        general = {key for key in self._all if self._scoring.is_general(key)}
+        kept = {key: self.absent[key] if key in general else option for key, option in found.items()}
+        if not general & set(self.named(found)):
+            return found
+        simpler = self._climbed(kept, general)
+        return min((simpler, found), key=lambda end: self._scoring.quick(self._scores, end))
+
+    def _climbed(self, now: Chosen, barred: Collection[str] = ()) -> Chosen:
+        """Where a floating search ends that adds (but nothing barred), drops, reshapes and swaps effects."""
         score, margin = self._scoring.quick(self._scores, now), self._scoring.settings.margin
         for _ in range(_MOVES):
             for moves in (self._nearest, self._swaps):
-                scored = ((self._scoring.quick(self._scores, change), n, change) for n, change in enumerate(moves(now)))
+                trials = enumerate(moves(now, barred))
+                scored = ((self._scoring.quick(self._scores, change), n, change) for n, change in trials)
                 least, _, better = min(scored, key=lambda trial: trial[:2], default=(score, 0, now))
                 if least < score - margin:
                     score, now = least, better
@@ -109,11 +120,11 @@ class _Options:
                 break
         return now
 
-    def _nearest(self, now: Chosen) -> Iterator[Chosen]:
+    def _nearest(self, now: Chosen, barred: Collection[str]) -> Iterator[Chosen]:
         """One effect more, or less, or in another shape."""
-        for option in self._promising(now, _ADDITIONS):
+        for option in self._promising(now, barred, _ADDITIONS):
             yield {**now, option.key: option}
-        for key in (key for key in now if key not in self._scoring.nuisances):
+        for key in (key for key in now if key not in self._scoring.nuisances and key not in barred):
             if now[key].present:
                 yield {**now, key: self.absent[key]}
             # Beside what takes an effect of the whole log out of the columns, no screen sees that effect right.
@@ -121,16 +132,16 @@ class _Options:
                 if option.present and option is not now[key]:
                     yield {**now, key: option}
 
-    def _swaps(self, now: Chosen) -> Iterator[Chosen]:
+    def _swaps(self, now: Chosen, barred: Collection[str]) -> Iterator[Chosen]:
         """One effect in place of another."""
         for key in self.named(now):
             rest = {**now, key: self.absent[key]}
-            for option in self._promising(rest, _SWAPS):
+            for option in self._promising(rest, barred, _SWAPS):
                 yield {**rest, option.key: option}
 
-    def _promising(self, now: Chosen, most: int) -> list[Option]:
+    def _promising(self, now: Chosen, barred: Collection[str], most: int) -> list[Option]:
         """The options of what is not in a model that would lower its in-sample error most."""
-        present = {*self.named(now), *self._scoring.nuisances}
+        present = {*self.named(now), *self._scoring.nuisances, *barred}
         new = [o for key, options in self._all.items() if key not in present for o in options if o.present]
         gains = self._scores.screen(list(now.values()), new)
         return [new[n] for n in np.argsort(-gains, kind="stable")[:most]]

@@ -64,7 +64,7 @@ def test_each_fold_finds_the_effect_again_with_a_number_of_its_own(motion: Motio
 )
 def test_what_has_a_shape_comes_out_of_every_fold(hidden: dict[str, float], symbol: str):
     """A lag cannot be seen beside what takes it out of the columns."""
-    world = simulate_world(HULL, hidden, duration=120.0, noise="field", seed=3)
+    world = simulate_world(HULL, hidden, duration=240.0, noise="field", seed=3)
     found = find_missing([world.motion()], HULL)
     (name,), (value,) = hidden, hidden.values()
     assert found.findings.missing == (name,)
