@@ -359,11 +359,11 @@ class Folds(Record):
     models: tuple[FoldModel, ...] = Field(default=(), exclude_if=lambda value: not value)
 
     def doubts(self, kept: Sequence[str]) -> dict[str, str]:
-        """Why each effect is not certain that does not come out of most folds, by key."""
+        """Why each effect is not certain that comes out of fewer than half of the folds, by key."""
         return {
             key: f"searched anew without each of {self.count} parts of the log, it comes out of {self.named[key]} only"
             for key in kept
-            if 2 * self.named[key] <= self.count
+            if 2 * self.named[key] < self.count
         }
 
     @property
