@@ -77,8 +77,10 @@ def main() -> None:
     try:
         with sending():
             app()
-    finally:
-        finish()
+    except SystemExit as end:
+        if end.code is None or isinstance(end.code, int):
+            finish(end.code or 0)
+        raise
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The force equation of one vehicle along many rollouts at once, flattened into a few operations on whole arrays.
+"""The force equation of vehicles along many rollouts at once, flattened into a few operations on whole arrays.
 
 A rollout asks for the rate of change of its state four times a step, and for a hundred boats that is so little
 arithmetic that the number of calls is what it costs. So all products of signals are taken in two steps, and all axes in
@@ -6,9 +6,11 @@ one matrix product; what the thrusters do is summed up beforehand, in the order 
 paper, as of two thrusters that push alike, cancels to the bit and a straight course stays straight.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from .forces import CURRENT, apparent_wind, current_at
+from .forces import CURRENT, apparent_wind
 from .frames import Array
 from .matrices import mass_matrix
 from .momentum_balance import balances
@@ -22,52 +24,34 @@ _SIGNALS = ("1", "u", "v", "r", "|u|", "|v|", "|r|", "q_v", "q_r", "cos psi", "s
 """Signals by row; the first is that of constant forces."""
 _FACTORS = 4
 """Most factors of a term of the momentum balance: three speeds, and time."""
+_NONE = (0.0, 0.0, 0.0)
+"""Coefficients by axis of a product that a vehicle lacks."""
 
 
-class Flattened:
-    """Rates of change of (8, batch) states: north, east, psi, u, v, r and the wake's filtered sway speed and yaw rate.
+class Terms:
+    """The force equation of one vehicle, its thrusters apart from the products of signals.
 
-    Parameters
+    Attributes
     ----------
-    vehicle : its thrusters, water and wind
-    batch : number of rollouts
-    placed : north and east are followed; else they stay
+    columns : by the factors of a product, its coefficient on each axis [N, N, N m]
+    inverse : inverse of the mass matrix, (3, 3)
     """
 
-    def __init__(self, vehicle: Vehicle, batch: int, placed: bool = True) -> None:
-        self._vehicle, self._placed = vehicle, placed
-        self._moving = any(vehicle.value(symbol) for symbol in CURRENT)
-        self._growing = [vehicle.value(symbol) / 60.0 for symbol in CURRENT[2:]]
-        self._memory_time = vehicle.value("memory_time")
-        lines = balances(vehicle)
-        columns: dict[tuple[str, ...], list[float]] = {}
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.vehicle = vehicle
+        self.columns: dict[tuple[str, ...], list[float]] = {}
         thrusters = {f"T:{thruster.name}": n for n, thruster in enumerate(vehicle.thrusters)}
         self._thrust: list[list[tuple[int, float]]] = [[], [], []]
-        for axis, line in enumerate(lines):
+        for axis, line in enumerate(balances(vehicle)):
             for term in line.force:
                 if term.factors and term.factors[0] in thrusters:
                     self._thrust[axis].append((thrusters[term.factors[0]], term.coefficient))
                 else:
-                    columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
-        self._inverse = np.linalg.inv(mass_matrix(vehicle))
+                    self.columns.setdefault(tuple(sorted(term.factors)), [0.0, 0.0, 0.0])[axis] += term.coefficient
+        self.inverse = np.linalg.inv(mass_matrix(vehicle))
         self._beside = vehicle.y_g != 0.0
         if not self._beside:
-            self._inverse[0, 1:] = self._inverse[1:, 0] = 0.0  # surge stands alone
-        # Products of most factors come first, so that second and later factors are those of the first rows.
-        longest = sorted(columns, key=len, reverse=True)
-        self._weights = self._inverse @ np.array([columns[row] for row in longest] or np.zeros((0, 3))).T
-        names = [row or ("1",) for row in longest]
-        self._places = [
-            np.array([_SIGNALS.index(row[k]) for row in names if len(row) > k], dtype=int) for k in range(_FACTORS)
-        ]
-        used = {name for row in columns for name in row}
-        self._wakes = any(name.startswith("q_") for name in used)
-        self._steers = bool(used & {"cos psi", "sin psi"})
-        self._ages = "t" in used
-        self._blows = bool(used & {"u_a", "v_a", "|V_a|"})
-        self._signals = np.ones((len(_SIGNALS), batch))
-        self._products = [np.empty((len(names), batch)) for _ in range(2)]
-        self._turns = placed or self._moving or self._steers
+            self.inverse[0, 1:] = self.inverse[1:, 0] = 0.0  # surge stands alone
 
     def accelerations(self, forces: Array) -> Array:
         """M^-1 B f of thruster forces or losses (thrusters, steps, batch): (3, steps, batch)."""
@@ -75,11 +59,53 @@ class Flattened:
         for line, sums in zip(self._thrust, total, strict=True):
             for index, share in line:
                 sums += share * forces[index]
-        i = self._inverse
+        i = self.inverse
         if self._beside:
             return np.einsum("ij,jkb->ikb", i, total)
         ahead, across, turning = i[0, 0] * total[0], i[1, 1] * total[1] + i[1, 2] * total[2], total[1:]
         return np.stack([ahead, across, i[2, 1] * turning[0] + i[2, 2] * turning[1]])
+
+
+class Flattened:
+    """Rates of change of (8, batch) states: north, east, psi, u, v, r and the wake's filtered sway speed and yaw rate.
+
+    Parameters
+    ----------
+    crowd : vehicles, and the number of rollouts of each; theirs follow one another in the batch
+    placed : north and east are followed; else they stay
+    """
+
+    def __init__(self, crowd: Sequence[tuple[Terms, int]], placed: bool = True) -> None:
+        self._placed = placed
+        widths = [width for _, width in crowd]
+        ends = np.cumsum([0, *widths])
+
+        def each(symbol: str) -> Array | float:
+            """Value of a parameter in every column; one number where all have the same."""
+            values = [terms.vehicle.value(symbol) for terms, _ in crowd]
+            return values[0] if len(set(values)) == 1 else np.repeat(values, widths)
+
+        self._current = [each(symbol) for symbol in CURRENT]
+        self._moving, self._growing = (any(map(np.any, part)) for part in (self._current, self._current[2:]))
+        self._memory_time = each("memory_time")
+        # Products of most factors come first, so that second and later factors are those of the first rows.
+        longest = sorted({row: None for terms, _ in crowd for row in terms.columns}, key=len, reverse=True)
+        names = [row or ("1",) for row in longest]
+        self._weights = [
+            (terms.inverse @ np.array([terms.columns.get(row, _NONE) for row in longest] or np.zeros((0, 3))).T, a, b)
+            for (terms, _), a, b in zip(crowd, ends, ends[1:], strict=False)
+        ]
+        self._places = [
+            np.array([_SIGNALS.index(row[k]) for row in names if len(row) > k], dtype=int) for k in range(_FACTORS)
+        ]
+        used = {name for row in longest for name in row}
+        self._wakes = any(name.startswith("q_") for name in used)
+        self._steers = bool(used & {"cos psi", "sin psi"})
+        self._ages = "t" in used
+        self._blows = bool(used & {"u_a", "v_a", "|V_a|"})
+        self._signals = np.ones((len(_SIGNALS), ends[-1]))
+        self._products = [np.empty((len(names), ends[-1])) for _ in range(2)]
+        self._turns = placed or self._moving or self._steers
 
     def __call__(self, x: Array, outside: Outside) -> Array:
         """Rate of change of states (8, batch)."""
@@ -94,7 +120,9 @@ class Flattened:
             out[:2] = 0.0
         signals[1:4] = x[3:6]
         if self._moving:
-            north, east = current_at(self._vehicle, minutes) or (0.0, 0.0)
+            north, east, northwards, eastwards = self._current
+            if self._growing:
+                north, east = north + northwards * minutes, east + eastwards * minutes
             ahead, starboard = cosine * north + sine * east, cosine * east - sine * north
             signals[1] -= ahead
             signals[2] -= starboard
@@ -114,13 +142,14 @@ class Flattened:
         for places in self._places[1:]:
             if places.size:
                 products[: places.size] *= signals.take(places, 0, factor[: places.size], "clip")
-        np.matmul(self._weights, products, out=out[3:6])
+        for weights, begin, end in self._weights:
+            np.matmul(weights, products[:, begin:end], out=out[3:6, begin:end])
         out[3:6] += push if loss is None else push - loss * signals[1]
         if self._moving:
             out[3] += starboard * x[5]
             out[4] -= ahead * x[5]
-        if any(self._growing):
-            northwards, eastwards = self._growing
+        if self._growing:
+            northwards, eastwards = (rate / 60.0 for rate in self._current[2:])
             out[3] += cosine * northwards + sine * eastwards
             out[4] += cosine * eastwards - sine * northwards
         if self._wakes:

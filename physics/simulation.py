@@ -1,12 +1,12 @@
-"""Simulation of many rollouts at once: fixed-step RK4 of a vehicle, and a step for any acceleration, however stiff."""
+"""Simulation of many rollouts at once by fixed-step RK4, of one vehicle or of several side by side."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from .batch_rates import Flattened, Outside
+from .batch_rates import Flattened, Outside, Terms
 from .errors import RequestError
 from .forces import Actuation, actuation, memory_states, relative_velocity
 from .frames import Array, body_to_earth
@@ -16,12 +16,6 @@ from .vehicle import Vehicle
 SPEED_LIMIT = 50.0
 """Speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held: 100 knots, and eight turns a
 second."""
-
-_ERROR, _PARTS = 0.3, 8
-"""Error of a step, as a share of the speeds, above which it is halved, and most parts of a step: what turns fast under
-a force that only turns it has no other limit. Stability needs no more, and only bounds are asked of such rollouts."""
-_PROBE = 1e-4
-"""Step of a difference [m/s, rad/s], at rest: above the rounding of single precision, below what drag bends over."""
 
 Added = Callable[[int, Array], Array]
 """Acceleration over ground (3, batch) that is held during a step beside the vehicle's own, from the number of the step
@@ -57,40 +51,62 @@ STILL = Around()
 """Still air, at the beginning of the log."""
 
 
-def integrate(
-    vehicle: Vehicle | None,
-    time_step: float,
-    initial: Array,
-    thrust: Array,
-    load: Array,
-    memory: Array | None = None,
-    around: Around = STILL,
-    added: Added | None = None,
-) -> Rollouts:
+class Driven(NamedTuple):
+    """Rollouts of one vehicle over one number of steps.
+
+    Attributes
+    ----------
+    vehicle : None for a body on which no force acts
+    initial : (batch, 6) north, east, psi, u, v, r; or (batch, 4) without north and east, which are then not followed
+    thrust, load : (thrusters, steps + 1, batch) [N], [N s/m], linear between steps
+    memory : (batch, 2) initial wake memory of sway speed and yaw rate; None: the initial velocities
+    around : the air, linear between steps, and when the starts are
+    """
+
+    vehicle: Vehicle | None
+    initial: Array
+    thrust: Array
+    load: Array
+    memory: Array | None = None
+    around: Around = STILL
+
+    @property
+    def batch(self) -> int:
+        """How many rollouts there are."""
+        return self.initial.shape[0]
+
+    @property
+    def steps(self) -> int:
+        """How many steps each has."""
+        return self.thrust.shape[1] - 1
+
+
+def integrate(driven: Driven, time_step: float, added: Added | None = None) -> Rollouts:
     """Integrate the force equation by classical Runge-Kutta for a batch of starts.
 
     Parameters
     ----------
-    vehicle : None for a body on which no force acts, so that `added` is its whole acceleration
     time_step : [s]
-    initial : (batch, 6) north, east, psi, u, v, r; or (batch, 4) without north and east, which are then not followed
-    thrust, load : (thrusters, steps + 1, batch) [N], [N s/m], linear between steps
-    memory : (batch, 2) initial wake memory of sway speed and yaw rate; default: the initial velocities
-    around : the air, linear between steps, and when the starts are; default: still, at the beginning of the log
     added : acceleration beside the vehicle's; default: none. What is beyond `SPEED_LIMIT` in a step is cut there, or a
         rollout that diverges would be off the map before it is held
     """
-    air, clock = around
-    steps, batch = thrust.shape[1] - 1, initial.shape[0]
-    state, first = np.zeros((8, batch)), 6 - initial.shape[1]
-    state[first:6] = initial.T
-    own = None if vehicle is None else Flattened(vehicle, batch, placed=not first)
-    pushed, lost = np.zeros((3, steps + 1, batch)), None
-    if vehicle is not None and own is not None:
-        water = relative_velocity(vehicle, state[2], (state[3], state[4], state[5]), clock)
-        state[6:] = water[1:] if memory is None else memory.T
-        pushed, lost = own.accelerations(thrust), own.accelerations(load) if load.any() else None
-    held = None
+    return integrate_together([driven], time_step, added)[0]
+
+
+def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added | None = None) -> list[Rollouts]:
+    """Integrate the rollouts of several vehicles in one batch, which those that are done leave; see `integrate`.
+
+    Parameters
+    ----------
+    crowd : all with north and east, or all without; a body on which no force acts is alone
+    """
+    order = sorted(range(len(crowd)), key=lambda k: -crowd[k].steps)
+    lined = [crowd[k] for k in order]
+    ends = np.cumsum([0, *(one.batch for one in lined)]).tolist()
+    terms = [Terms(one.vehicle) for one in lined if one.vehicle is not None]
+    state, (pushed, lost, air, clock) = _side_by_side(lined, terms)
+    h, first, held = time_step, 6 - lined[0].initial.shape[1], None
+    own: Flattened | None = None
 
     def slope(x: Array, outside: Outside) -> Array:
         out = _idle(x) if own is None else own(x, outside)
@@ -98,26 +114,89 @@ def integrate(
             out[3:6] += held
         return out
 
-    h = time_step
+    histories = [np.empty((one.steps + 1, 6 - first, one.batch)) for one in lined]
+    diverged, done = np.zeros(ends[-1], dtype=bool), 0
+    for place, history in enumerate(histories):
+        history[0] = state[first:6, ends[place] : ends[place + 1]]
+    while any(going := [one for one in lined if one.steps > done]):
+        width = ends[len(going)]
+        state = state[:, :width].copy()
+        own = (
+            Flattened([(t, one.batch) for t, one in zip(terms, going, strict=False)], placed=not first)
+            if terms
+            else None
+        )
+        pushed, lost, air = (x if x is None else x[..., :width] for x in (pushed, lost, air))
+        clock = clock[:width] if isinstance(clock, np.ndarray) else clock
+        for k in range(done, going[-1].steps):
+            held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
+            begin, end = ((pushed[:, n], _at(lost, n), _at(air, n), clock + n * h / 60.0) for n in (k, k + 1))
+            between = clock + (k + 0.5) * h / 60.0
+            middle = (0.5 * (begin[0] + end[0]), _mean(begin[1], end[1]), _mean(begin[2], end[2]), between)
+            state = runge_kutta(slope, state, (begin, middle, end), h)
+            fast = ~(np.abs(state[3:6]).max(axis=0) <= SPEED_LIMIT)
+            if fast.any():
+                diverged[:width] |= fast
+                state[:, fast] = np.nan_to_num(state[:, fast], nan=0.0, posinf=0.0, neginf=0.0)
+                state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
+            for place in range(len(going)):
+                histories[place][k + 1] = state[first:6, ends[place] : ends[place + 1]]
+        done = going[-1].steps
+    rolled = [
+        Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged[ends[place] : ends[place + 1]])
+        for place, history in enumerate(histories)
+    ]
+    return [rolled[order.index(k)] for k in range(len(crowd))]
 
-    def now(step: float) -> Array | float:
-        return clock + step * h / 60.0
 
-    history = np.empty((steps + 1, 6 - first, batch))
-    history[0] = state[first:6]
-    diverged = np.zeros(batch, dtype=bool)
-    for k in range(steps):
-        held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
-        begin, end = ((pushed[:, n], _at(lost, n), _at(air, n), now(n)) for n in (k, k + 1))
-        middle = (0.5 * (begin[0] + end[0]), _mean(begin[1], end[1]), _mean(begin[2], end[2]), now(k + 0.5))
-        state = runge_kutta(slope, state, (begin, middle, end), h)
-        fast = ~(np.abs(state[3:6]).max(axis=0) <= SPEED_LIMIT)
-        if fast.any():
-            diverged |= fast
-            state[:, fast] = np.nan_to_num(state[:, fast], nan=0.0, posinf=0.0, neginf=0.0)
-            state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
-        history[k + 1] = state[first:6]
-    return Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged)
+_Series = tuple[Array, Array | None, Array | None, Array | float]
+"""What acts along rollouts: accelerations (3, steps + 1, batch) by the thrusters at zero advance, what they lose per
+advance speed, the velocity of the air (2, steps + 1, batch), and the minutes of the starts."""
+
+
+def _side_by_side(lined: Sequence[Driven], terms: Sequence[Terms]) -> tuple[Array, _Series]:
+    """States (8, batch) at the starts of all rollouts, and what acts along them."""
+    state = np.zeros((8, sum(one.batch for one in lined)))
+    state[6 - lined[0].initial.shape[1] : 6] = np.concatenate([one.initial.T for one in lined], axis=1)
+    clocks = [one.around.clock for one in lined]
+    clock = (
+        clocks[0]
+        if len(lined) == 1
+        else np.concatenate([np.broadcast_to(c, one.batch) for c, one in zip(clocks, lined, strict=True)])
+    )
+    if not terms:
+        return state, (np.zeros((3, lined[0].steps + 1, lined[0].batch)), None, None, clock)
+    state[6:] = np.concatenate([_remembered(one) for one in lined], axis=1)
+    pairs = list(zip(terms, lined, strict=True))
+    lost = air = None
+    pushed = _joined([own.accelerations(one.thrust) for own, one in pairs])
+    if any(one.load.any() for one in lined):
+        lost = _joined([own.accelerations(one.load) for own, one in pairs])
+    if any(one.around.air is not None for one in lined):
+        air = _joined(
+            [np.zeros((2, one.steps + 1, one.batch)) if (moving := one.around.air) is None else moving for one in lined]
+        )
+    return state, (pushed, lost, air, clock)
+
+
+def _remembered(one: Driven) -> Array:
+    """Wake memory of sway speed and yaw rate at the starts, (2, batch)."""
+    assert one.vehicle is not None, "a body on which no force acts has no wake"
+    if one.memory is not None:
+        return one.memory.T
+    psi, u, v, r = one.initial.T[-4:]
+    return np.stack(relative_velocity(one.vehicle, psi, (u, v, r), one.around.clock)[1:])
+
+
+def _joined(parts: Sequence[Array]) -> Array:
+    """Series (axes, steps + 1, batch) side by side, the longest first; zero after their ends."""
+    if len(parts) == 1:
+        return parts[0]
+    found, begin = np.zeros((*parts[0].shape[:2], sum(part.shape[2] for part in parts))), 0
+    for part in parts:
+        found[:, : part.shape[1], begin : begin + part.shape[2]] = part
+        begin += part.shape[2]
+    return found
 
 
 def _at(series: Array | None, step: int) -> Array | None:
@@ -158,6 +237,14 @@ def runge_kutta(
     return state + (step / 6.0) * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
+class Legs(NamedTuple):
+    """Rollouts that are asked of a motion: row numbers of their starts (batch,), and their number of time steps."""
+
+    motion: Motion
+    starts: np.ndarray
+    steps: int
+
+
 def rollout(
     vehicle: Vehicle | None,
     motion: Motion,
@@ -180,7 +267,20 @@ def rollout(
     RequestError
         when a start leaves fewer than `steps` rows.
     """
-    starts = check_starts(motion, starts, steps)
+    driven = _driven(vehicle, Legs(motion, starts, steps), placed)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return integrate(driven, motion.time_step, added)
+
+
+def rollouts(asked: Sequence[tuple[Vehicle, Legs]]) -> list[Rollouts]:
+    """`rollout` of several vehicles and motions of one time step, in one batch."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return integrate_together([_driven(*one) for one in asked], asked[0][1].motion.time_step)
+
+
+def _driven(vehicle: Vehicle | None, legs: Legs, placed: bool = True) -> Driven:
+    motion, steps = legs.motion, legs.steps
+    starts = check_starts(motion, legs.starts, steps)
     if vehicle is None:
         idle = np.zeros((0, motion.time.size))
         act, memory = Actuation(idle, idle), None
@@ -190,10 +290,8 @@ def rollout(
     where = (motion.position,) if placed else ()
     initial = np.column_stack([*where, motion.heading, motion.velocity])[starts]
     air = None if motion.air is None else motion.air.T[:, window]
-    thrust, load = act.thrust[:, window], act.load[:, window]
-    with np.errstate(over="ignore", invalid="ignore"):
-        around = Around(air, motion.minutes[starts])
-        return integrate(vehicle, motion.time_step, initial, thrust, load, memory, around, added)
+    around = Around(air, motion.minutes[starts])
+    return Driven(vehicle, initial, act.thrust[:, window], act.load[:, window], memory, around)
 
 
 def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:
@@ -210,68 +308,6 @@ def check_starts(motion: Motion, starts: np.ndarray, steps: int) -> np.ndarray:
             f"rollout of {steps} steps: starts must lie in 0..{motion.time.size - steps - 1}, got {found.tolist()[:5]}"
         )
     return found
-
-
-Answer = Callable[[Array, Array, Array], Array]
-"""Acceleration (n, 3) of velocities (n, 3), headings (n,) and commands (n, thrusters)."""
-
-
-def integrate_stiff(answer: Answer, initial: Array, commands: Array, time_step: float, limit: float) -> Rollouts:
-    """Integrate an acceleration that may be stiff, by a linearly implicit step of second order.
-
-    ROS2 of Verwer et al. (1999, SIAM J. Sci. Comput. 20(4), eq. 2.1) with gamma = 1 - 1/sqrt(2): L-stable, so that
-    damping of any size decays in a step of any size, and of second order whatever matrix stands for the Jacobian. Here
-    that is made of differences, its growing part taken off: else an L-stable step would damp what truly explodes.
-
-    Parameters
-    ----------
-    answer : called twice a step, once with four times the batch
-    initial : (batch, 6) north, east, psi, u, v, r
-    commands : (batch, steps + 1, thrusters), linear between steps
-    limit : speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held
-    """
-    batch, steps = commands.shape[0], commands.shape[1] - 1
-    history = np.empty((batch, steps + 1, 6))
-    history[:, 0] = state = initial.astype(float)
-    diverged, parts = np.zeros(batch, dtype=bool), 1
-    for k in range(steps):
-        ends, done = (commands[:, k], commands[:, k + 1]), 0
-        while done < parts:
-            pushed = ends[0] + (ends[1] - ends[0]) * ((done + 0.5) / parts)
-            trial, error = _implicit_step(answer, state, pushed, time_step / parts)
-            if parts < _PARTS and float(error[~diverged].max(initial=0.0)) > _ERROR:
-                done, parts = 2 * done, 2 * parts
-                continue
-            gone = ~(np.abs(trial[:, 3:]).max(axis=1) <= limit) | ~np.isfinite(trial).all(axis=1)
-            trial[gone, 3:] = np.clip(np.nan_to_num(trial[gone, 3:], nan=limit), -limit, limit)
-            diverged |= gone
-            state, done = np.where(diverged[:, None] & ~gone[:, None], state, np.nan_to_num(trial)), done + 1
-        history[:, k + 1] = state
-        if parts > 1 and float(error[~diverged].max(initial=0.0)) < 0.1 * _ERROR:
-            parts //= 2
-    return Rollouts(history, diverged)
-
-
-def _implicit_step(answer: Answer, state: Array, pushed: Array, h: float) -> tuple[Array, Array]:
-    """States (batch, 6) one step of `integrate_stiff` later, and its error (batch,) as a share of the speeds."""
-    gamma, eye, batch = 1.0 - np.sqrt(0.5), np.eye(3), state.shape[0]
-    psi, nu = state[:, 2], state[:, 3:]
-    probe = _PROBE * (1.0 + np.abs(nu))
-    asked = np.concatenate([nu[:, None], nu[:, None] + probe[:, :, None] * eye], axis=1).reshape(-1, 3)
-    said = answer(asked, np.repeat(psi, 4), np.repeat(pushed, 4, axis=0)).reshape(batch, 4, 3)
-    jacobian = np.swapaxes((said[:, 1:] - said[:, :1]) / probe[:, :, None], 1, 2)
-    growth = np.maximum(np.linalg.eigvals(jacobian).real.max(axis=1), 0.0)
-    inverse = np.linalg.inv(eye - gamma * h * (jacobian - growth[:, None, None] * eye))
-    one = np.einsum("bij,bj->bi", inverse, said[:, 0])
-    two = np.einsum("bij,bj->bi", inverse, answer(nu + h * one, psi + h * nu[:, 2], pushed) - 2.0 * one)
-    after = nu + h * (1.5 * one + 0.5 * two)
-    turned = psi + 0.5 * h * (nu[:, 2] + after[:, 2])
-    before, later = (body_to_earth(a, x[:, 0], x[:, 1]) for a, x in ((psi, nu), (turned, after)))
-    moved = 0.5 * h * (np.stack(before, axis=-1) + np.stack(later, axis=-1))
-    size = np.maximum(np.abs(nu), np.abs(after))
-    size = np.maximum(size, 0.1 * size.max(axis=0)) + _PROBE
-    error = np.abs(0.5 * h * (one + two) / size).max(axis=1)
-    return np.column_stack([state[:, :2] + moved, turned, after]), error
 
 
 def simulate_motion(vehicle: Vehicle, motion: Motion) -> Motion:

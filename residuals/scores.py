@@ -13,7 +13,8 @@ from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import accelerations
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import Array
-from ..physics.simulation import SPEED_LIMIT
+from ..physics.motion import Motion
+from ..physics.simulation import SPEED_LIMIT, Legs
 from .models.base import Model, rolled_out
 from .residual import same_filter
 
@@ -207,39 +208,49 @@ def rollout_errors(
     model: Model, data: DataSet, horizons: Sequence[float] = HORIZONS, spacing: float = SPACING
 ) -> Mapping[str, RolloutErrors]:
     """Squared errors of open-loop rollouts by horizon [s]; see `rollout_scores`."""
-    found: dict[str, list[tuple[Array, float]]] = {}
-    lost: dict[str, int] = {}
     spacing = max(spacing, data.seconds / _MOST_STARTS)
-    for motion in data.motions:
-        step = motion.time_step
+    motions = {id(motion): motion for motion in data.motions}
+    begun: dict[tuple[str, int], list[np.ndarray]] = {}
+    squares: dict[tuple[str, int], list[Array]] = {}
+    lost = dict.fromkeys([f"{h:g}" for h in horizons], 0)
+    asked = [legs for motion in data.motions for legs in _starts(motion, horizons, spacing)]
+    for legs, states in rolled_out(model, asked):
+        motion, rows = legs.motion, legs.starts[:, None] + np.arange(legs.steps + 1)
         truth = np.column_stack([motion.position, motion.heading, motion.velocity])
-        lengths = {f"{h:g}": round(h / step) for h in horizons if round(h / step) < motion.time.size}
-        every = max(1, round(spacing / step))
-        counted: set[int] = set()
-        begun: dict[str, list[np.ndarray]] = {}
-        squares: dict[str, list[Array]] = {}
-        for steps in sorted(set(lengths.values()), reverse=True):
-            starts = np.array([s for s in range(0, motion.time.size - steps, every) if s not in counted])
-            counted.update(starts.tolist())
-            for batch, states in rolled_out(model, motion, starts, steps):
-                error = states - truth[batch[:, None] + np.arange(steps + 1)]
-                place = (error[..., :2] ** 2).sum(axis=-1, keepdims=True)
-                per_row = np.concatenate([error[..., 3:] ** 2, place], axis=-1)
-                for name, length in lengths.items():
-                    if length <= steps:
-                        begun.setdefault(name, []).append(batch)
-                        squares.setdefault(name, []).append(per_row[:, 1 : length + 1].mean(axis=1))
-                        speeds = np.abs(states[:, 1 : length + 1, 3:]).max(axis=(1, 2))
-                        lost[name] = lost.get(name, 0) + int((speeds >= SPEED_LIMIT).sum())
-        for name, parts in squares.items():
-            order = np.argsort(np.concatenate(begun[name]))
-            found.setdefault(name, []).append((np.concatenate(parts)[order], every * step))
-    names = [f"{h:g}" for h in horizons]
-    return {
-        name: RolloutErrors(tuple(x for x, _ in found[name]), tuple(dt for _, dt in found[name]), lost[name])
-        for name in names
-        if name in found
-    }
+        error = states - truth[rows]
+        place = (error[..., :2] ** 2).sum(axis=-1, keepdims=True)
+        per_row = np.concatenate([error[..., 3:] ** 2, place], axis=-1)
+        for h in horizons:
+            key, length = (f"{h:g}", id(motion)), round(h / motion.time_step)
+            if length <= legs.steps:
+                begun.setdefault(key, []).append(legs.starts)
+                squares.setdefault(key, []).append(per_row[:, 1 : length + 1].mean(axis=1))
+                speeds = np.abs(states[:, 1 : length + 1, 3:]).max(axis=(1, 2))
+                lost[key[0]] += int((speeds >= SPEED_LIMIT).sum())
+    found: dict[str, RolloutErrors] = {}
+    for name in lost:
+        inside = [key for key in ((name, number) for number in motions) if key in squares]
+        if inside:
+            ordered = tuple(np.concatenate(squares[key])[np.argsort(np.concatenate(begun[key]))] for key in inside)
+            apart = tuple(_every(motions[number], spacing) * motions[number].time_step for _, number in inside)
+            found[name] = RolloutErrors(ordered, apart, lost[name])
+    return found
+
+
+def _every(motion: Motion, spacing: float) -> int:
+    """Rows from one start to the next."""
+    return max(1, round(spacing / motion.time_step))
+
+
+def _starts(motion: Motion, horizons: Sequence[float], spacing: float) -> list[Legs]:
+    """Starts along a motion, each with the longest horizon for which there is room."""
+    step, found, counted = motion.time_step, [], -1
+    lengths = {round(h / step) for h in horizons}
+    for steps in sorted((n for n in lengths if n < motion.time.size), reverse=True):
+        starts = np.arange(0, motion.time.size - steps, _every(motion, spacing))
+        found.append(Legs(motion, starts[starts > counted], steps))
+        counted = int(starts[-1])
+    return [legs for legs in found if legs.starts.size]
 
 
 def _score(measured: Sequence[Array], error: Sequence[Array]) -> AccelerationScore:

@@ -12,7 +12,9 @@ from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import accelerations
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts
+from ..physics.frames import Array
 from ..physics.motion import Motion
+from ..physics.simulation import Legs
 from .models.base import Model, VehicleModel, rolled_out
 from .residual import residual, same_filter
 
@@ -31,10 +33,13 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     accelerations filtered alike, open-loop rollouts restarted every 10 s, and the residual force of the first model
     (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns.
     """
-    found = []
-    for stretch in stretches(parts):
+    found, along = [], list(stretches(parts))
+    states = {
+        model: restarted(model, [stretch.motion for stretch in along]) for model in dict.fromkeys((before, after))
+    }
+    for number, stretch in enumerate(along):
         columns, motion = _measured(stretch, channels), stretch.motion
-        said = {model: _predicted(model, stretch) for model in dict.fromkeys((before, after))}
+        said = {model: np.column_stack([_modelled(model, stretch), states[model][number]]) for model in states}
         for name, model in (("before", before), ("after", after)):
             columns |= named([f"{column}_{name}" for column in _PREDICTED], said[model])
         if isinstance(before, VehicleModel):
@@ -104,23 +109,24 @@ def _measured(stretch: Stretch, channels: Sequence[str]) -> Columns:
     }
 
 
-def _predicted(model: Model, stretch: Stretch) -> np.ndarray:
-    """What a model says along a stretch, (n, 9): see `_PREDICTED`."""
-    motion = stretch.motion
-    modelled = same_filter(model.acceleration(motion), motion, stretch.data)
-    return np.column_stack([modelled, restarted(model, motion)])
+def _modelled(model: Model, stretch: Stretch) -> Array:
+    """The acceleration that a model says along a stretch, filtered as the measured one, (n, 3)."""
+    return same_filter(model.acceleration(stretch.motion), stretch.motion, stretch.data)
 
 
-def restarted(model: Model, motion: Motion) -> np.ndarray:
-    """Open-loop states along a motion, put back on the measurement every 10 s: (n, 6) north, east, psi, u, v, r."""
-    n, every = motion.time.size, round(RESTART / motion.time_step)
-    states = np.column_stack([motion.position, motion.heading, motion.velocity])
-    truth = states.copy()
-    starts = np.arange(0, n - every, every)
-    for batch, rolled in rolled_out(model, motion, starts, every):
-        states[batch[:, None] + np.arange(every)] = rolled[:, :-1]
-    last = int(starts[-1]) + every if starts.size else 0
-    if last < n - 1:
-        states[last:] = model.rollout(motion, np.array([last]), n - 1 - last).states[0]
-    states[::every] = truth[::every]
-    return states
+def restarted(model: Model, motions: Sequence[Motion]) -> list[Array]:
+    """Open-loop states along motions, put back on the measurement every 10 s: (n, 6) north, east, psi, u, v, r."""
+    found: dict[int, Array] = {}
+    asked: list[Legs] = []
+    for motion in motions:
+        found[id(motion)] = np.column_stack([motion.position, motion.heading, motion.velocity])
+        end, every = motion.time.size - 1, round(RESTART / motion.time_step)
+        starts = np.arange(0, end + 1 - every, every)
+        last = int(starts[-1]) + every if starts.size else 0
+        whole, rest = Legs(motion, starts, every), Legs(motion, np.array([last]), end - last)
+        asked += [legs for legs in (whole, rest) if legs.starts.size and legs.steps]
+    for legs, states in rolled_out(model, asked):
+        whole = legs.steps == round(RESTART / legs.motion.time_step)
+        ahead = np.arange(1, legs.steps + (not whole))  # where one ends another starts, from the measurement
+        found[id(legs.motion)][legs.starts[:, None] + ahead] = states[:, ahead]
+    return [found[id(motion)] for motion in motions]

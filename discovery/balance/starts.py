@@ -15,7 +15,7 @@ from ...physics.errors import RequestError
 from ...physics.forces import memory_states
 from ...physics.frames import Array
 from ...physics.motion import Motion
-from ...physics.simulation import Around, integrate
+from ...physics.simulation import Around, Driven, integrate
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE
@@ -142,7 +142,7 @@ class Rollings:
         memory = self.memory(vehicle) if remembers else None
         with np.errstate(over="ignore", invalid="ignore"):
             around = Around(self.air, self.minutes[0])
-            return integrate(vehicle, self.step, self.initial, thrust, load, memory, around).states
+            return integrate(Driven(vehicle, self.initial, thrust, load, memory, around), self.step).states
 
     @property
     def minutes(self) -> Array:

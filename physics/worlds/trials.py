@@ -15,7 +15,7 @@ import numpy as np
 from ..forces import actuation
 from ..frames import Array
 from ..motion import Motion
-from ..simulation import Around, integrate
+from ..simulation import Around, Driven, integrate
 from ..vehicle import Vehicle
 from .manoeuvres import COMMAND_STEP, hold, thruster_commands
 
@@ -193,7 +193,7 @@ def drive(
     initial = np.zeros((len(runs), 6))
     initial[:, 2] = [heading + turn for _, turn in runs]
     with np.errstate(over="ignore", invalid="ignore"):
-        result = integrate(vehicle, COMMAND_STEP, initial, thrust, load, around=Around(None, minutes))
+        result = integrate(Driven(vehicle, initial, thrust, load, around=Around(None, minutes)), COMMAND_STEP)
     driven: list[list[Motion]] = [[] for _ in trials]
     for (k, _), states, diverged in zip(runs, result.states, result.diverged, strict=True):
         if not diverged:

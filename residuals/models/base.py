@@ -10,12 +10,12 @@ from ...measurements.preparation.held_out import Fold
 from ...physics.forces import held_acceleration, modelled_acceleration
 from ...physics.frames import Array
 from ...physics.motion import Motion
-from ...physics.simulation import Rollouts, rollout
+from ...physics.simulation import Legs, Rollouts, rollout, rollouts
 from ...physics.vehicle import Vehicle
 
 Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
-_AT_ONCE = 512
-"""Rollouts of one batch: enough for arrays to pay, and few enough for 50 MB whatever the log's length."""
+_AT_ONCE = 300_000
+"""Steps of all rollouts of one batch: enough for arrays to pay, and few enough for 50 MB whatever the log's length."""
 
 
 class Model(ABC):
@@ -53,6 +53,10 @@ class Model(ABC):
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion."""
 
+    def rollouts(self, asked: Sequence[Legs]) -> list[Rollouts]:
+        """The rollouts of several motions of one time step."""
+        return [self.rollout(*legs) for legs in asked]
+
     @abstractmethod
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """Acceleration over ground in states that have lasted, (n, 3) [m/s^2, m/s^2, rad/s^2], in still air.
@@ -65,10 +69,26 @@ class Model(ABC):
         """
 
 
-def rolled_out(model: Model, motion: Motion, starts: np.ndarray, steps: int) -> Iterator[tuple[np.ndarray, Array]]:
-    """Rows (batch,) and states (batch, steps + 1, 6) of open-loop rollouts, in batches that memory does not notice."""
-    for batch in (starts[k : k + _AT_ONCE] for k in range(0, starts.size, _AT_ONCE)):
-        yield batch, model.rollout(motion, batch, steps).states
+def rolled_out(model: Model, asked: Sequence[Legs]) -> Iterator[tuple[Legs, Array]]:
+    """Open-loop rollouts, the longest first, and their states (batch, steps + 1, 6), a few at a time for the memory."""
+    crowd: list[Legs] = []
+    for part in (part for legs in sorted(asked, key=lambda legs: -legs.steps) for part in _cut(legs)):
+        alike = not crowd or crowd[0].motion.time_step == part.motion.time_step
+        if not alike or sum(legs.starts.size * legs.steps for legs in (*crowd, part)) > _AT_ONCE:
+            yield from zip(crowd, _states(model, crowd), strict=True)
+            crowd = []
+        crowd.append(part)
+    yield from zip(crowd, _states(model, crowd), strict=True)
+
+
+def _states(model: Model, crowd: Sequence[Legs]) -> list[Array]:
+    return [found.states for found in model.rollouts(crowd)] if crowd else []
+
+
+def _cut(legs: Legs) -> list[Legs]:
+    """The same rollouts in parts of at most `_AT_ONCE` steps."""
+    most = max(1, _AT_ONCE // legs.steps)
+    return [legs._replace(starts=legs.starts[k : k + most]) for k in range(0, legs.starts.size, most)]
 
 
 @final
@@ -105,6 +125,10 @@ class VehicleModel(Model):
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         """See `Model.rollout`."""
         return rollout(self._of(motion), motion, starts, steps)
+
+    def rollouts(self, asked: Sequence[Legs]) -> list[Rollouts]:
+        """See `Model.rollouts`."""
+        return rollouts([(self._of(legs.motion), legs) for legs in asked])
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """See `Model.settled`."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from undertow.physics.batch_rates import Flattened
+from undertow.physics.batch_rates import Flattened, Terms
 from undertow.physics.effects import EFFECTS
 from undertow.physics.forces import ForceEquation, relative_velocity
 from undertow.physics.frames import body_to_earth
@@ -28,9 +28,10 @@ def test_it_gives_what_the_force_equation_gives(name: str, windy: bool) -> None:
     x = rng.normal(size=(8, 20))
     thrust, load = (rng.normal(size=(len(vehicle.thrusters), 1, 20)) for _ in range(2))
     wind = rng.normal(size=(2, 20)) if windy else None
-    flat = Flattened(vehicle, 20)
+    terms = Terms(vehicle)
+    flat = Flattened([(terms, 20)])
     minutes = rng.uniform(0.0, 8.0, 20)
-    found = flat(x, (flat.accelerations(thrust)[:, 0], flat.accelerations(load)[:, 0], wind, minutes))
+    found = flat(x, (terms.accelerations(thrust)[:, 0], terms.accelerations(load)[:, 0], wind, minutes))
     equation, velocity = ForceEquation(vehicle), (x[3], x[4], x[5])
     relative = relative_velocity(vehicle, x[2], velocity, minutes)
     air = None if wind is None else (wind[0], wind[1])
@@ -46,7 +47,8 @@ def test_two_thrusters_that_push_alike_turn_nobody() -> None:
     vehicle = load_vehicle("blueboat")
     rng = np.random.default_rng(6)
     push = np.repeat(rng.normal(size=(1, 1, 9)), 2, axis=0)
-    flat = Flattened(vehicle, 9)
+    terms = Terms(vehicle)
+    flat = Flattened([(terms, 9)])
     x = np.zeros((8, 9))
     x[3] = rng.normal(size=9)
-    assert not flat(x, (flat.accelerations(push)[:, 0], None, None, 0.0))[4:6].any()
+    assert not flat(x, (terms.accelerations(push)[:, 0], None, None, 0.0))[4:6].any()

@@ -10,7 +10,7 @@ from undertow.physics.effects import EFFECTS, Effect
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.forces import modelled_acceleration
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import SPEED_LIMIT, integrate, rollout, simulate_motion
+from undertow.physics.simulation import SPEED_LIMIT, Driven, Legs, integrate, rollout, rollouts, simulate_motion
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 
@@ -63,7 +63,7 @@ def test_runge_kutta_converges_with_order_four() -> None:
     def end(step: float) -> np.ndarray:
         steps = round(2.0 / step)
         thrust = np.tile(np.array([[20.0], [12.0]])[:, None, :], (1, steps + 1, 1))
-        return integrate(vehicle, step, start, thrust, np.zeros_like(thrust)).states[0, -1]
+        return integrate(Driven(vehicle, start, thrust, np.zeros_like(thrust)), step).states[0, -1]
 
     exact = end(0.2 / 64)
     errors = [np.abs(end(h) - exact).max() for h in (0.2, 0.1, 0.05)]
@@ -81,6 +81,34 @@ def test_a_batch_equals_its_members() -> None:
     for k, start in enumerate(starts):
         alone = rollout(vehicle, motion, np.array([start]), 100).states[0]
         np.testing.assert_allclose(together[k], alone, rtol=1e-11, atol=1e-13)
+
+
+def test_vehicles_motions_and_lengths_of_one_batch_do_not_see_each_other() -> None:
+    hull = load_vehicle("blueboat")
+    drifting = hull.with_values({"current_east": 0.3, "memory_sway": 12.0, "y_g": 0.05, "advance_loss": 0.2})
+    changing = hull.with_values({"current_rate_north": 0.1, "memory_yaw": 3.0, "memory_time": 2.0, "X_uu": -9.0})
+    motion = commanded(hull, 20.0, 0.05)
+    windy = replace(motion, air=np.tile([2.0, -1.0], (motion.time.size, 1)), minutes=motion.minutes + 3.0)
+    blown = hull.with_values({"wind_x": 0.4})
+    asked = [
+        (drifting, Legs(motion, np.array([3]), 40)),
+        (changing, Legs(motion, np.array([0, 37, 200]), 100)),
+        (hull, Legs(motion, np.array([5, 9]), 40)),
+        (blown, Legs(windy, np.array([11]), 150)),
+    ]
+    for (vehicle, legs), together in zip(asked, rollouts(asked), strict=True):
+        alone = rollout(vehicle, *legs)
+        assert together.states.shape == (legs.starts.size, legs.steps + 1, 6)
+        np.testing.assert_allclose(together.states, alone.states, rtol=1e-11, atol=1e-13)
+
+
+def test_who_diverges_in_a_batch_is_alone_in_it() -> None:
+    hull, motion = load_vehicle("blueboat"), commanded(load_vehicle("blueboat"), 20.0, 0.1)
+    asked = [(v, Legs(motion, np.array([0, 5]), 150)) for v in (hull, hull.with_values({"X_u": 60.0, "X_uu": 40.0}))]
+    calm, lost = rollouts(asked)
+    assert not calm.diverged.any()
+    assert lost.diverged.all()
+    np.testing.assert_allclose(calm.states, rollout(*asked[0][:1], *asked[0][1]).states, rtol=1e-11, atol=1e-13)
 
 
 def test_rollout_from_the_middle_continues_the_simulation() -> None:

@@ -1,17 +1,18 @@
 """A trial of bounded thrust: extremes held and random commands, met from rest; and how fast a vehicle goes in it."""
 
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from itertools import product
 
 import numpy as np
 
-from ...batch_rates import Flattened
+from ...batch_rates import Flattened, Terms
 from ...forces import calm, held_thrust
 from ...frames import Array
 from ...matrices import mass_matrix
 from ...motion import Motion
-from ...simulation import Answer, Rollouts, integrate_stiff
+from ...simulation import Rollouts
+from ...stiff_simulation import Answer, integrate_stiff
 from ...thrusters import command_of
 from ...vehicle import Vehicle
 from ..damping_power import Envelope, envelope_of, mass_margin
@@ -117,9 +118,10 @@ class Settling:
 def settling(vehicle: Vehicle, pool: Array, seed: int = 0) -> Settling:
     """Roll a vehicle out under extreme and random commands, the former until its speeds settle, if they do."""
     commands, held = trial_commands(pool, seed)
-    rates = cache(partial(Flattened, calm(vehicle), placed=False))  # a batch of each size has its own
+    terms = Terms(calm(vehicle))
+    rates = cache(lambda batch: Flattened([(terms, batch)], placed=False))  # a batch of each size has its own
     both = (each.reshape(-1, *commands.shape[:2]) for each in held_thrust(vehicle, commands.reshape(-1, pool.shape[1])))
-    thrust = np.concatenate([rates(1).accelerations(each) for each in both]).transpose(1, 2, 0)
+    thrust = np.concatenate([terms.accelerations(each) for each in both]).transpose(1, 2, 0)
 
     def answer(nu: Array, psi: Array, pushed: Array) -> Array:
         state = np.vstack([np.zeros((2, psi.size)), psi, nu.T, nu.T[1:]])  # a wake that has settled

@@ -12,7 +12,7 @@ from undertow.measurements.preparation.standardisation import Standardisation
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import integrate
+from undertow.physics.simulation import Driven, integrate
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
@@ -217,7 +217,7 @@ def test_a_rollout_goes_on_as_the_network_would_along_its_own_path(name: str, mo
         return held[k][:, None]
 
     act = np.stack([walked.commands.T[:, start : start + steps + 1]], axis=-1)
-    again = integrate(HULL, STEP, states[:1], act, np.zeros_like(act), added=replayed).states[0]
+    again = integrate(Driven(HULL, states[:1], act, np.zeros_like(act)), STEP, replayed).states[0]
     assert again == pytest.approx(states, abs=1e-9)
 
 
