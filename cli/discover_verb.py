@@ -71,14 +71,19 @@ def tell_discovery(
     import time
 
     begun = time.perf_counter()
-    from ..discovery.settings import DiscoverySettings
-    from ..reports.page.outcome import opening
-    from ..reports.terminal import failures_screen as screen
-    from ..reports.terminal import findings_screen as terminal
-    from ..workflows.discover_and_add import discover as find
-    from ..workflows.run_folder.write import write_run
+    from ..measurements.statistics.second_processor import beside
+    from ..workflows import inputs as _  # noqa: F401 (what both processes need is loaded once)
 
-    run = find(read(), DiscoverySettings(seed=seed, refit=refit), progress=progress)
+    with beside(read) as reading:  # the search is loaded while the logs are read
+        from ..discovery.settings import DiscoverySettings
+        from ..reports.page.outcome import opening
+        from ..reports.terminal import failures_screen as screen
+        from ..reports.terminal import findings_screen as terminal
+        from ..workflows.discover_and_add import discover as find
+        from ..workflows.run_folder.write import write_run
+
+        inputs = reading()
+    run = find(inputs, DiscoverySettings(seed=seed, refit=refit), progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)
     findings = run.findings
     if as_json:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..measurements.preparation.held_out import Fold, folds_of
+from ..measurements.statistics.second_processor import shared
 from ..physics.laws.damping_power import Envelope
 from ..physics.vehicle import Vehicle
 from .candidates.linearisation import Linearisation, Option
@@ -81,18 +82,20 @@ def fold_models(
     linear, whole = about
     folds = folds_of(search.balance.motions)
     blind = [WithoutFold(search, fold) for fold in folds]
-    named: list[tuple[str, ...]] = []
-    sure: list[tuple[str, ...]] = []
-    last: list[Vehicle] = []
-    for one in blind:
+
+    def anew(one: WithoutFold) -> tuple[tuple[str, ...], tuple[str, ...], Vehicle]:
         scores = one.seen(linear, whole)
         chosen, found = one.choose(linear, scores, final)
-        sure.append(tuple(key for key in found if key not in unsure))
         kept = [option for key, option in chosen.items() if key not in unsure or not option.present]
-        named.append(one.named([option.key for option in kept if option.present]))
-        last.append(_fitted(scores, kept, search.nominal, envelope))
+        named = one.named([option.key for option in kept if option.present])
+        sure = tuple(key for key in found if key not in unsure)
+        return named, sure, _fitted(scores, kept, search.nominal, envelope)
+
+    selected = shared(anew, blind)
+    named, sure = tuple(names for names, _, _ in selected), tuple(names for _, names, _ in selected)
+    last = tuple(vehicle for _, _, vehicle in selected)
     between = _refitted(search, blind, steps[1:-1], envelope)
-    return FoldModels(folds, tuple(named), tuple(sure), (*between, tuple(last)) if len(steps) > 1 else ())
+    return FoldModels(folds, named, sure, (*between, last) if len(steps) > 1 else ())
 
 
 def models_of_given(search: Search, steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope) -> FoldModels:

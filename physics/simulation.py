@@ -126,7 +126,7 @@ def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added |
             if terms
             else None
         )
-        pushed, lost, air = (x if x is None else x[..., :width] for x in (pushed, lost, air))
+        pushed, lost, air = pushed[..., :width], _first(lost, width), _first(air, width)
         clock = clock[:width] if isinstance(clock, np.ndarray) else clock
         for k in range(done, going[-1].steps):
             held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
@@ -197,6 +197,10 @@ def _joined(parts: Sequence[Array]) -> Array:
         found[:, : part.shape[1], begin : begin + part.shape[2]] = part
         begin += part.shape[2]
     return found
+
+
+def _first(series: Array | None, width: int) -> Array | None:
+    return None if series is None else series[..., :width]
 
 
 def _at(series: Array | None, step: int) -> Array | None:

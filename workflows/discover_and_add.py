@@ -13,13 +13,12 @@ from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
-from ..measurements.statistics.second_processor import beside
+from ..measurements.statistics.second_processor import beside, shared
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
 from ..physics.sources import WHOLE, with_sources
-from ..reports.terminal.pace import paced
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate
 from ..residuals.series import series
@@ -117,7 +116,7 @@ def assess(
         progress("scoring every step on held-out data")
     models = _models(found, _folds(inputs, found))
     table = series(models[0], models[-1], inputs.parts, inputs.channels)
-    errors = [evaluate(model, inputs.parts.judged) for model in paced(models[1:], "models scored", progress)]
+    errors = shared(partial(evaluate, data=inputs.parts.judged), models[1:])
     hand_back()
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")

@@ -15,8 +15,8 @@ from ..balance.base import Balance
 Single = NDArray[np.float32]
 REHEARSALS = 999
 """Copies: where none of them looks as good as the log, that is 1 in 1,000."""
-_NUMBERS = 2_000_000
-"""Numbers of the copies that are worked on at a time, in single precision: 8 MB."""
+_NUMBERS = 500_000
+"""Numbers of the copies that are worked on at a time, in single precision: 2 MB."""
 _LEAST_SIZE = 0.1
 """Least size of the rest in a block, as a share of its size in the whole log: no block is without noise."""
 
