@@ -7,6 +7,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from ..measurements.kinematics import compass_shown
+from ..measurements.preparation.held_out import folds_of
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
@@ -128,7 +129,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     rests = lasting_rests(forces, search.balance, state.vehicle)
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
     told = steps(search, final, lawful.vehicle, CALIBRATED)
-    unseen = fold_models(search, state, final, (linear, scores), told, lawful.passivity.envelope)
+    parts = folds_of(basis.forces.motions)
+    unseen = fold_models(search, parts, state, final, (linear, scores), told, lawful.passivity.envelope)
     folds = unseen.counted(search.named(final.active))
     held_back = {
         **{key: Doubt(Reason.NOT_IN_MOST_FOLDS, why) for key, why in folds.doubts(kept).items()},
@@ -282,7 +284,7 @@ def _add(basis: Basis, groups: Sequence[list[Candidate]]) -> Discovery:
     sure = [e.key for e in added if e.sure]
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
     sensors = record_errors(search, state.vehicle, state.active, told)
-    unseen = models_of_given(search, steps, lawful.passivity.envelope)
+    unseen = models_of_given(search, folds_of(basis.forces.motions), steps, lawful.passivity.envelope)
     findings = findings.but(folds=Folds(count=len(unseen.folds)))
     findings = findings.but(headline=f"Added by name: {', '.join(str(label) for label in order)}{by}.", sensors=sensors)
     return Discovery(nominal, corrected, tuple(steps), findings, error, noise, basis, unseen, notes)

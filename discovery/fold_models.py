@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..measurements.preparation.held_out import Fold, folds_of
+from ..measurements.preparation.held_out import Fold
 from ..measurements.statistics.second_processor import shared
 from ..physics.laws.damping_power import Envelope
 from ..physics.vehicle import Vehicle
@@ -57,16 +57,18 @@ class FoldModels:
 
 def fold_models(
     search: Search,
+    folds: Sequence[Fold],
     state: State,
     final: State,
     about: tuple[Linearisation, GramScores],
     steps: Sequence[tuple[str | None, Vehicle]],
     envelope: Envelope,
 ) -> FoldModels:
-    """Select and fit anew without each fold of the motions that a search works on.
+    """Select and fit anew without each fold.
 
     Parameters
     ----------
+    folds : of the whole log: where rollouts judge, what is too short for one is not in the search, but it is judged
     state : what the search selected on the whole log
     final : the part of it that was kept; what was not is kept out of the models of folds, too
     about : columns and scores about it
@@ -80,7 +82,6 @@ def fold_models(
     """
     unsure = set(search.named(state.active)) - set(search.named(final.active))
     linear, whole = about
-    folds = folds_of(search.balance.motions)
     blind = [WithoutFold(search, fold) for fold in folds]
 
     def anew(one: WithoutFold) -> tuple[tuple[str, ...], tuple[str, ...], Vehicle]:
@@ -95,14 +96,15 @@ def fold_models(
     named, sure = tuple(names for names, _, _ in selected), tuple(names for _, names, _ in selected)
     last = tuple(vehicle for _, _, vehicle in selected)
     between = _refitted(search, blind, steps[1:-1], envelope)
-    return FoldModels(folds, named, sure, (*between, last) if len(steps) > 1 else ())
+    return FoldModels(tuple(folds), named, sure, (*between, last) if len(steps) > 1 else ())
 
 
-def models_of_given(search: Search, steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope) -> FoldModels:
+def models_of_given(
+    search: Search, folds: Sequence[Fold], steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope
+) -> FoldModels:
     """Fit effects that somebody chose, so that no fold selects any, anew without each fold; see `fold_models`."""
-    folds = folds_of(search.balance.motions)
     blind = [WithoutFold(search, fold) for fold in folds]
-    return FoldModels(folds, (), (), tuple(_refitted(search, blind, steps[1:], envelope)))
+    return FoldModels(tuple(folds), (), (), tuple(_refitted(search, blind, steps[1:], envelope)))
 
 
 def _refitted(

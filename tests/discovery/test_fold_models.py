@@ -1,12 +1,14 @@
 """What a fold judges was selected and fitted without it, and a name that needs one part of a log is not certain."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.basis import choose
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.discover import add_effects, find_missing
@@ -81,6 +83,17 @@ def test_a_number_of_which_a_fold_shows_nothing_keeps_its_null_there():
     only_ahead = replace(first, commands=np.maximum(first.commands, 0.0), run_up=None)
     added = add_effects([only_ahead, rich], HULL, ["reverse_thrust_loss"], DiscoverySettings())
     assert added.unseen.steps[-1][-1].value("reverse_scale") == 1.0
+
+
+def test_folds_are_those_of_the_whole_log_where_rollouts_judge(motion: Motion):
+    """What is too short for a rollout is in no search, but its rows are judged."""
+    ends = [*range(0, 21, 3), 120]
+    rows = [round(end / motion.time_step) for end in ends]
+    pieces = [motion.slice(first + 2, last) for first, last in pairwise(rows)]
+    basis = choose(pieces, HULL, DiscoverySettings()).rolling("rollouts judge")
+    assert len(basis.balance().motions) == 1
+    added = add_effects(pieces, HULL, ["surge_quadratic_damping"], DiscoverySettings(), basis)
+    assert added.unseen.folds == folds_of(pieces)
 
 
 def test_an_effect_that_a_fold_does_not_find_is_in_the_model_but_not_certain():
