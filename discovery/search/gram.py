@@ -89,13 +89,15 @@ class GramScores:
     def seeing(self, seen: np.ndarray, columns: Array, noise: Array, block: np.ndarray) -> "GramScores":
         """The same scores from some tests alone, in the same units; blocks of which none is seen stay, and are empty.
 
+        Where none is seen at all, nothing speaks for any option.
+
         Parameters
         ----------
         seen : (tests,) which tests
         columns, noise, block : as they were given for all of them
         """
         other = copy(self)
-        other.tests = int(seen.sum())
+        other.tests = max(int(seen.sum()), 1)  # so that of none, every mean is nothing
         other.gram, unit = self.gram.copy(), 1.0 / (self.scale[:, None] * self.scale)
         other.noise = None if self.noise is None else self.noise.copy()
         for k in np.unique(block[~seen]):

@@ -52,7 +52,7 @@ class WithoutFold(Scoring):
     def __init__(self, search: Scoring, fold: Fold) -> None:
         super().__init__(search.balance, search.nominal, search.pool, search.settings)
         self._fold, seen = fold, search.balance.outside(fold)
-        self.tests = int(seen.sum())
+        self.tests = max(int(seen.sum()), 1)
         self._share = float(seen.mean())
         balances = np.where(seen[:, None], search.balance.balances(search.nominal), 0.0)
         self.noise_blocks = noise_by_block(balances, search.balance.block)

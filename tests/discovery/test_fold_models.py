@@ -13,7 +13,9 @@ from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
 from undertow.discovery.discover import add_effects, find_missing
 from undertow.discovery.findings import Folds
+from undertow.discovery.search.floating import Search
 from undertow.discovery.search.gram import GramScores
+from undertow.discovery.search.unseen_fold import WithoutFold
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.held_out import folds_of
 from undertow.physics.motion import Motion
@@ -94,6 +96,27 @@ def test_folds_are_those_of_the_whole_log_where_rollouts_judge(motion: Motion):
     assert len(basis.balance().motions) == 1
     added = add_effects(pieces, HULL, ["surge_quadratic_damping"], DiscoverySettings(), basis)
     assert added.unseen.folds == folds_of(pieces)
+
+
+def test_without_the_only_fold_with_commands_a_model_stays_as_it_was():
+    """Rollouts without a command are not laid, so that none is left to fit to."""
+    driven = simulate_world(HULL, {"surge_quadratic_damping": -8.0}, duration=240.0, noise="field", seed=4).motion()
+    later = driven.time > driven.time[0] + 48.0
+    idle = replace(driven, commands=np.where(later[:, None], 0.0, driven.commands))
+    basis = choose([idle], HULL, DiscoverySettings()).rolling("rollouts judge")
+    added = add_effects([idle], HULL, ["surge_quadratic_damping"], DiscoverySettings(), basis)
+    first, *others = (vehicle.value("X_uu") for vehicle in added.unseen.steps[-1])
+    assert first == HULL.value("X_uu")
+    assert others == pytest.approx([added.corrected.value("X_uu")] * 3, rel=1e-3)
+    name = "surge_quadratic_damping"
+    pool = [candidate for candidate in basis.pool if candidate.key in (name, "surge_linear_damping")]
+    search = Search(basis.balance(), HULL, pool, DiscoverySettings().search)
+    state = search.evaluate(added.corrected, [name])
+    linear, scores = search.linearise(state.vehicle, state.active)
+    blind = WithoutFold(search, added.unseen.folds[0])
+    chosen, found = blind.choose(linear, blind.seen(linear, scores), state)
+    assert not any(option.present for option in chosen.values())
+    assert found == [name], "the rest of the log shows too little to speak against it"
 
 
 def test_an_effect_that_a_fold_does_not_find_is_in_the_model_but_not_certain():
