@@ -115,7 +115,7 @@ def _refitted(
     known = {candidate.key: candidate for candidate in search.pool}
     for label, vehicle in steps:
         named += [label] if label in known else []
-        active = (*search.nuisances, *named)
+        active = [*(c.key for c in search.pool if c.nuisance and c.fitted(named)), *named]
         linear, whole = search.linearise(vehicle, active, pool=[known[key] for key in active], standing=True)
         chosen = [linear.options[key][0] for key in active]
         scores = [one.seen(linear, whole) for one in blind]

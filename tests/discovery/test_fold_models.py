@@ -119,6 +119,18 @@ def test_without_the_only_fold_with_commands_a_model_stays_as_it_was():
     assert found == [name], "the rest of the log shows too little to speak against it"
 
 
+def test_a_delay_is_fitted_without_a_fold_as_it_is_with_all():
+    """The offset of the record, which is the same in the forces, is in no model with a delay."""
+    delays = (0.5, 0.2, 0.2, 0.2)
+    logs = [
+        replace(simulate_world(HULL, {"input_delay": d}, duration=60.0, seed=k).motion(), source=f"{k}.csv")
+        for k, d in enumerate(delays)
+    ]
+    added = add_effects(logs, HULL, ["input_delay"], DiscoverySettings())
+    without_the_first = added.unseen.steps[-1][0]
+    assert without_the_first.value("delay") == pytest.approx(0.2, abs=0.01)
+
+
 def test_an_effect_that_a_fold_does_not_find_is_in_the_model_but_not_certain():
     told = Folds(count=4, same_names=1, named={"surge_trim": 4, "cg_offset": 1})
     assert told.doubts(["surge_trim", "cg_offset"]) == {
