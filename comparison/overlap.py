@@ -17,8 +17,9 @@ from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.neural import SETTINGS, is_network_folder
 
-_SOURCE = re.compile(r"(?:identified by undertow from|fitted by undertow to) (?:all of )?([^;(]+)")
-"""How `sources` in a vehicle file name the logs; see `physics.sources.with_sources`."""
+_SOURCE = re.compile(rf"(?:identified by undertow from|fitted by undertow to) ({WHOLE})?([^;(]+)")
+"""How `sources` in a vehicle file name the logs, and whether to every row of them; see `physics.sources.with_sources`.
+"""
 _FITTED = ("train", "validation", "all", FOLDS)
 """Rows of a log of which undertow fits some; it never fits the test part, where one is kept."""
 
@@ -106,13 +107,18 @@ def _saw_everything(path: str | os.PathLike[str], model: Model) -> bool:
     """Whether a model was fitted to all rows of its logs: a discovery that folds judged keeps no test part."""
     if os.fspath(path) and (Path(path) / "run.json").is_file():
         return _read(Path(path) / "run.json").get("judged_on") == FOLDS
-    return isinstance(model, VehicleModel) and WHOLE in json.dumps(model.vehicle.sources, ensure_ascii=False)
+    return isinstance(model, VehicleModel) and any(every for every, _ in _told_of(model.vehicle))
+
+
+def _told_of(vehicle: Vehicle) -> list[tuple[str, str]]:
+    """What the sources of a vehicle say of logs: `WHOLE` or nothing, and their names."""
+    return re.findall(_SOURCE, json.dumps(vehicle.sources, ensure_ascii=False))
 
 
 def _named_in(vehicle: Vehicle) -> Digests:
     """Names of logs in the sources of a vehicle."""
-    texts = re.findall(_SOURCE, json.dumps(vehicle.sources, ensure_ascii=False))
-    return [(name, None) for name in dict.fromkeys(name.strip(' "}') for text in texts for name in text.split(", "))]
+    names = (name.strip(' "}') for _, logs in _told_of(vehicle) for name in logs.split(", "))
+    return [(name, None) for name in dict.fromkeys(names)]
 
 
 def _recorded(record: Any) -> Digests:

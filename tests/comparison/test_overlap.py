@@ -66,6 +66,15 @@ def test_a_run_that_folds_judged_was_fitted_to_the_test_part_too(place: Path, mo
     assert "fitted to rows that are judged here" in note or "may have been fitted to rows that are judged" in note
 
 
+def test_other_words_of_a_source_do_not_say_that_a_whole_log_was_fitted(place: Path):
+    """That they were all used is said of many things."""
+    towed = HULL.model_copy(update={"sources": {"mass": "the mean of all of the weighings"}})
+    fitted = with_sources(towed, towed.with_values({"X_u": -5.0}), "fitted by undertow to mon.csv (weak form)")
+    inputs = read_inputs(place / "mon.csv", HULL)
+    (note,) = fitted_notes([("", VehicleModel(fitted, "fitted", "physics"))], inputs)
+    assert "but not to the test part" in note
+
+
 def test_the_test_part_of_the_same_log_was_not_fitted_and_that_is_said(place: Path):
     (note,) = notes(place, "mon.csv", "test", "mon")
     assert "fitted to the earlier parts of mon.csv, but not to the test part" in note
