@@ -43,7 +43,7 @@ from ..search.unseen_fold import held_where_silent, without_fold
 from ..settings import DiscoverySettings
 from .before_calibration import ROLLOUTS, groundwork
 from .beside_effects import calibrated
-from .folds import FOLDS, as_good, parted
+from .quarters import QUARTERS, as_good, quarter
 
 Method = Literal["weak form", "output error"]
 _ROUNDS = 6
@@ -133,7 +133,7 @@ def calibrate(
     motions, known, basis = ground.basis.motions, ground.known, ground.basis
     say(f"calibrating {', '.join(known.symbols)}")
     pool = nuisance_candidates(nominal, known.symbols)
-    long = sum(m.duration for m in motions) >= 1.5 * FOLDS * WHOLE_HORIZON
+    long = sum(m.duration for m in motions) >= 1.5 * QUARTERS * WHOLE_HORIZON
     horizon = WHOLE_HORIZON if long else HORIZON
     fitted = convex_step(motions, nominal, pool, settings)
     _demand_lawful(fitted.lawful, known.symbols)
@@ -245,8 +245,8 @@ def _held_out(
     """
     found: dict[str, list[Array]] = {"nominal": [], "weak form": [], "output error": []}
     shooting = replace(ROLLOUTS, horizon=horizon, spacing=_SPACING, robust=np.inf)
-    for k in range(FOLDS):
-        inside, outside = parted(motions, k)
+    for k in range(QUARTERS):
+        inside, outside = quarter(motions, k)
         try:
             convex = convex_step(outside, nominal, pool, settings)
             start = convex.lawful.vehicle if blind is None else nominal
@@ -257,7 +257,7 @@ def _held_out(
         vehicles = (nominal, convex.lawful.vehicle, rolled.lawful.vehicle)
         for name, vehicle in zip(found, vehicles, strict=True):
             found[name].append(judge_by.squares(vehicle))
-        say(f"predicted part {k + 1} of {FOLDS} by models fitted to the others")
+        say(f"predicted part {k + 1} of {QUARTERS} by models fitted to the others")
     return {name: np.concatenate(parts) for name, parts in found.items()}
 
 

@@ -1,4 +1,4 @@
-"""Contiguous parts of logs, each predicted by models that were fitted to the others."""
+"""Quarters of logs, each predicted by models that were fitted to the others: which step of a calibration is better."""
 
 from collections.abc import Sequence
 
@@ -8,18 +8,18 @@ from ...physics.frames import Array
 from ...physics.motion import Motion
 from ..balance.rollout_test import rise_of
 
-FOLDS = 4
+QUARTERS = 4
 """Parts into which logs are cut."""
 _GUARD = 1.0
-"""Left out on each side of a part that is predicted [s]."""
-_LEAST_PART = 2.5
-"""Shorter stretches are left out of a part [s]."""
+"""Left out on each side of a quarter that is predicted [s]."""
+_LEAST_STRETCH = 2.5
+"""Shorter stretches are left out [s]."""
 
 
-def parted(motions: Sequence[Motion], part: int) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:
-    """The stretches inside a part of the logs, and those outside it by a second or more."""
+def quarter(motions: Sequence[Motion], number: int) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:
+    """The stretches inside a quarter of the logs, and those outside it by a second or more."""
     ends = np.cumsum([0.0, *(m.duration for m in motions)])
-    low, high = ends[-1] * part / FOLDS, ends[-1] * (part + 1) / FOLDS
+    low, high = ends[-1] * number / QUARTERS, ends[-1] * (number + 1) / QUARTERS
     inside: list[Motion] = []
     outside: list[Motion] = []
     for motion, begun in zip(motions, ends[:-1], strict=True):
@@ -27,7 +27,7 @@ def parted(motions: Sequence[Motion], part: int) -> tuple[tuple[Motion, ...], tu
         for kept, start, stop in spans:
             rows = np.clip((np.array([start, stop]) - begun) / motion.time_step, 0, motion.time.size)
             first, last = (int(row) for row in np.round(rows))
-            if (last - first) * motion.time_step >= _LEAST_PART:
+            if (last - first) * motion.time_step >= _LEAST_STRETCH:
                 kept.append(motion.slice(first, last))
     return tuple(inside), tuple(outside)
 
