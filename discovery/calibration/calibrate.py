@@ -176,14 +176,14 @@ def calibrate_once(
     settings = settings or DiscoverySettings()
     ground = groundwork(motions, nominal, settings, basis=basis)
     pool = nuisance_candidates(nominal, ground.known.symbols)
-    convex = convex_step(ground.basis.motions, nominal, pool, settings, folds)
-    start = nominal if ground.basis.rolls else convex.lawful.vehicle
+    motions, known, rolls = ground.basis.motions, ground.known, ground.basis.rolls
+    start = nominal if rolls else convex_step(motions, nominal, pool, settings).lawful.vehicle
     try:
-        fitted = rollout_step(ground.basis.motions, start, nominal, pool, ground.basis.blind, folds)
+        fitted = rollout_step(motions, start, nominal, pool, ground.basis.blind, folds)
     except RequestError:  # stretches too short for a rollout, or a start that diverges: the first step stands
-        fitted = convex
-    _demand_lawful(fitted.lawful, ground.known.symbols)
-    return _rounded(fitted, nominal, ground.known.symbols), ground.known.symbols
+        fitted = convex_step(motions, nominal, pool, settings, folds)
+    _demand_lawful(fitted.lawful, known.symbols)
+    return _rounded(fitted, nominal, known.symbols), known.symbols
 
 
 def _demand_lawful(lawful: Lawful, symbols: Sequence[str]) -> None:
