@@ -19,7 +19,8 @@ from ..physics.errors import MOST_TOLD
 from ..physics.printable import one_line, printable, shortened
 
 if TYPE_CHECKING:
-    from ..discovery.findings import FoundEffect, Step
+    from ..discovery.findings import Step
+    from ..discovery.found_effects import FoundEffect
 
 
 WIDEST = 120

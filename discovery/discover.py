@@ -31,7 +31,8 @@ from .evidence.record_errors import beside, compass_error, record_errors
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
-from .findings import Findings, Folds
+from .findings import Findings
+from .fold_findings import Folds
 from .fold_models import FoldModels, fold_models, models_of_given
 from .hidden_sensors import HiddenErrors, beside_sensors
 from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, on_rollouts, settle, steps, without_offset

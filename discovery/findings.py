@@ -1,121 +1,24 @@
 """Findings: which effects are missing, how sure that is, and what each is worth, as `findings.json` holds them."""
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, ClassVar, Literal, get_args
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    SerializerFunctionWrapHandler,
-    WrapSerializer,
-    computed_field,
-    model_serializer,
-)
+from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
-from ..measurements.preparation.held_out import Fold
-from ..physics.errors import RequestError
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
-from ..physics.in_words import listing, words
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
+from .fold_findings import Folds
+from .found_effects import FoundEffect, FoundTerm
 from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
-from .reason import Reason
 from .search.bootstrap import Interval
-from .search.chance import Chance
-
-Verdict = Literal["missing", "possible", "no evidence"]
 
 _EMPTY = (
     BeforeValidator(lambda content: content or None),
     WrapSerializer(lambda value, handler: handler(value) or {}),
 )
 """What was not asked is an empty object in the file."""
-
-
-class FoundTerm(Record):
-    """One number of a candidate: its symbol, place in the equation, value [unit] and 95 % interval.
-
-    `value` is what the log asks for, under the limits of this number alone; `in_model` is what the corrected model has,
-    which the law of dissipation may hold at another value, and None where the candidate is not added. `inclusion` is
-    the share of block ensembles in which sparse selection takes a term that nobody has named; None for named ones.
-    """
-
-    symbol: str = ""
-    axis: str = ""
-    form: str = ""
-    value: Number
-    unit: str = ""
-    ci95: Interval | None = None
-    in_model: Number | None = None
-    inclusion: Number | None = None
-
-    @property
-    def moved(self) -> bool:
-        """True when the law moved it by more than a hundredth."""
-        return self.in_model is not None and abs(self.in_model - self.value) > 0.01 * abs(self.value)
-
-    @model_serializer(mode="wrap")
-    def _named_or_not(self, handler: SerializerFunctionWrapHandler) -> dict[str, object]:
-        """A term without a name has its inclusion, any other its value in the model."""
-        content: dict[str, object] = handler(self)
-        content.pop("inclusion" if self.inclusion is None else "in_model", None)
-        return content
-
-
-class Part(Record):
-    """One number of an effect in a part of the log, as in `FoundTerm`, with its 95 % interval."""
-
-    where: str
-    symbol: str
-    value: Number
-    ci95: Interval
-
-
-class FoundEffect(Record):
-    """The findings on one effect of the catalogue.
-
-    Attributes
-    ----------
-    effect, family, equation : from the catalogue
-    sentence : the finding in words, with numbers
-    verdict : "missing" (the tool would add it), "possible" (it may be there, this log cannot tell), "no evidence"
-    reason : why it is not called missing; None where it is
-    confidence : share of block resamples in which it earns its price and is material, divided among it and its
-        look-alikes, 0..1
-    error_drop : held-out force error that it removes, as a share of the nominal model's, on its best axis, 0..1
-    chance : how often nothing, rehearsed with this log's own noise, looked as good; None where it was not rehearsed
-    parts : its numbers in the parts of the log that know them: halves, slow and fast, ahead and astern, turning
-    agrees : whether they are one number; None where no part was asked
-    changes : share of its force by which it changes beside `other_forms`; None where there are none
-    indistinguishable_from : effects that would explain this log as well
-    terms : its numbers
-    """
-
-    effect: str
-    sentence: str = ""
-    family: str = ""
-    equation: str = ""
-    verdict: Verdict
-    reason: Reason | None = None
-    confidence: Number
-    error_drop: Number
-    chance: Chance | None = absent()
-    parts: tuple[Part, ...] = Field(default=(), exclude_if=lambda value: not value)
-    agrees: Flag | None = absent()
-    changes: Number | None = absent()
-    indistinguishable_from: tuple[str, ...] = ()
-    terms: tuple[FoundTerm, ...] = ()
-
-    @property
-    def rank(self) -> int:
-        """Place of its verdict among all, the best first."""
-        return get_args(Verdict).index(self.verdict)
-
-    @property
-    def cannot_tell(self) -> bool:
-        """Whether the log holds nothing that could show it, so that no number about it means anything."""
-        return self.reason is not None and self.reason.cannot_tell
 
 
 class SensorError(Record):
@@ -315,67 +218,6 @@ class OtherForm(Record):
         """The form, as a part of a sentence."""
         what = f"{'a moment' if self.unit == 'N m' else 'a force'} in {self.axis}"
         return f"{what} that follows {self.follows}" if self.follows else f"{what} that is constant"
-
-
-class FoldModel(Record):
-    """A fold, and the numbers of the corrected model that was selected and fitted without it.
-
-    Attributes
-    ----------
-    stretches : number of the log, begin and end [s] of each stretch of the fold
-    values : what differs from the nominal model, by symbol, in the units of the vehicle file
-    """
-
-    stretches: tuple[tuple[Whole, Number, Number], ...]
-    values: Mapping[str, Number] = {}
-
-    def fold(self, sources: Sequence[str]) -> Fold:
-        """The fold of logs by their sources.
-
-        Raises
-        ------
-        RequestError
-            when there are fewer logs.
-        """
-        if any(number >= len(sources) for number, _, _ in self.stretches):
-            raise RequestError(f"a fold is of a log beyond the {len(sources)} of the run; run 'undertow discover' anew")
-        return Fold(tuple((sources[number], begin, end) for number, begin, end in self.stretches))
-
-
-class Folds(Record):
-    """In how many folds, each searched anew without it, the same names came out.
-
-    Attributes
-    ----------
-    count : how many folds there were
-    same_names : in how many the very effects came out that the corrected model has; None where somebody chose them
-    named : in how many each effect came out (`thruster_asymmetry[port]` for one of a thruster)
-    models : the model without each fold; none where a part of the log was kept aside
-    """
-
-    count: Whole
-    same_names: Whole | None = absent()
-    named: Mapping[str, Whole] = {}
-    models: tuple[FoldModel, ...] = Field(default=(), exclude_if=lambda value: not value)
-
-    def doubts(self, kept: Sequence[str]) -> dict[str, str]:
-        """Why each effect is not certain that comes out of fewer than half of the folds, by key."""
-        return {
-            key: f"searched anew without each of {self.count} parts of the log, it comes out of {self.named[key]} only"
-            for key in kept
-            if 2 * self.named[key] < self.count
-        }
-
-    @property
-    def in_words(self) -> str:
-        """The finding as a sentence; empty where nothing was searched for."""
-        if self.same_names is None:
-            return ""
-        told = f"Searched anew without each of its {self.count} parts, the log gives the same names"
-        if self.same_names == self.count:
-            return f"{told} every time."
-        others = [f"{words(key)} in {n}" for key, n in self.named.items() if n < self.count]
-        return f"{told} in {self.same_names} of {self.count}{f' ({listing(others)})' if others else ''}."
 
 
 class LogFacts(Record):

@@ -9,7 +9,7 @@ from ..measurements.statistics.second_processor import shared
 from ..physics.laws.damping_power import Envelope
 from ..physics.vehicle import Vehicle
 from .candidates.linearisation import Linearisation, Option
-from .findings import FoldModel, Folds
+from .fold_findings import FoldRecord, Folds
 from .kept_effects import without_offset
 from .lawful.refit import passive_refit
 from .search.floating import Search, State
@@ -35,11 +35,11 @@ class FoldModels:
     found: tuple[tuple[str, ...], ...]
     steps: tuple[tuple[Vehicle, ...], ...]
 
-    def recorded(self, nominal: Vehicle, sources: Sequence[str]) -> tuple[FoldModel, ...]:
+    def recorded(self, nominal: Vehicle, sources: Sequence[str]) -> tuple[FoldRecord, ...]:
         """The folds and what their last models change of the nominal one, for logs by their sources."""
         last = self.steps[-1] if self.steps else (nominal,) * len(self.folds)
         return tuple(
-            FoldModel(
+            FoldRecord(
                 stretches=tuple((sources.index(source), begin, end) for source, begin, end in fold.stretches),
                 values={s: value for s, value in vehicle.values.items() if value != nominal.value(s)},
             )

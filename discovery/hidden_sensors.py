@@ -14,7 +14,8 @@ from ..measurements.kinematic_errors import corrected_for
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from .basis import choose
-from .findings import FoundTerm, SensorError
+from .findings import SensorError
+from .found_effects import FoundTerm
 from .search.beside_errors import Beside, best_beside
 from .search.floating import Search, State
 from .selection import Selected, select

@@ -6,7 +6,8 @@ from typing import Any
 
 from ..comparison.facts import ComparedModel
 from ..comparison.failing.failures import Structure
-from ..discovery.findings import FoundEffect, Step
+from ..discovery.findings import Step
+from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
 from ..physics.effects import BY_NAME
 from ..physics.in_words import MINUS, NARROW, finite, listing, number, words

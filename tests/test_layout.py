@@ -23,8 +23,19 @@ FLOORS = (
 )
 """The house from the ground floor up: a file imports its own floor and those below."""
 DISCOVERY = (
-    *("balance", "factors", "candidates", "search", "identifiability", "lawful", "reason", "findings", "evidence"),
-    *("experiment", "settings", "basis", "calibration", "selection", "hidden_sensors", "kept_effects"),
+    *("balance", "factors", "candidates", "search", "identifiability", "lawful", "reason", "found_effects"),
+    *(
+        "fold_findings",
+        "findings",
+        "evidence",
+        "experiment",
+        "settings",
+        "basis",
+        "calibration",
+        "selection",
+        "hidden_sensors",
+        "kept_effects",
+    ),
     *("fold_models", "discover", "distillation"),
 )
 """The rooms of discovery, and the files beside them, in the order in which one may use the other."""

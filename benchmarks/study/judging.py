@@ -12,7 +12,7 @@ from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import Discovery, find_missing
-from undertow.discovery.findings import FoundEffect
+from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.search.floating import Search
 from undertow.discovery.settings import DiscoverySettings
 from undertow.physics.errors import RequestError

@@ -23,7 +23,7 @@ from ..basis import choose
 from ..candidates.candidate import Kind, candidates, measurable
 from ..evidence.verdicts import found_terms
 from ..evidence.weighing import Evidence
-from ..findings import FoundTerm
+from ..found_effects import FoundTerm
 from ..search.bootstrap import intervals
 from ..search.floating import Search, State
 from ..selection import select

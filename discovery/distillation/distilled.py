@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import PlainSerializer, SerializerFunctionWrapHandler, model_serializer
 
 from ...physics.file_records import Number, Record
-from ..findings import FoundTerm
+from ..found_effects import FoundTerm
 from .memory import Past
 
 _MOSTLY, _CLEARLY = 0.5, 0.25

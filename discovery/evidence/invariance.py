@@ -17,7 +17,7 @@ from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.frames import Array
 from ..candidates.candidate import Kind
 from ..candidates.linearisation import Option
-from ..findings import Part
+from ..found_effects import Part
 from ..search.bootstrap import Interval
 from ..search.floating import Search, State
 from ..search.gram import RIDGE

@@ -10,7 +10,8 @@ from ...physics.effects import BY_NAME
 from ...physics.vehicle import Vehicle
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Kind
-from ..findings import Findings, FoundEffect, FoundTerm, SensorError
+from ..findings import Findings, SensorError
+from ..found_effects import FoundEffect, FoundTerm
 from ..reason import Reason
 from ..search.bootstrap import Interval
 from ..search.scoring import Scoring

@@ -7,7 +7,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ...measurements.kinematic_errors import Kinematics
-from ..findings import FoundTerm, SensorError
+from ..findings import SensorError
+from ..found_effects import FoundTerm
 from ..search.bootstrap import Interval
 
 _ERRORS: tuple[tuple[Any, str, Sequence[tuple[str, str]]], ...] = (

@@ -12,7 +12,8 @@ from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, WORSE
 from ..candidates.candidate import Candidate, Kind, measurable
-from ..findings import Advice, Criterion, Findings, FoundEffect, FoundTerm, LastingRest, OtherForm, Verdict, axis_name
+from ..findings import Advice, Criterion, Findings, LastingRest, OtherForm, axis_name
+from ..found_effects import FoundEffect, FoundTerm, Verdict
 from ..identifiability.visible import Identifiability
 from ..lawful.passivity import Lawful
 from ..reason import Reason

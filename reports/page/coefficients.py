@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...discovery.findings import FoundEffect
+from ...discovery.found_effects import FoundEffect
 from ...physics.effects import BY_NAME
 from ...physics.errors import VehicleError
 from ...physics.vehicle import Vehicle

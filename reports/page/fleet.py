@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...discovery.findings import FoundEffect
+from ...discovery.found_effects import FoundEffect
 from ..run_contents import RunFolder
 from ..wording import effect_words
 from .coefficients import CoefficientRow, coefficient_rows

@@ -6,7 +6,8 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...discovery.findings import Advice, Calibrated, FoundEffect, FoundTerm, Left, SensorError, Step
+from ...discovery.findings import Advice, Calibrated, Left, SensorError, Step
+from ...discovery.found_effects import FoundEffect, FoundTerm
 from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES

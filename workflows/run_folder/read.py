@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
-from ...discovery.findings import Findings, FoldModel
+from ...discovery.findings import Findings
+from ...discovery.fold_findings import FoldRecord
 from ...measurements.inspection import Inspections
 from ...measurements.log_options import Reading
 from ...physics.errors import RequestError, VehicleError
@@ -50,7 +51,7 @@ class RunRecord:
     logs: list[str]
     reading: Reading
     vehicle: Vehicle
-    folds: tuple[FoldModel, ...] = ()
+    folds: tuple[FoldRecord, ...] = ()
 
 
 def read_run(folder: Path) -> RunFolder:
@@ -218,7 +219,7 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
     return RunRecord(logs, reading, load_vehicle(folder / "nominal.yaml"), _folds(folder / "findings.json"))
 
 
-def _folds(path: Path) -> tuple[FoldModel, ...]:
+def _folds(path: Path) -> tuple[FoldRecord, ...]:
     """The folds that a run was judged by; none of a run with a test part, or of one whose findings are not there."""
     try:
         found = read_record(read_bytes(path, MOST_TEXT), Findings, path).folds

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ....discovery.findings import FoundEffect, FoundTerm
+from ....discovery.found_effects import FoundEffect, FoundTerm
 from ....physics.in_words import MINUS, listing, percent, unit_text
 from ...run_contents import RunFolder
 from ...wording import added_to, effect_words, interval, twins, within

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from ....discovery.findings import FoundEffect
+from ....discovery.found_effects import FoundEffect
 from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
 from ..coefficients import CoefficientRow
 from ..markup import Html
