@@ -105,11 +105,13 @@ class Inputs:
 
     def in_folds(self, folds: Sequence[Fold]) -> "Inputs":
         """The same with the judged rows cut where folds begin and end, and filtered only then; idle ones left out."""
-        empty, whole = self.parts.split.train, self.parts.split.test
+        whole = self.parts.split.test
         judged = cut(whole, folds, self.vehicle)
         idle = sum(float((~active(motion, self.vehicle)).sum()) * motion.time_step for motion in whole.raw)
-        told = (f"{idle:.0f} s in which nothing is commanded are not judged",) * (idle >= 1.0)
-        return replace(self, parts=Parts(Split(empty, empty, judged), FOLDS), notes=(*self.notes, *told))
+        left_out = idle >= 1.0 and judged.seconds + idle < whole.seconds + 1.0  # not where all that there is is idle
+        told = [f"{idle:.0f} s in which nothing is commanded are not judged"] if left_out else []
+        parts = replace(self.parts, split=replace(self.parts.split, test=judged))
+        return replace(self, parts=parts, notes=(*self.notes, *told))
 
     def mapped(self, change: Callable[[Motion], Motion]) -> "Inputs":
         """The same with every motion changed, filtered and unfiltered alike."""

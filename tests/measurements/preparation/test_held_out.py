@@ -8,6 +8,8 @@ import pytest
 from undertow.measurements.preparation.dataset import PAPER, DataSet
 from undertow.measurements.preparation.held_out import cut, folds_of
 from undertow.measurements.preparation.idle import IDLE
+from undertow.measurements.preparation.split import Split
+from undertow.measurements.prepared_logs import FOLDS, Inputs, Parts
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -47,6 +49,16 @@ def test_of_many_logs_whole_ones_are_held_out(motion: Motion):
     assert [[source for source, *_ in fold.stretches] for fold in folds_of(logs)] == [
         [f"{2 * k}.csv", f"{2 * k + 1}.csv"] for k in range(4)
     ]
+
+
+def test_idle_rows_are_told_where_they_are_left_out(motion: Motion):
+    later = motion.time >= motion.time[0] + 40.0
+    none = data()
+    for rows, told in ((later, "53 s in which nothing is commanded are not judged"), (np.full(later.size, True), "")):
+        idle = replace(motion, commands=np.where(rows[:, None], 0.0, motion.commands), run_up=None)
+        whole = Parts(Split(none, none, data(idle)), FOLDS)
+        inputs = Inputs((), {}, HULL, Split(data(idle), none, none), whole, ())
+        assert "".join(inputs.in_folds(folds_of([idle])).notes) == told
 
 
 def test_idle_rows_are_not_judged_unless_there_are_no_others(motion: Motion):
