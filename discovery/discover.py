@@ -142,20 +142,20 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     terms = search.of_kind(state.active, Kind.TERM)
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
-        search,
-        lawful,
-        state.vehicle,
-        evidence,
-        found,
-        kept,
-        [label for label, _ in told[1:]],
-        looked.known,
-        inclusion(search, state, settings.seed) if terms else {},
-        looked.unseen,
-        held_back,
-        rests,
-        forms,
-        invariant,
+        search=search,
+        lawful=lawful,
+        considered=state.vehicle,
+        evidence=evidence,
+        intervals=found,
+        kept=kept,
+        order=[label for label, _ in told[1:]],
+        known=looked.known,
+        included=inclusion(search, state, settings.seed) if terms else {},
+        unseen=looked.unseen,
+        doubtful=held_back,
+        rests=rests,
+        other_forms=forms,
+        invariant=invariant,
     )
     advice = advise(forces, there, open_questions(evidence, kept, looked.known), looked.plausible, rehearsal)
     findings = conclude(grounds, advice, unmeasured(looked.motions))

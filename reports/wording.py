@@ -9,6 +9,7 @@ from ..comparison.failing.failures import Structure
 from ..discovery.findings import Step
 from ..discovery.found_effects import FoundEffect
 from ..discovery.lawful.price_of_law import Passivity
+from ..measurements.prepared_logs import FOLDS
 from ..physics.effects import BY_NAME
 from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
 
@@ -26,7 +27,7 @@ def effect_words(candidate: FoundEffect) -> str:
 
 def judged_rows(split: str) -> str:
     """The rows that judge, in words."""
-    whole = {"all": "all rows", "folds": "all rows, each by models that never saw it"}
+    whole = {"all": "all rows", FOLDS: "all rows, each by models that never saw it"}
     return whole.get(split, f"the {split} part")
 
 

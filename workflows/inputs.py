@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
@@ -15,7 +14,7 @@ from ..measurements.log import read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
-from ..measurements.preparation.split import split
+from ..measurements.preparation.split import PARTS, split
 from ..measurements.prepared_logs import FOLDS, Inputs, Parts, PathLike
 from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
@@ -26,8 +25,7 @@ from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.pace import Pace
 from .soundness import sound
 
-Judge = Literal["train", "validation", "test", "all", "folds"]
-_JUDGES = ("train", "validation", "test", "all", FOLDS)
+_JUDGES = (*PARTS, "all", FOLDS)
 
 
 @single_threaded

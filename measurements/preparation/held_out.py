@@ -11,14 +11,12 @@ from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from .dataset import DataSet
 from .idle import active
-from .split import filtered
+from .split import LEAST_PIECE, filtered
 
 _MOST, _LEAST = 4, 2
 """Folds: with four, three quarters of a log tell nearly what all of it tells, and each costs a fit."""
 _SECONDS = 12.0
-"""Length of a fold from which there may be more of them [s]: it holds predictions of 10 s."""
-_LEAST_PIECE = 1.0
-"""A piece shorter than this [s] is no more than the ends of a filter."""
+"""Least length of a fold where there are more than two [s]: it holds predictions of 10 s."""
 _EDGE = 1e-6
 """By how much stamps of one instant may differ [s]."""
 
@@ -72,5 +70,5 @@ def _pieces(motion: Motion, folds: Sequence[Fold], judged: np.ndarray) -> Iterat
     rows = np.searchsorted(motion.time, sorted(t - _EDGE for t in times))
     turns = np.flatnonzero(np.diff(judged)) + 1
     for start, stop in pairwise(np.unique([0, *rows.tolist(), *turns.tolist(), motion.time.size]).tolist()):
-        if judged[start] and (stop - start - 1) * motion.time_step >= _LEAST_PIECE:
+        if judged[start] and (stop - start - 1) * motion.time_step >= LEAST_PIECE:
             yield motion.slice(start, stop)

@@ -15,7 +15,7 @@ from .derive import smooth
 from .prepare import prepare
 
 PARTS = ("train", "validation", "test")
-_LEAST_PIECE = 1.0
+LEAST_PIECE = 1.0
 """A piece shorter than this [s] is dropped: it holds no more than the ends of a filter."""
 
 
@@ -58,7 +58,7 @@ def split(data: DataSet, recipe: Recipe | None = None) -> Split:
     shares = "/".join(f"{100 * share:.0f}" for share in recipe.shares)
     notes = [*data.notes, f"split: chronological {shares} of each log, guard {recipe.guard:g} s"]
     if dropped:
-        notes.append(f"split: pieces under {_LEAST_PIECE:g} s dropped, {dropped:.1f} s in all")
+        notes.append(f"split: pieces under {LEAST_PIECE:g} s dropped, {dropped:.1f} s in all")
     return Split(*(filtered(tuple(pieces[part]), tuple(notes), recipe) for part in PARTS))
 
 
@@ -90,7 +90,7 @@ def _divide(motions: tuple[Motion, ...], recipe: Recipe, pieces: dict[str, list[
             begun += motion.duration
             start, stop = np.searchsorted(clock, (low - 1e-9, high - 1e-9))
             seconds = (stop - start - 1) * motion.time_step
-            if seconds >= _LEAST_PIECE:
+            if seconds >= LEAST_PIECE:
                 pieces[part].append(motion.slice(int(start), int(stop)))
             elif stop > start:
                 dropped += max(seconds, 0.0)
