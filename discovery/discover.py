@@ -12,6 +12,7 @@ from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.effects import BY_NAME, effect_named
 from ..physics.errors import RequestError
 from ..physics.frames import Array
+from ..physics.freed_memory import hand_back
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import rollouts_object
@@ -112,7 +113,12 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     final = settle(search, state, kept, settings.shooting)
     if kept and not search.named(final.active):
         evidence, kept = [replace(e, rollouts_object=e.selected) for e in evidence], ()
-    linear, scores = search.linearise(final.vehicle, final.active, final.fit.in_sample)
+    forces, there = looked.forces
+    rests = lasting_rests(forces, search.balance, state.vehicle)
+    forms = other_forms(forces, there, kept, settings.seed, search.balance)
+    hand_back()
+    about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
+    linear, scores = about
     chosen = [linear.options[key][0] for key in final.active]
     lawful = lawful_model(looked.motions, scores, chosen, nominal, f"{nominal.name}, corrected")
     found: dict[str, Interval] = intervals(search.balance, scores, search.pool, chosen, final.vehicle, settings.seed)
@@ -122,16 +128,14 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         found = intervals(search.balance, wide, search.pool, options, state.vehicle, settings.seed) | found
     found = as_timed(found, search.pool)
     doubtful = doubts(search.pool, nominal, lawful.unconstrained, kept, found)
-    invariant = invariance(search, final)
+    invariant = invariance(search, final, about)
     doubtful = uneven(invariant) | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
     doubtful = within_resolution(search, final) | (hidden.doubts if hidden else {}) | doubtful
-    forces, there = looked.forces
-    rests = lasting_rests(forces, search.balance, state.vehicle)
-    forms = other_forms(forces, there, kept, settings.seed, search.balance)
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
-    unseen = fold_models(search, parts, state, final, (linear, scores), told, lawful.passivity.envelope)
+    hand_back()
+    unseen = fold_models(search, parts, state, final, about, told, lawful.passivity.envelope)
     folds = unseen.counted(search.named(final.active))
     held_back = {
         **{key: Doubt(Reason.NOT_IN_MOST_FOLDS, why) for key, why in folds.doubts(kept).items()},

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..measurements.statistics.second_processor import shared
 from ..physics.errors import RequestError
+from ..physics.freed_memory import hand_back
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import worse_as_a_whole
@@ -138,7 +139,10 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
         rehearsal = rehearse(search, nominal, search.nuisances)
         plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
+    weak.forget()
+    hand_back()
     evidence = with_faint(search, state, known, weigh(search, state, seed, known), seed)
+    hand_back()
     kept = tuple(e.key for e in evidence if e.sure)
     if kept and not weak.claimed:
         corrected = search.restrict(state, kept).vehicle

@@ -14,7 +14,6 @@ from .log import read_log
 from .log_options import AS_GUESSED, Reading
 from .preparation.dataset import DataSet
 from .preparation.held_out import Fold, cut
-from .preparation.idle import active
 from .preparation.split import PARTS, Split
 
 PathLike = str | os.PathLike[str]
@@ -104,14 +103,11 @@ class Inputs:
         return replace(self, weak=Split(weak, none, none), parts=parts, undivided=None)
 
     def in_folds(self, folds: Sequence[Fold]) -> "Inputs":
-        """The same with the judged rows cut where folds begin and end, and filtered only then; idle ones left out."""
+        """The same with the judged rows cut where folds begin and end, and filtered only then; see `cut`."""
         whole = self.parts.split.test
         judged = cut(whole, folds, self.vehicle)
-        idle = sum(float((~active(motion, self.vehicle)).sum()) * motion.time_step for motion in whole.raw)
-        left_out = idle >= 1.0 and judged.seconds + idle < whole.seconds + 1.0  # not where all that there is is idle
-        told = [f"{idle:.0f} s in which nothing is commanded are not judged"] if left_out else []
         parts = replace(self.parts, split=replace(self.parts.split, test=judged))
-        return replace(self, parts=parts, notes=(*self.notes, *told))
+        return replace(self, parts=parts, notes=(*self.notes, *judged.notes[len(whole.notes) :]))
 
     def mapped(self, change: Callable[[Motion], Motion]) -> "Inputs":
         """The same with every motion changed, filtered and unfiltered alike."""

@@ -276,10 +276,16 @@ def rollout(
         return integrate(driven, motion.time_step, added)
 
 
-def rollouts(asked: Sequence[tuple[Vehicle, Legs]]) -> list[Rollouts]:
-    """`rollout` of several vehicles and motions of one time step, in one batch."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        return integrate_together([_driven(*one) for one in asked], asked[0][1].motion.time_step)
+def rollouts(asked: Sequence[tuple[Vehicle, Legs]], placed: bool = True) -> list[Rollouts]:
+    """`rollout` of several vehicles and motions, in one batch for each time step."""
+    steps = [legs.motion.time_step for _, legs in asked]
+    found: dict[int, Rollouts] = {}
+    for step in dict.fromkeys(steps):
+        alike = [k for k, other in enumerate(steps) if other == step]
+        with np.errstate(over="ignore", invalid="ignore"):
+            done = integrate_together([_driven(*asked[k], placed) for k in alike], step)
+        found |= dict(zip(alike, done, strict=True))
+    return [found[k] for k in range(len(asked))]
 
 
 def _driven(vehicle: Vehicle | None, legs: Legs, placed: bool = True) -> Driven:

@@ -13,7 +13,7 @@ from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
-from ..measurements.statistics.second_processor import beside, shared
+from ..measurements.statistics.second_processor import beside
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
@@ -25,7 +25,7 @@ from ..residuals.series import series
 from .run_folder.run import Run, Say
 
 References = tuple[list[Judged], list[str]]
-"""The models that are always compared, judged, the nominal one first, and sentences on how they came to be."""
+"""The models that are always compared beside the nominal one, judged, and sentences on how they came to be."""
 
 
 @single_threaded
@@ -93,9 +93,9 @@ def _in_folds(inputs: Inputs, basis: Basis) -> tuple[Inputs, tuple[Fold, ...]]:
 
 
 def references(inputs: Inputs, basis: Basis, folds: Sequence[Fold] = ()) -> References:
-    """The nominal model, the calibrated one and the baselines on the judged rows, before the laws of a hull."""
+    """The calibrated model and the baselines on the judged rows, before the laws of a hull."""
     models, notes = reference_models(inputs, basis=basis, folds=folds)
-    return [judge(model, inputs.parts) for model in models], notes
+    return [judge(model, inputs.parts) for model in models[1:]], notes
 
 
 @single_threaded
@@ -115,21 +115,24 @@ def assess(
     if progress is not None:
         progress("scoring every step on held-out data")
     models = _models(found, _folds(inputs, found))
-    table = series(models[0], models[-1], inputs.parts, inputs.channels)
-    errors = shared(partial(evaluate, data=inputs.parts.judged), models[1:])
+    last = models[-1] if len(models) > 1 else _renamed(models[0])
+    ends = [models[0]] if last.vehicle == inputs.vehicle else [models[0], last]
+    with beside(lambda: [judge(model, inputs.parts) for model in ends]) as both:
+        table = series(models[0], models[-1], inputs.parts, inputs.channels)
+        errors = {model: evaluate(model, inputs.parts.judged) for model in models if model not in ends}
+        nominal, *own = both()
     hand_back()
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
-    last = models[-1] if len(models) > 1 else _renamed(models[0])
-    own = None if last.vehicle == inputs.vehicle else judge(last, inputs.parts, errors[-1])
-    others, notes = known()
-    corrected = own or others[0].called(last)
+    corrected = own[0] if own else nominal.called(last)
     assert corrected.audit is not None, "the laws judge all models but baselines"
+    others, notes = known()
     hand_back()
-    scored = zip(found.steps, [others[0].errors, *errors], strict=True)
-    steps = tuple(score_step(error, *_added(label)) for (label, _), error in scored)
-    ends = [other for other in others if other.model.kind == BASELINE]
-    judged = [*(other for other in others if other not in ends), corrected, *ends]
+    errors |= {model: found.errors for model, found in zip(ends, (nominal, corrected), strict=False)}
+    scored = zip(found.steps, models, strict=True)
+    steps = tuple(score_step(errors[model], *_added(label)) for (label, _), model in scored)
+    baselines = [other for other in others if other.model.kind == BASELINE]
+    judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
     compared = comparison(judged, inputs, table, notes=notes)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
     data = LogFacts(

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...physics.frames import Array
 
-_MOST = 100_000_000
+_MOST = 30_000_000
 """Bytes of arrays that are kept, however long the log is."""
 
 T = TypeVar("T", Array, tuple[Array, ...])

@@ -47,7 +47,7 @@ def digest(motions: Sequence[Motion], settings: WeakSettings) -> tuple[tuple[Mot
     told = (
         f"effects are searched for on {len(chosen)} pieces of this long log, "
         f"{sum(m.duration for m in found) / 60.0:.0f} of its {sum(m.duration for m in motions) / 60.0:.0f} min: those "
-        "that tell most, and others spread evenly; errors of predictions are those of all rows that judge"
+        "that tell most, and others spread evenly; errors of predictions are those of the rows that judge"
     )
     return found, told
 

@@ -8,7 +8,7 @@ import numpy as np
 from ...measurements.statistics.paired import Difference, paired_ratio
 from ...physics.frames import Array
 from ...physics.motion import Motion
-from ...physics.simulation import rollout
+from ...physics.simulation import Legs, rollouts
 from ...physics.vehicle import Vehicle
 
 HORIZON = 5.0
@@ -29,15 +29,22 @@ _NO_ERROR = 1e-12
 
 def rollout_squares(motions: Sequence[Motion], vehicle: Vehicle, horizon: float = HORIZON) -> Array:
     """Mean square velocity errors of `horizon` [s] open-loop rollouts from measured starts every 2.5 s, (starts, 3)."""
+    asked = _every(motions, horizon, SPACING)
     squares = [np.zeros((0, 3))]
+    for legs, rolled in zip(asked, rollouts([(vehicle, legs) for legs in asked], placed=False), strict=True):
+        window = legs.starts[:, None] + np.arange(1, legs.steps + 1)
+        squares.append(((rolled.states[:, 1:, 1:] - legs.motion.velocity[window]) ** 2).mean(axis=1))
+    return np.concatenate(squares)
+
+
+def _every(motions: Sequence[Motion], horizon: float, spacing: float) -> list[Legs]:
+    """Rollouts of `horizon` [s] from measured starts every `spacing` [s]; of motions long enough for one."""
+    found = []
     for motion in motions:
         steps = round(horizon / motion.time_step)
-        starts = np.arange(0, motion.time.size - steps, max(1, round(SPACING / motion.time_step)))
-        if starts.size:
-            states = rollout(vehicle, motion, starts, steps, placed=False).states[:, 1:, 1:]
-            window = starts[:, None] + np.arange(1, steps + 1)
-            squares.append(((states - motion.velocity[window]) ** 2).mean(axis=1))
-    return np.concatenate(squares)
+        starts = np.arange(0, motion.time.size - steps, max(1, round(spacing / motion.time_step)))
+        found += [Legs(motion, starts, steps)] if starts.size else []
+    return found
 
 
 def overlap_of(horizon: float, spacing: float = SPACING) -> int:
@@ -81,11 +88,10 @@ def rollouts_part(motions: Sequence[Motion], one: Vehicle, other: Vehicle, horiz
     Rollouts of `horizon` [s] from common measured starts; zeros when no motion is long enough.
     """
     gap, size = np.zeros(3), np.full(3, 1e-12)
-    for motion in motions:
-        steps = round(horizon / motion.time_step)
-        starts = np.arange(0, motion.time.size - steps, max(1, round(_PARTING / motion.time_step)))
-        if starts.size:
-            a, b = (rollout(vehicle, motion, starts, steps, placed=False).states[:, :, 1:] for vehicle in (one, other))
-            gap += ((a - b) ** 2).sum(axis=(0, 1))
-            size += (a**2).sum(axis=(0, 1))
+    asked = _every(motions, horizon, _PARTING)
+    rolled = rollouts([(vehicle, legs) for vehicle in (one, other) for legs in asked], placed=False)
+    states = [each.states[:, :, 1:] for each in rolled]
+    for a, b in zip(states[: len(asked)], states[len(asked) :], strict=True):
+        gap += ((a - b) ** 2).sum(axis=(0, 1))
+        size += (a**2).sum(axis=(0, 1))
     return np.sqrt(gap / size)

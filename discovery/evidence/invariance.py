@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from ...measurements.statistics.blocks import block_scores, sandwich
 from ...physics.frames import Array
 from ..candidates.candidate import Kind
-from ..candidates.linearisation import Option
+from ..candidates.linearisation import Linearisation, Option
 from ..found_effects import Part
 from ..search.bootstrap import Interval
 from ..search.floating import Search, State
-from ..search.gram import RIDGE
+from ..search.gram import RIDGE, GramScores
 
 _UNEVEN = "a cause has one size all over a log, and this has not"
 _LEAST_SHARE = 0.15
@@ -54,12 +54,16 @@ class _Region(NamedTuple):
     tests: NDArray[np.bool_]
 
 
-def invariance(search: Search, state: State) -> dict[str, Invariance]:
+def invariance(search: Search, state: State, about: tuple[Linearisation, GramScores]) -> dict[str, Invariance]:
     """Whether each effect of a model has one size in all parts of the log, by key.
 
     Sizes that a part does not know are left out. Noise on the columns is taken off, as in every fit.
+
+    Parameters
+    ----------
+    about : columns and scores about the model
     """
-    linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+    linear, scores = about
     now = [linear.options[key][0] for key in state.active]
     columns = [index for option in now for index in option.free if index >= 0]
     weight = np.sqrt(scores.weight)[:, None]

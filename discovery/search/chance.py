@@ -92,9 +92,17 @@ class Rehearsals:
         columns = fit.columns[~fit.held]  # what a limit holds stays held
         share = self._scores.noise_taken(fit.columns)
         left: Single = np.tensordot(self._columns, combination.astype(np.float32), axes=(2, 0))
-        mine = self._gains(left.T[:, None], columns, own, share * (self._noise @ combination)).max()
-        best = [self._gains(copies, columns, every).max(axis=0) for copies in self._copies.of(left)]
-        return Chance(better=int((np.concatenate(best) >= mine).sum()), of=REHEARSALS)
+        square, pull = self._pulled(left.T[:, None])
+        mine = self._gains(square, pull - (share * (self._noise @ combination))[:, None], columns, own).max()
+        pulled = [self._pulled(copies) for copies in self._copies.of(left)]
+        squares, pulls = (np.concatenate(part, axis=1) for part in zip(*pulled, strict=True))
+        best = self._gains(squares, pulls, columns, every).max(axis=0)
+        return Chance(better=int((best >= mine).sum()), of=REHEARSALS)
+
+    def _pulled(self, rests: Single) -> tuple[Array, Array]:
+        """Squares (3, rests) of rests (3, rests, tests), and their products with the columns (3, rests, columns)."""
+        pull = np.stack([rest @ self._columns[:, axis] for axis, rest in enumerate(rests)]).astype(float)
+        return (rests.astype(float) ** 2).sum(axis=2), pull
 
     def _others(self) -> list[_Trial]:
         """Every option of what is not in the model."""
@@ -127,21 +135,17 @@ class Rehearsals:
         inner = (self._gram - share * self._noise)[:, columns[:, None], columns]
         return solved, inner
 
-    def _gains(self, rests: Single, kept: np.ndarray, trials: Sequence[_Trial], blur: Array | None = None) -> Array:
+    def _gains(self, square: Array, pull: Array, kept: np.ndarray, trials: Sequence[_Trial]) -> Array:
         """Log-likelihood that each option earns beside the kept columns on each rest, (options, rests).
 
         Parameters
         ----------
-        rests : (3, rests, tests)
+        square, pull : of the rests, see `_pulled`; of the log's own without what sensor noise makes of the products,
+            which copies do not have, for they follow no column
         kept : columns of the model without the effect, fitted again to each rest
-        blur : (3, columns) product of columns and rest that sensor noise makes; none in copies, which follow no column
         """
-        pull = np.stack([rest @ self._columns[:, axis] for axis, rest in enumerate(rests)]).astype(float)
-        if blur is not None:
-            pull -= blur[:, None]
-        square = (rests.astype(float) ** 2).sum(axis=2)
         before = self._worth(self._left(square, pull, kept))
-        gains = np.empty((len(trials), rests.shape[1]))
+        gains = np.empty((len(trials), square.shape[1]))
         for k, trial in enumerate(trials):
             squares, pulls = square, pull
             if trial.offset >= 0:

@@ -50,11 +50,13 @@ class NoiseCopies:
     @cached_property
     def _turns(self) -> NDArray[np.complex64]:
         """By how much each frequency is turned in each copy, (copies, frequencies); what has no phase changes sign."""
-        size = (REHEARSALS, self._length // 2 + 1)
-        angles = np.random.default_rng([self._seed, REHEARSALS]).random(size, dtype=np.float32)
-        alone = [0, -1] if self._length % 2 == 0 else [0]
-        angles[:, alone] = np.round(angles[:, alone]) / 2.0
-        return np.exp(np.complex64(2j * np.pi) * angles)
+        found = np.empty((REHEARSALS, self._length // 2 + 1), np.complex64)
+        rng, alone = np.random.default_rng([self._seed, REHEARSALS]), [0, -1] if self._length % 2 == 0 else [0]
+        for copy in found:
+            angles = rng.random(copy.size, dtype=np.float32)
+            angles[alone] = np.round(angles[alone]) / 2.0
+            np.exp(np.complex64(2j * np.pi) * angles, out=copy)
+        return found
 
     def _sizes(self, left: Single) -> Single:
         """Root mean square of the rest in the block of each test, (tests, 3)."""

@@ -17,6 +17,12 @@ _MOST, _LEAST = 4, 2
 """Folds: with four, three quarters of a log tell nearly what all of it tells, and each costs a fit."""
 _SECONDS = 12.0
 """Least length of a fold where there are more than two [s]: it holds predictions of 10 s."""
+JUDGED = 7200.0
+"""Seconds of a long log that are judged: two hours tell an error as ten do, and their tables stay small."""
+_SLACK = 1.2
+"""Times as much that is judged as it is: pieces do not add up to the limit exactly."""
+_PIECE = 300.0
+"""Length of the pieces of a long log that are judged [s]: many predictions of 30 s."""
 _EDGE = 1e-6
 """By how much stamps of one instant may differ [s]."""
 
@@ -58,11 +64,35 @@ def _within(motions: Sequence[Motion], ends: Array, low: float, high: float) -> 
 
 
 def cut(data: DataSet, folds: Sequence[Fold], vehicle: Vehicle) -> DataSet:
-    """The motions cut where folds begin and end, without idle rows; each piece is filtered as the recipe says."""
-    pieces = tuple(piece for motion in data.raw for piece in _pieces(motion, folds, active(motion, vehicle)))
+    """The motions cut where folds begin and end, without idle rows; each piece is filtered as the recipe says.
+
+    Of many hours, pieces that are spread evenly over them. Notes tell what is left out.
+    """
+    driven, told = [active(motion, vehicle) for motion in data.raw], []
+    idle = sum(float((~rows).sum()) * motion.time_step for motion, rows in zip(data.raw, driven, strict=True))
+    pieces = [piece for motion, rows in zip(data.raw, driven, strict=True) for piece in _pieces(motion, folds, rows)]
     if not pieces:  # a boat that only drifts is judged as it drifts
-        pieces = tuple(piece for m in data.raw for piece in _pieces(m, folds, np.ones(m.time.size, bool)))
-    return filtered(pieces, data.notes, data.recipe)
+        pieces = [piece for m in data.raw for piece in _pieces(m, folds, np.ones(m.time.size, bool))]
+    elif idle >= 1.0:
+        told.append(f"{idle:.0f} s in which nothing is commanded are not judged")
+    seconds = sum(piece.duration for piece in pieces)
+    if seconds > _SLACK * JUDGED:
+        pieces = _spread(pieces)
+        told.append(
+            f"models are judged on {len(pieces)} pieces spread evenly over this long log, "
+            f"{sum(piece.duration for piece in pieces) / 60.0:.0f} of its {seconds / 60.0:.0f} min"
+        )
+    return filtered(tuple(pieces), (*data.notes, *told), data.recipe)
+
+
+def _spread(motions: Sequence[Motion]) -> list[Motion]:
+    """Pieces of motions, evenly spread over them, that add up to what is judged of a long log."""
+    short: list[Motion] = []
+    for motion in motions:
+        edges = np.linspace(0, motion.time.size, max(1, round(motion.duration / _PIECE)) + 1).round().astype(int)
+        short += [motion.slice(start, stop) for start, stop in pairwise(edges.tolist())]
+    count = min(len(short), round(JUDGED / _PIECE))
+    return [short[k] for k in np.linspace(0, len(short) - 1, count).round().astype(int)]
 
 
 def _pieces(motion: Motion, folds: Sequence[Fold], judged: np.ndarray) -> Iterator[Motion]:

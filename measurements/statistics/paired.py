@@ -129,8 +129,10 @@ def _error(series: Array, shortest: int, fewest: int) -> tuple[float | None, flo
         return None, blocks
     total = np.concatenate([[0.0], np.cumsum(series - series.mean())])
     means = (total[length:] - total[:-length]) / length
-    covered = np.convolve(np.ones(means.size), np.ones(length)) / (length * means.size)
-    unbiased = 1.0 - length * float(covered @ covered)  # of rows that err alone
+    few, many = sorted((length, means.size))
+    # The weights of the rows in the mean of all blocks rise to `few` at one end and fall at the other: their squares.
+    covered = (few - 1.0) * few * (2.0 * few - 1.0) / 3.0 + (many - few + 1.0) * few**2
+    unbiased = 1.0 - covered / (length * float(means.size) ** 2)  # of rows that err alone
     unbiased *= 1.0 - (shortest - 1.0) / (3.0 * length)  # of neighbours that share rows: a triangle of correlation
     return float(np.sqrt(float(means.var()) / (blocks * unbiased))), blocks
 

@@ -54,7 +54,7 @@ class Model(ABC):
         """Open-loop rollouts of `steps` steps from the rows `starts` of a measured motion."""
 
     def rollouts(self, asked: Sequence[Legs]) -> list[Rollouts]:
-        """The rollouts of several motions of one time step."""
+        """The rollouts of several motions."""
         return [self.rollout(*legs) for legs in asked]
 
     @abstractmethod
@@ -73,8 +73,7 @@ def rolled_out(model: Model, asked: Sequence[Legs]) -> Iterator[tuple[Legs, Arra
     """Open-loop rollouts, the longest first, and their states (batch, steps + 1, 6), a few at a time for the memory."""
     crowd: list[Legs] = []
     for part in (part for legs in sorted(asked, key=lambda legs: -legs.steps) for part in _cut(legs)):
-        alike = not crowd or crowd[0].motion.time_step == part.motion.time_step
-        if not alike or sum(legs.starts.size * legs.steps for legs in (*crowd, part)) > _AT_ONCE:
+        if sum(legs.starts.size * legs.steps for legs in (*crowd, part)) > _AT_ONCE:
             yield from zip(crowd, _states(model, crowd), strict=True)
             crowd = []
         crowd.append(part)

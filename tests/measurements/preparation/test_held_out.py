@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.measurements.preparation import held_out
 from undertow.measurements.preparation.dataset import PAPER, DataSet
 from undertow.measurements.preparation.held_out import cut, folds_of
 from undertow.measurements.preparation.idle import IDLE
@@ -59,6 +60,20 @@ def test_idle_rows_are_told_where_they_are_left_out(motion: Motion):
         whole = Parts(Split(none, none, data(idle)), FOLDS)
         inputs = Inputs((), {}, HULL, Split(data(idle), none, none), whole, ())
         assert "".join(inputs.in_folds(folds_of([idle])).notes) == told
+
+
+def test_many_hours_are_judged_on_pieces_spread_evenly_over_them(motion: Motion, monkeypatch: pytest.MonkeyPatch):
+    folds, whole = folds_of([motion]), data(motion)
+    for name, seconds in (("JUDGED", 24.0), ("_PIECE", 3.0)):
+        monkeypatch.setattr(held_out, name, seconds)
+    judged = cut(whole, folds, HULL)
+    assert judged.seconds == pytest.approx(24.0, rel=0.1)
+    assert [sum(fold.holds(piece) for piece in judged.motions) for fold in folds] == [2, 2, 2, 2]
+    begun = np.array([piece.time[0] for piece in judged.motions])
+    assert np.diff(begun).min() > 0.7 * np.diff(begun).max()
+    assert judged.notes[-1].startswith("models are judged on 8 pieces spread evenly over this long log")
+    monkeypatch.setattr(held_out, "JUDGED", 2.0 * motion.duration)
+    assert cut(whole, folds, HULL).notes == whole.notes
 
 
 def test_idle_rows_are_not_judged_unless_there_are_no_others(motion: Motion):
