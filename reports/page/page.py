@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from ...measurements.statistics.second_processor import shared
 from ...physics.file_marks import at_end
 from ...physics.registry_members import objects_in
 from ..run_contents import RunFolder
@@ -26,7 +27,7 @@ CHAPTERS = tuple(sorted(objects_in(chapters, Chapter), key=lambda chapter: chapt
 def page(run: RunFolder) -> str:
     """The HTML text of the report."""
     name = run.nominal.name
-    sections = [chapter.write(run) for chapter in CHAPTERS]
+    sections = shared(lambda chapter: chapter.write(run), CHAPTERS)
     return document(name, f"what the model of {name} is missing", sections)
 
 
