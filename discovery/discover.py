@@ -29,6 +29,7 @@ from .evidence.lasting_rest import beside_rests, lasting_rests
 from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.other_forms import other_forms
 from .evidence.record_errors import beside, compass_error, record_errors
+from .evidence.unjudged_rivals import beside_unjudged
 from .evidence.verdicts import Doubt, Grounds, conclude, unmeasured
 from .evidence.weighing import Evidence, modest, weigh
 from .experiment.advice import advise, open_questions
@@ -116,6 +117,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
+    rivals = beside_unjudged(forces, there, kept, looked.unseen)
     hand_back()
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
     linear, scores = about
@@ -139,6 +141,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     folds = unseen.counted(search.named(final.active))
     held_back = {
         **{key: Doubt(Reason.NOT_IN_MOST_FOLDS, why) for key, why in folds.doubts(kept).items()},
+        **{key: Doubt(Reason.UNJUDGED_RIVAL, names) for key, names in rivals.items()},
         **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, rests).items()},
         **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},

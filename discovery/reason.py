@@ -28,6 +28,11 @@ class Reason(Enum):
         "In the corrected model, but perhaps only the nearest name for something else: {told}. ({meaning})",
     )
     LASTING_REST = ("lasting_rest", "In the corrected model, but not certain: on its axis, {told}. ({meaning})")
+    UNJUDGED_RIVAL = (
+        "unjudged_rival",
+        "In the corrected model, but not certain: {told}, which needs a velocity that may be wrong and was not judged, "
+        "would do as well. ({meaning})",
+    )
     NOT_IN_MOST_FOLDS = ("not_in_most_folds", "In the corrected model, but not certain: {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
