@@ -20,8 +20,9 @@ from undertow.measurements.log import Log, read_log
 from undertow.measurements.log_options import Reading
 from undertow.measurements.preparation.dataset import PAPER, WEAK
 from undertow.measurements.preparation.prepare import prepare
+from undertow.physics.integration import SPEED_LIMIT
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import SPEED_LIMIT, rollout
+from undertow.physics.simulation import rollout
 from undertow.physics.vehicle import Vehicle, vehicle_from_dict
 
 CHANNELS = """

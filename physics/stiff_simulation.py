@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .frames import Array, body_to_earth
-from .simulation import Rollouts
+from .integration import Rollouts
 
 _ERROR, _PARTS = 0.3, 8
 """Error of a step, as a share of the speeds, above which it is halved, and most parts of a step: what turns fast under

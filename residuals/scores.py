@@ -13,8 +13,9 @@ from ..measurements.preparation.dataset import DataSet
 from ..measurements.preparation.derive import accelerations
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import Array
+from ..physics.integration import SPEED_LIMIT
 from ..physics.motion import Motion
-from ..physics.simulation import SPEED_LIMIT, Legs
+from ..physics.simulation import Legs
 from .models.base import Model, rolled_out
 from .residual import same_filter
 

@@ -6,8 +6,9 @@ from functools import partial
 
 from ..comparison.comparison import BASELINE, Judged, comparison, judge, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
+from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose
-from ..discovery.discover import Discovery, add_effects, find_missing
+from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings

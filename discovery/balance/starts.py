@@ -14,8 +14,8 @@ from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import memory_states
 from ...physics.frames import Array
+from ...physics.integration import Around, Driven, integrate
 from ...physics.motion import Motion
-from ...physics.simulation import Around, Driven, integrate
 from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .base import LEAST_NOISE

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..forces import actuation
 from ..frames import Array
+from ..integration import Around, Driven, integrate
 from ..motion import Motion
-from ..simulation import Around, Driven, integrate
 from ..vehicle import Vehicle
 from .manoeuvres import COMMAND_STEP, hold, thruster_commands
 

@@ -10,8 +10,9 @@ from ..averages import area_average
 from ..errors import RequestError, expect
 from ..forces import apparent_wind
 from ..frames import Array
+from ..integration import SPEED_LIMIT
 from ..motion import Motion
-from ..simulation import SPEED_LIMIT, simulate_motion
+from ..simulation import simulate_motion
 from ..vehicle import Vehicle
 from .hidden_effects import Values, apply_effects, parse_effect
 from .manoeuvres import COMMAND_STEP, programme

@@ -9,8 +9,9 @@ import numpy as np
 from ...measurements.preparation.held_out import Fold
 from ...physics.forces import held_acceleration, modelled_acceleration
 from ...physics.frames import Array
+from ...physics.integration import Rollouts
 from ...physics.motion import Motion
-from ...physics.simulation import Legs, Rollouts, rollout, rollouts
+from ...physics.simulation import Legs, rollout, rollouts
 from ...physics.vehicle import Vehicle
 
 Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]

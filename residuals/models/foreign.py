@@ -16,8 +16,9 @@ import numpy as np
 
 from ...physics.errors import RequestError
 from ...physics.frames import Array
+from ...physics.integration import SPEED_LIMIT, Rollouts
 from ...physics.motion import Motion
-from ...physics.simulation import SPEED_LIMIT, Rollouts, check_starts
+from ...physics.simulation import check_starts
 from ...physics.stiff_simulation import integrate_stiff
 from ...physics.vehicle import Vehicle
 from .base import Kind, Model

@@ -10,9 +10,10 @@ from ...measurements.preparation.standardisation import Standardisation
 from ...physics.errors import RequestError
 from ...physics.forces import actuation, held_acceleration, held_thrust, modelled_acceleration
 from ...physics.frames import Array
+from ...physics.integration import Rollouts
 from ...physics.matrices import mass_matrix, thruster_matrix
 from ...physics.motion import Motion
-from ...physics.simulation import Rollouts, rollout
+from ...physics.simulation import rollout
 from ...physics.vehicle import Vehicle
 from ..networks.base import Memory, Network, Scaling, through
 from ..networks.dissipative import Dissipative

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ...physics.forces import ForceEquation, relative_velocity
-from ...physics.simulation import runge_kutta
+from ...physics.integration import runge_kutta
 from ...physics.vehicle import Vehicle
 from ..networks.base import Memory, Network
 

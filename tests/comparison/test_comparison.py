@@ -21,8 +21,8 @@ from undertow.measurements.preparation.dataset import WEAK, DataSet
 from undertow.measurements.prepared_logs import Inputs, Parts
 from undertow.physics.errors import RequestError
 from undertow.physics.frames import Array
+from undertow.physics.integration import Rollouts
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import Rollouts
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal.failures_screen import failures_table

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.sensor_errors import misalignment, nuisances
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.basis import unexplained
 from undertow.discovery.candidates.candidate import candidates
-from undertow.discovery.discover import add_effects, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.compass import Compass, compass_of, corrected

@@ -6,12 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.basis import choose
 from undertow.discovery.candidates.candidate import candidates, measurable
 from undertow.discovery.candidates.linearisation import Linearisation
-from undertow.discovery.discover import add_effects, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.findings import Folds
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.gram import GramScores

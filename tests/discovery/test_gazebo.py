@@ -9,7 +9,8 @@ from functools import cache
 import pytest
 from places import ROOT, shared
 
-from undertow.discovery.discover import Discovery, add_effects, find_missing
+from undertow.discovery.add_effects import add_effects
+from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.findings import FoundTerm
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.prepared_logs import Inputs

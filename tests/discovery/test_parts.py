@@ -4,12 +4,13 @@ import cvxpy
 import numpy as np
 import pytest
 
+from undertow.discovery.add_effects import add_effects
 from undertow.discovery.balance.rollout_test import rollout_squares, rollouts_object
 from undertow.discovery.balance.weak_form import WeakForm, WeakSettings
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import shortlist
-from undertow.discovery.discover import add_effects, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
 from undertow.discovery.search.bootstrap import block_bootstrap

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from undertow.discovery.discover import add_effects, find_missing
+from undertow.discovery.add_effects import add_effects
+from undertow.discovery.discover import find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading

@@ -9,9 +9,9 @@ import numpy as np
 from ...batch_rates import Flattened, Terms
 from ...forces import calm, held_thrust
 from ...frames import Array
+from ...integration import Rollouts
 from ...matrices import mass_matrix
 from ...motion import Motion
-from ...simulation import Rollouts
 from ...stiff_simulation import Answer, integrate_stiff
 from ...thrusters import command_of
 from ...vehicle import Vehicle

@@ -13,9 +13,9 @@ import numpy as np
 from ...errors import RequestError
 from ...forces import ForceEquation, calm, relative_velocity, stated_push
 from ...frames import Array
+from ...integration import Rollouts
 from ...matrices import coriolis_matrix, mass_matrix
 from ...motion import Motion
-from ...simulation import Rollouts
 from ...thrusters import neutral_command
 from ...vehicle import Vehicle
 from ..damping_power import Envelope, state_in_words

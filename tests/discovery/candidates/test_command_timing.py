@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from undertow.discovery.add_effects import add_effects
 from undertow.discovery.candidates.nuisance import calibratable
-from undertow.discovery.discover import add_effects, find_missing
+from undertow.discovery.discover import find_missing
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.canonical import Channel
 from undertow.measurements.log import read_log

@@ -17,9 +17,9 @@ from undertow.physics.delays_and_lags import first_order_lag
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import modelled_acceleration
 from undertow.physics.frames import Array
+from undertow.physics.integration import Rollouts
 from undertow.physics.matrices import mass_matrix
 from undertow.physics.motion import Motion
-from undertow.physics.simulation import Rollouts
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import apply_effects, simulate_world
 from undertow.reports.terminal.distillation_screen import distilled_table

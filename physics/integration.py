@@ -1,0 +1,237 @@
+"""Fixed-step RK4 of the force equation for many rollouts at once, of one vehicle or of several side by side."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from .batch_rates import Flattened, Outside, Terms
+from .forces import relative_velocity
+from .frames import Array, body_to_earth
+from .vehicle import Vehicle
+
+SPEED_LIMIT = 50.0
+"""Speed [m/s] and yaw rate [rad/s] beyond which a rollout counts as diverged and is held: 100 knots, and eight turns a
+second."""
+
+Added = Callable[[int, Array], Array]
+"""Acceleration over ground (3, batch) that is held during a step beside the vehicle's own, from the number of the step
+and the state (6, batch) at its beginning; called once a step, in order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rollouts:
+    """Open-loop rollouts from measured starts.
+
+    `states` (starts, steps + 1, 6): north, east [m], psi [rad], u, v [m/s], r [rad/s], the first two only where they
+    are followed; `diverged` (starts,) bool.
+    """
+
+    states: Array
+    diverged: np.ndarray
+
+
+class Around(NamedTuple):
+    """What is around a boat.
+
+    Attributes
+    ----------
+    air : (2, steps + 1, batch) velocity of the air over ground, north and east [m/s]; None where it is still
+    clock : minutes from the beginning of the log to each start, (batch,)
+    """
+
+    air: Array | None = None
+    clock: Array | float = 0.0
+
+
+STILL = Around()
+"""Still air, at the beginning of the log."""
+
+
+class Driven(NamedTuple):
+    """Rollouts of one vehicle over one number of steps.
+
+    Attributes
+    ----------
+    vehicle : None for a body on which no force acts
+    initial : (batch, 6) north, east, psi, u, v, r; or (batch, 4) without north and east, which are then not followed
+    thrust, load : (thrusters, steps + 1, batch) [N], [N s/m], linear between steps
+    memory : (batch, 2) initial wake memory of sway speed and yaw rate; None: the initial velocities
+    around : the air, linear between steps, and when the starts are
+    """
+
+    vehicle: Vehicle | None
+    initial: Array
+    thrust: Array
+    load: Array
+    memory: Array | None = None
+    around: Around = STILL
+
+    @property
+    def batch(self) -> int:
+        """How many rollouts there are."""
+        return self.initial.shape[0]
+
+    @property
+    def steps(self) -> int:
+        """How many steps each has."""
+        return self.thrust.shape[1] - 1
+
+
+def integrate(driven: Driven, time_step: float, added: Added | None = None) -> Rollouts:
+    """Integrate the force equation by classical Runge-Kutta for a batch of starts.
+
+    Parameters
+    ----------
+    time_step : [s]
+    added : acceleration beside the vehicle's; default: none. What is beyond `SPEED_LIMIT` in a step is cut there, or a
+        rollout that diverges would be off the map before it is held
+    """
+    return integrate_together([driven], time_step, added)[0]
+
+
+def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added | None = None) -> list[Rollouts]:
+    """Integrate the rollouts of several vehicles in one batch, which those that are done leave; see `integrate`.
+
+    Parameters
+    ----------
+    crowd : all with north and east, or all without; a body on which no force acts is alone
+    """
+    order = sorted(range(len(crowd)), key=lambda k: -crowd[k].steps)
+    lined = [crowd[k] for k in order]
+    ends = np.cumsum([0, *(one.batch for one in lined)]).tolist()
+    terms = [Terms(one.vehicle) for one in lined if one.vehicle is not None]
+    state, (pushed, lost, air, clock) = _side_by_side(lined, terms)
+    h, first, held = time_step, 6 - lined[0].initial.shape[1], None
+    own: Flattened | None = None
+
+    def slope(x: Array, outside: Outside) -> Array:
+        out = _idle(x) if own is None else own(x, outside)
+        if held is not None:
+            out[3:6] += held
+        return out
+
+    histories = [np.empty((one.steps + 1, 6 - first, one.batch)) for one in lined]
+    diverged, done = np.zeros(ends[-1], dtype=bool), 0
+    for place, history in enumerate(histories):
+        history[0] = state[first:6, ends[place] : ends[place + 1]]
+    while any(going := [one for one in lined if one.steps > done]):
+        width = ends[len(going)]
+        state = state[:, :width].copy()
+        if terms:
+            crew = [(own_terms, one.batch) for own_terms, one in zip(terms, going, strict=False)]
+            own = Flattened(crew, placed=not first)
+        pushed, lost, air = pushed[..., :width], _first(lost, width), _first(air, width)
+        clock = clock[:width] if isinstance(clock, np.ndarray) else clock
+        for k in range(done, going[-1].steps):
+            held = None if added is None else np.clip(added(k, state[:6]), -SPEED_LIMIT / h, SPEED_LIMIT / h)
+            begin, end = ((pushed[:, n], _at(lost, n), _at(air, n), clock + n * h / 60.0) for n in (k, k + 1))
+            between = clock + (k + 0.5) * h / 60.0
+            middle = (0.5 * (begin[0] + end[0]), _mean(begin[1], end[1]), _mean(begin[2], end[2]), between)
+            state = runge_kutta(slope, state, (begin, middle, end), h)
+            fast = ~(np.abs(state[3:6]).max(axis=0) <= SPEED_LIMIT)
+            if fast.any():
+                diverged[:width] |= fast
+                state[:, fast] = np.nan_to_num(state[:, fast], nan=0.0, posinf=0.0, neginf=0.0)
+                state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
+            for place in range(len(going)):
+                histories[place][k + 1] = state[first:6, ends[place] : ends[place + 1]]
+        done = going[-1].steps
+    rolled = [
+        Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged[ends[place] : ends[place + 1]])
+        for place, history in enumerate(histories)
+    ]
+    return [rolled[order.index(k)] for k in range(len(crowd))]
+
+
+_Series = tuple[Array, Array | None, Array | None, Array | float]
+"""What acts along rollouts: accelerations (3, steps + 1, batch) by the thrusters at zero advance, what they lose per
+advance speed, the velocity of the air (2, steps + 1, batch), and the minutes of the starts."""
+
+
+def _side_by_side(lined: Sequence[Driven], terms: Sequence[Terms]) -> tuple[Array, _Series]:
+    """States (8, batch) at the starts of all rollouts, and what acts along them."""
+    state = np.zeros((8, sum(one.batch for one in lined)))
+    state[6 - lined[0].initial.shape[1] : 6] = np.concatenate([one.initial.T for one in lined], axis=1)
+    clocks = [one.around.clock for one in lined]
+    clock = (
+        clocks[0]
+        if len(lined) == 1
+        else np.concatenate([np.broadcast_to(c, one.batch) for c, one in zip(clocks, lined, strict=True)])
+    )
+    if not terms:
+        return state, (np.zeros((3, lined[0].steps + 1, lined[0].batch)), None, None, clock)
+    state[6:] = np.concatenate([_remembered(one) for one in lined], axis=1)
+    pairs = list(zip(terms, lined, strict=True))
+    lost = air = None
+    pushed = _joined([own.accelerations(one.thrust) for own, one in pairs])
+    if any(one.load.any() for one in lined):
+        lost = _joined([own.accelerations(one.load) for own, one in pairs])
+    if any(one.around.air is not None for one in lined):
+        air = _joined(
+            [np.zeros((2, one.steps + 1, one.batch)) if (moving := one.around.air) is None else moving for one in lined]
+        )
+    return state, (pushed, lost, air, clock)
+
+
+def _remembered(one: Driven) -> Array:
+    """Wake memory of sway speed and yaw rate at the starts, (2, batch)."""
+    assert one.vehicle is not None, "a body on which no force acts has no wake"
+    if one.memory is not None:
+        return one.memory.T
+    psi, u, v, r = one.initial.T[-4:]
+    return np.stack(relative_velocity(one.vehicle, psi, (u, v, r), one.around.clock)[1:])
+
+
+def _joined(parts: Sequence[Array]) -> Array:
+    """Series (axes, steps + 1, batch) side by side, the longest first; zero after their ends."""
+    if len(parts) == 1:
+        return parts[0]
+    found, begin = np.zeros((*parts[0].shape[:2], sum(part.shape[2] for part in parts))), 0
+    for part in parts:
+        found[:, : part.shape[1], begin : begin + part.shape[2]] = part
+        begin += part.shape[2]
+    return found
+
+
+def _first(series: Array | None, width: int) -> Array | None:
+    return None if series is None else series[..., :width]
+
+
+def _at(series: Array | None, step: int) -> Array | None:
+    return None if series is None else series[:, step]
+
+
+def _mean(one: Array | None, other: Array | None) -> Array | None:
+    return None if one is None or other is None else 0.5 * (one + other)
+
+
+def _idle(x: Array) -> Array:
+    """Rates of change of the states (8, batch) of bodies on which no force acts."""
+    out = np.zeros_like(x)
+    out[0], out[1] = body_to_earth(x[2], x[3], x[4])
+    out[2] = x[5]
+    return out
+
+
+Forcing = TypeVar("Forcing")
+
+
+def runge_kutta(
+    slope: Callable[[Array, Forcing], Array], state: Array, forcing: tuple[Forcing, Forcing, Forcing], step: float
+) -> Array:
+    """One step of the classical Runge-Kutta method, of arrays or of tensors.
+
+    Parameters
+    ----------
+    slope : rate of change of a state under a forcing
+    forcing : at the beginning, in the middle and at the end of the step
+    step : [s]
+    """
+    first, middle, last = forcing
+    k1 = slope(state, first)
+    k2 = slope(state + 0.5 * step * k1, middle)
+    k3 = slope(state + 0.5 * step * k2, middle)
+    k4 = slope(state + step * k3, last)
+    return state + (step / 6.0) * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
