@@ -1,11 +1,15 @@
-# make demo, make test: each sets up what it needs in .venv, once, and again when pyproject.toml or constraints.txt change.
+# make demo, make test: each sets up what it needs in .venv, once, and again when pyproject.toml or constraints.txt change:
+# the demo what reads tables and finds effects, the tests everything.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help demo test lint bench clean
 
 PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
 BIN := .venv/bin
+RUNS := .venv/undertow-runs
 READY := .venv/undertow-is-set-up
+# What is not compiled here is when it is first imported, which most of it never is: a minute of the set-up less.
+PIP := $(BIN)/python -m pip install -qq --no-compile --disable-pip-version-check -c constraints.txt
 # The quick one first: the study of hidden effects takes half an hour.
 BENCHMARKS := benchmarks/speed.py $(filter-out benchmarks/speed.py,$(wildcard benchmarks/*.py))
 
@@ -16,7 +20,7 @@ help:
 	@echo "make bench  run all tests, the long ones too, and the benchmarks, one after the other"
 	@echo "make clean  remove .venv, build leftovers and caches"
 
-demo: $(READY)
+demo: $(RUNS)
 	@$(BIN)/undertow demo
 
 test: $(READY)
@@ -34,13 +38,19 @@ bench: $(READY)
 
 # A venv that works is kept and brought up to date; one that is missing, broken or too old is made anew.
 # .venv/typing shows type checkers the repository root under its package name (pyright's extraPaths).
-$(READY): pyproject.toml constraints.txt
+$(RUNS): pyproject.toml constraints.txt
 	@rm -f $@
 	@test -n "$(PYTHON)" || { echo "undertow needs Python 3.11 or newer: no python3.11 or python3 found (try PYTHON=/path/to/python3)" >&2; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and "undertow needs Python 3.11 or newer, found " + sys.version.split()[0] + " (try PYTHON=/path/to/python3.11)")'
-	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes some minutes"
+	@echo "Setting up .venv with $$("$(PYTHON)" --version): the first time takes half a minute and more"
 	@$(BIN)/python -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || "$(PYTHON)" -m venv --clear .venv
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,logs,neural,export]' -c constraints.txt
+	@$(PIP) -e .
+	@touch $@
+
+$(READY): $(RUNS)
+	@rm -f $@
+	@echo "Adding what the tests need (torch, pyright, a browser's driver ...): some minutes"
+	@$(PIP) -e '.[dev,logs,neural,export]'
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@touch $@
 
