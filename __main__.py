@@ -21,6 +21,7 @@ from .cli.demo_verb import demo
 from .cli.discover_verb import discover
 from .cli.explain_verb import explain
 from .cli.fit_verb import fit
+from .cli.init_verb import init
 from .cli.inspect_verb import inspect
 from .cli.report_verb import report
 from .cli.simulate_verb import amounts, simulate
@@ -53,6 +54,7 @@ def options(
 
 
 app.command()(telling(demo))
+app.command()(telling(init))
 app.command()(telling(inspect))
 app.command()(telling(compare))
 app.command()(telling(check))

@@ -10,6 +10,7 @@ import typer
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, warn
+from .init_verb import offered
 from .options import (
     AsIsOption,
     ForceOption,
@@ -19,7 +20,6 @@ from .options import (
     MapOption,
     NamespaceOption,
     SeedOption,
-    VehicleOption,
     check_folder,
     read_logs,
 )
@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 
 def discover(
     logs: Logs,
-    vehicle: VehicleOption,
     out: Annotated[Path, typer.Option("--out", "-o", help="Run folder to write.")],
+    vehicle: Annotated[
+        str | None, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one; see init.")
+    ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave the HTML page out.")] = False,
     force: ForceOption = False,
     refit: Annotated[
@@ -52,6 +54,9 @@ def discover(
     with failing_clearly():
         if judge not in ("folds", "test"):
             raise RequestError(f"--split {judge}: expected folds, or test to keep the last part of each log aside")
+        if vehicle is None:
+            vehicle, channels = offered(logs, Reading(frame, channels, namespace), out)
+            refit = True
         check_folder(out, (logs, vehicle, channels), report=not no_report, force=force)
         read = partial(read_logs, logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
         tell_discovery(out, read, report=not no_report, seed=seed, refit=refit, force=force, as_json=as_json)

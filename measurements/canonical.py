@@ -1,7 +1,7 @@
 """The canonical channels: their names, their units, and the values that they may take."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -90,6 +90,34 @@ class Lost:
         return self.backward > 0 or any(by < 0.0 for _, by in self.sets)
 
 
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What an autopilot's parameters say of an output that drives a thruster, as its channel has it.
+
+    Attributes
+    ----------
+    neutral, astern, ahead : where the thruster stands still, and full commands to either side [the channel's unit];
+        astern and neutral are the same for one that goes ahead only
+    source : the parameters that say so
+    expo : share of the square in thrust over command c, which is (1 - expo) c + expo c^2
+    asymmetry : full thrust ahead over that astern
+    least : share of the command up to which the thruster stands still
+    """
+
+    neutral: float
+    astern: float
+    ahead: float
+    source: str
+    expo: float = 0.0
+    asymmetry: float = 1.0
+    least: float = 0.0
+
+    def mapped(self, scale: float, offset: float) -> "Output":
+        """The same of a channel that is `scale` times the output plus `offset`."""
+        neutral, astern, ahead = (scale * value + offset for value in (self.neutral, self.astern, self.ahead))
+        return replace(self, neutral=neutral, astern=astern, ahead=ahead)
+
+
 @dataclass(frozen=True, eq=False)
 class Channel:
     """One canonical channel of a log.
@@ -101,6 +129,7 @@ class Channel:
     value : (n,) in the unit of the channel, finite
     origin : where in the file it came from: `topic:field`, or the column
     lost : what it lost when it was read
+    output : of a command, what the autopilot's parameters say of it; None where the log does not tell
     """
 
     name: str
@@ -108,6 +137,7 @@ class Channel:
     value: Array
     origin: str
     lost: Lost = Lost()
+    output: Output | None = None
 
     @cached_property
     def period(self) -> float:

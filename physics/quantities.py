@@ -15,6 +15,22 @@ _LEAST = 1e-12
 """Least amount of what must be positive: a propeller of 1 cm, counted in revolutions a minute, has some 1e-9."""
 _MOST_TOLD = 8
 """Complaints about one file that are told: who mends these reads the others next."""
+_TOLD = {
+    "float_parsing": "expected a number",
+    "float_type": "expected a number",
+    "string_type": "expected a word",
+    "dict_type": "expected lines of 'key: value'",
+    "tuple_type": "expected a list",
+    "too_short": "expected a list of at least {min_length}",
+    "too_long": "expected at most {max_length} letters or entries",
+    "literal_error": "expected {expected}",
+    "greater_than_equal": "expected at least {ge:g}",
+    "less_than": "expected less than {lt:g}",
+    "union_tag_invalid": "expected {expected_tags}",
+    "union_tag_not_found": "{discriminator} missing",
+    "string_pattern_mismatch": "expected a letter, then letters, digits and _",
+}
+"""What pydantic complains about, in words that need no pydantic; anything else is told in its own."""
 _NAME = 60
 """Letters of a key that are told, and compared with those that are known."""
 
@@ -35,7 +51,7 @@ def _number(value: Any) -> Any:
 def positive(value: float) -> float:
     """Refuse what a calculation cannot divide by."""
     if value <= 0.0:
-        raise ValueError("Input should be greater than 0")
+        raise ValueError("expected a number above 0")
     if value < _LEAST:
         raise ValueError(f"expected at least {_LEAST:g}")
     return value
@@ -59,10 +75,20 @@ def complaints(items: Sequence[Any], tell: Callable[[Any], str]) -> str:
     return "; ".join([*map(tell, items[:_MOST_TOLD]), *([f"and {more} more of the kind"] if more > 0 else [])])
 
 
-def complaint(item: Any, parts: Sequence[Any]) -> str:
-    """One of pydantic's complaints as `key: what was expected, got what came`."""
-    where, message = location(parts), item["msg"].removeprefix("Value error, ")
-    came = "" if isinstance(item["input"], dict) or item["type"] == "missing" else f", got {shown(item['input'])}"
+def complaint(item: Any, parts: Sequence[Any], meant: str = "") -> str:
+    """One of pydantic's complaints as `key: what was expected, got what came`, or `key missing, what it is`.
+
+    Parameters
+    ----------
+    item, parts : the complaint, and where in the file it is
+    meant : what should stand there, in words
+    """
+    where, kind = location(parts), item["type"]
+    if kind == "missing":
+        return f"{where} missing{', ' * bool(meant)}{meant}"
+    known = _TOLD.get(kind)
+    message = item["msg"].removeprefix("Value error, ") if known is None else known.format(**item.get("ctx", {}))
+    came = "" if isinstance(item["input"], dict) else f", got {shown(item['input'])}"
     return f"{where}: {message}{came}" if where else f"{message}"
 
 

@@ -304,14 +304,43 @@ def vehicle_from_dict(data: Any, where: str, *, judged: bool = False) -> Vehicle
     try:
         return Vehicle.model_validate(data, context={"judged": judged})
     except ValidationError as error:
-        raise VehicleError(f"{where}: {complaints(error.errors(include_url=False), _in_words)}") from None
+        items = error.errors(include_url=False)
+        within = any(item["loc"][:1] == ("thrusters",) and len(item["loc"]) > 1 for item in items)
+        # Thrusters that are refused one by one are no longer counted: that there are too few is no news.
+        told = [
+            item for item in items if not (within and item["loc"] == ("thrusters",) and item["type"] == "too_short")
+        ]
+        raise VehicleError(f"{where}: {complaints(told, lambda item: _in_words(item, data))}") from None
 
 
-def _in_words(item: Any) -> str:
-    """One of pydantic's complaints as a sentence."""
+_MEANT = {
+    "mass": "kg",
+    "inertia_z": "moment of inertia in yaw about the origin, kg m^2",
+    "thrusters": "a list, each with name, x, y, command and curve",
+    "name": "a word such as port",
+    "x": "metres ahead of the origin",
+    "y": "metres to starboard of the origin, negative at port",
+    "command": "pwm, normalized, rad_s or newton",
+    "curve": "how its command becomes a force in newtons, for example {kind: table, command: [1100, 1500, 1900], "
+    "force: [-30, 0, 30]}",
+    "kind": "table or propeller",
+    "axis": "surge, sway or yaw",
+    "form": "such as u|r|",
+}
+"""What the keys of a vehicle file mean, said where one is missing."""
+
+
+def _in_words(item: Any, data: Any) -> str:
+    """One of pydantic's complaints about a vehicle file in the words of a vehicle."""
     path = [str(part) for part in item["loc"] if part not in ("table", "propeller")]
     if item["type"] != "extra_forbidden":
-        return complaint(item, path)
+        place, inner = "", path
+        if path[:1] == ["thrusters"] and len(path) > 1:
+            built = data["thrusters"][int(path[1])]
+            name = built.get("name") if isinstance(built, dict) else None
+            place = f"thruster {shown(name)}: " if isinstance(name, str) else f"thruster {int(path[1]) + 1}: "
+            inner = path[2:]
+        return place + complaint(item, inner, _MEANT.get(path[-1], "") if path else "")
     inside = path[:-1]
     model = (
         Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else Term if inside[:1] == ["terms"] else Vehicle

@@ -128,7 +128,8 @@ def _channel(name: str, source: Source, cleaner: Cleaner) -> Channel:
         if source.frame == "enu" and name not in QUATERNION:
             sign = _FROM_ENU.get(source.role, (name, 1.0))[1]
             value = heading_from_enu(value) if name == "psi" else value if sign == 1.0 else sign * value
-    return cleaner.channel(name, source.stream, value)
+    channel, output = cleaner.channel(name, source.stream, value), source.stream.output
+    return channel if output is None else replace(channel, output=output.mapped(source.scale, source.offset))
 
 
 def _heading(channels: dict[str, Channel], sources: Mapping[str, Source], where: str, notes: list[str]) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...physics.errors import LogError
 from ...physics.frames import Array
+from ..canonical import Output
 
 TIME_COLUMNS = {
     "t": 1.0,
@@ -74,6 +75,7 @@ class Stream:
     value : (n,) in the file's own unit; NaN where the file holds no number
     row : (n,) line in the file, or number of the message, for messages
     frame : frame of reference in which a message says its values are, such as `base_link` or `map_ned`; mostly empty
+    output : of a thruster's command, what the autopilot's parameters say of it
     """
 
     topic: str
@@ -83,6 +85,7 @@ class Stream:
     row: NDArray[np.int64]
     kind: str = ""
     frame: str = ""
+    output: Output | None = None
 
     @property
     def name(self) -> str:

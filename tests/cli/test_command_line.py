@@ -22,7 +22,7 @@ from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.scores import rollout_scores
 
-VERBS = ("demo", "inspect", "compare", "discover", "fit", "add", "simulate", "report")
+VERBS = ("demo", "init", "inspect", "compare", "discover", "fit", "add", "simulate", "report")
 REFERENCES = ("nominal", "calibrated", "zero acceleration", "hold velocity")
 """Models that every comparison has."""
 AXES = {"surge", "sway", "yaw"}

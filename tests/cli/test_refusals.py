@@ -173,9 +173,9 @@ def boat(path: str, value: Any) -> str:
 
 
 BAD_VEHICLES: dict[str, tuple[bytes | str, str]] = {
-    "no mass": (boat("mass", 0.0), r"vehicle file boat\.yaml: mass: Input should be greater than 0, got 0\.0"),
-    "negative mass": (boat("mass", -22.0), r"mass: Input should be greater than 0, got -22"),
-    "negative inertia": (boat("inertia_z", -1.0), r"inertia_z: Input should be greater than 0, got -1"),
+    "no mass": (boat("mass", 0.0), r"vehicle file boat\.yaml: mass: expected a number above 0, got 0\.0"),
+    "negative mass": (boat("mass", -22.0), r"mass: expected a number above 0, got -22"),
+    "negative inertia": (boat("inertia_z", -1.0), r"inertia_z: expected a number above 0, got -1"),
     "M": (
         boat("added_mass.X_udot", 31.0),
         r"the mass matrix M = M_RB \+ M_A is not positive definite: m11=-0\.5, .*X_udot = -2\.6 adds 2\.6 kg",

@@ -142,7 +142,7 @@ def with_curve(**curve: Any) -> dict[str, Any]:
     [
         ({"command": [-1, 0, 1], "force": [-1, 1]}, "command has 3 points, force has 2"),
         ({"command": [0, 0], "force": [0, 1]}, "command points must increase"),
-        ({"command": [0], "force": [0]}, "at least 2 items"),
+        ({"command": [0], "force": [0]}, "expected a list of at least 2"),
         ({"command": [-1, 1], "force": [-1, 1], "k_t": 0.1}, "unknown key 'k_t'"),
     ],
 )

@@ -36,6 +36,8 @@ class Kind(Enum):
     SERIES = "compare --series"
     AUDIT = "check"
     FITTED = "fit"
+    STARTED = "init"
+    CHANNELS = "init --channels"
     ADDED = "add"
     SIMULATED = "simulate"
     PAGE = "report"

@@ -3,14 +3,14 @@
 import bisect
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import StringIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....physics.frames import Array, earth_to_body
-from ...canonical import is_canonical
+from ...canonical import Output, is_canonical
 from ..base import Name, Recording, Request, Stream
 
 AUTOPILOTS = ("dataflash/", "mavlink/", "ulog/")
@@ -25,6 +25,8 @@ _NO_PULSE = (0.0, 65535.0)
 """Outputs that drive nothing: 0, and UINT16_MAX of a channel that is not used (MAVLink, common.xml)."""
 _DEFAULTS = {"MIN": 1100.0, "TRIM": 1500.0, "MAX": 1900.0, "REVERSED": 0.0}
 """Of SERVOn_..., where the log does not say (ArduPilot, SRV_Channel.cpp)."""
+_SHAPE = {"THST_EXPO": (0.0, -1.0, 1.0), "THST_ASYM": (1.0, 1.0, 10.0), "THR_MIN": (0.0, 0.0, 99.0)}
+"""Of MOT_..., where the log does not say, and the least and the most that count (ArduPilot, AP_MotorsUGV.cpp)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,8 +178,8 @@ def servo_commands(
             notes.append(f"{name}: output {number} carries {called} as well; the first one is used")
             continue
         settings = {key: parameters.get(f"SERVO{number}_{key}", null) for key, null in _DEFAULTS.items()}
-        value, told = _ahead(table.columns[column], **{key.lower(): number for key, number in settings.items()})
-        streams[name] = table.stream(name, value)
+        value, output, told = _ahead(table.columns[column], number, settings, parameters)
+        streams[name] = replace(table.stream(name, value), output=output)
         assumed = [f"SERVO{number}_{key}" for key in _DEFAULTS if f"SERVO{number}_{key}" not in parameters]
         usual = f"; {' '.join(assumed)} not in the log, ArduPilot's defaults taken" if assumed else ""
         notes.append(
@@ -192,11 +194,26 @@ def servo_commands(
     return list(streams.values()), notes
 
 
-def _ahead(pwm: Array, min: float, trim: float, max: float, reversed: float) -> tuple[Array, str]:
-    """Turn an output [us] so that more is ahead; and say how, with neutral and range."""
+def _ahead(
+    pwm: Array, number: int, settings: Mapping[str, float], parameters: Mapping[str, float]
+) -> tuple[Array, Output, str]:
+    """Turn an output [us] so that more is ahead; what the parameters say of it; and how it was turned, in words.
+
+    Thrust over command is what ArduPilot takes it for where it makes commands of demands (`MOT_THST_EXPO`,
+    `MOT_THST_ASYM`, `MOT_THR_MIN` in per cent; AR_Motors, AP_MotorsUGV.cpp, get_scaled_throttle and
+    output_skid_steering).
+    """
+    low, trim, high, reversed = (settings[key] for key in ("MIN", "TRIM", "MAX", "REVERSED"))
     silent = np.isin(pwm, _NO_PULSE)
     value = np.where(silent, trim, 2.0 * trim - pwm if reversed else pwm)
-    astern, ahead = (2.0 * trim - max, 2.0 * trim - min) if reversed else (min, max)
+    astern, ahead = (2.0 * trim - high, 2.0 * trim - low) if reversed else (low, high)
+    source = ", ".join(f"SERVO{number}_{key} {settings[key]:g}" for key in settings)
+    shape = {key: parameters[f"MOT_{key}"] for key in _SHAPE if f"MOT_{key}" in parameters}
+    source = ", ".join([source, *(f"MOT_{key} {found:g}" for key, found in shape.items())])
+    expo, asymmetry, least = (
+        found if low <= (found := shape.get(key, null)) <= high else null for key, (null, low, high) in _SHAPE.items()
+    )
+    output = Output(trim, astern, ahead, source, expo, asymmetry, least / 100.0)
     told = (
         f"neutral {trim:g} us, full astern {astern:g} us, full ahead {ahead:g} us: the thruster's curve must have them"
     )
@@ -204,7 +221,7 @@ def _ahead(pwm: Array, min: float, trim: float, max: float, reversed: float) -> 
         told += f"; the output is reversed (ahead is below neutral), mirrored here as {2.0 * trim:g} us - value"
     if silent.any():
         told += f"; {np.count_nonzero(silent)} rows without pulses (disarmed) taken as neutral"
-    return value, told
+    return value, output, told
 
 
 @contextmanager

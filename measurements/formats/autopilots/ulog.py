@@ -9,6 +9,7 @@ Fields and units are those of PX4's uORB messages: `vehicle_local_position` x y 
 import io
 import struct
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from ....physics.errors import LogError
 from ....physics.frames import Array, heading_from_quaternion
+from ...canonical import Output
 from ..base import DEEPEST, EVERY, Format, Head, Name, Recording, Request, Stream, torn
 from .autopilot import Table, assembled, heading_at, in_order, numbers, planar, raw_names, silenced
 
@@ -246,8 +248,8 @@ def _commands(tables: Mapping[str, Table], parameters: Mapping[str, float]) -> t
         motor = int(parameters.get(f"PWM_MAIN_FUNC{output + 1}", 0)) - _FIRST_MOTOR
         column = outputs.columns.get(f"output[{output}]") if outputs else None
         if outputs is not None and column is not None and 0 <= motor < _MOTORS:
-            value, told = _pulses(column, output, motor, parameters)
-            streams.append(outputs.stream(f"pwm_{names[motor]}", value))
+            value, stated, told = _pulses(column, output, motor, parameters)
+            streams.append(replace(outputs.stream(f"pwm_{names[motor]}", value), output=stated))
             notes.append(f"pwm_{names[motor]}: actuator_outputs:output[{output}], motor {motor + 1}, {told}")
     if streams:
         return streams, [*notes, why]
@@ -268,8 +270,8 @@ def _motors(parameters: Mapping[str, float]) -> tuple[list[str], str]:
     )
 
 
-def _pulses(column: Array, output: int, motor: int, parameters: Mapping[str, float]) -> tuple[Array, str]:
-    """Turn an output [us] so that more is ahead; and say how, with neutral and range."""
+def _pulses(column: Array, output: int, motor: int, parameters: Mapping[str, float]) -> tuple[Array, Output, str]:
+    """Turn an output [us] so that more is ahead; what the parameters say of it; and how it was turned, in words."""
     low, high = (
         parameters.get(f"PWM_MAIN_{end}{output + 1}", null) for end, null in (("MIN", 1000.0), ("MAX", 2000.0))
     )
@@ -284,7 +286,10 @@ def _pulses(column: Array, output: int, motor: int, parameters: Mapping[str, flo
     silent = np.isnan(value)
     if silent.any():
         told += f"; {np.count_nonzero(silent)} rows without pulses taken as neutral"
-    return np.where(silent, neutral, value), told
+    source = (
+        f"PWM_MAIN_MIN{output + 1} {low:g}, PWM_MAIN_MAX{output + 1} {high:g}, CA_R_REV {'yes' if astern else 'no'}"
+    )
+    return np.where(silent, neutral, value), Output(neutral, low, high, source), told
 
 
 def _matches(head: Head) -> bool:

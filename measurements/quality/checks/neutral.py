@@ -1,6 +1,5 @@
 """The PWM at which the thrusters stand still: what the commands are while the boat lies at rest."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, final
@@ -15,8 +14,6 @@ from ..resting import neutral_of
 
 USUAL = 1500.0
 """The PWM at which the thruster curves of vehicle files have their zero, unless they say otherwise [us]."""
-_STATED = re.compile(r"(?P<name>pwm_\w+): .*\bneutral (?P<neutral>[\d.]+) us")
-"""The note of a reader that found the neutral among the log's parameters."""
 _OFF = 3.0
 """Distance from the usual neutral from which it matters [us]: one per cent of the thrust command is 4 to 5."""
 _AT_END = 0.05
@@ -129,13 +126,12 @@ def _zeros(records: Sequence[Record], found: Mapping[str, float]) -> dict[str, _
     for record in records:
         own = {t.channel: resting_commands(t) for t in record.vehicle.thrusters} if record.vehicle else {}
         for name in found:
-            stated = next((s for note in record.log.notes if (s := _STATED.match(note)) and s["name"] == name), None)
+            stated = record.log.channels[name].output if name in record.log.channels else None
             ends = own.get(name)
             if ends is not None:
                 zeros[name] = _Zero(*ends, "the vehicle's curve has its zero", True)
-            elif stated:
-                value = float(stated["neutral"])
-                zeros.setdefault(name, _Zero(value, value, "the log's parameters have it", False))
+            elif stated is not None:
+                zeros.setdefault(name, _Zero(stated.neutral, stated.neutral, "the log's parameters have it", False))
     return zeros
 
 

@@ -1,6 +1,7 @@
 """Whether the log was put on a finer grid than it was measured on: rows that repeat, or lie on lines between others."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -165,9 +166,7 @@ def _fresh(channels: Channels) -> dict[str, Channel]:
 def _thinned(channels: Channels, names: tuple[str, ...], keep: NDArray[np.bool_]) -> dict[str, Channel]:
     """The channels of motion with some of their rows; commands stay, since what is held is what was commanded."""
     return {
-        name: Channel(name, c.time[keep], c.value[keep], c.origin, c.lost)
-        if name in names and command_kind(name) is None
-        else c
+        name: replace(c, time=c.time[keep], value=c.value[keep]) if name in names and command_kind(name) is None else c
         for name, c in channels.items()
     }
 

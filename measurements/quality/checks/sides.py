@@ -29,6 +29,27 @@ class _Expected:
     thruster: Thruster | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """What a log shows of a command for certain: 1 where more of it pushes ahead, -1 astern, 0 unknown; and its side.
+
+    The side is "port", "starboard" or empty.
+    """
+
+    ahead: int
+    side: str
+
+
+def placed(records: Sequence[Record]) -> dict[str, Placed]:
+    """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
+    expected = _expected(records, sorted({name for record in records for name in record.commands}))
+    told, _ = _told_of(records, expected) if records else ({}, [])
+    if told and not _as_expected(told, expected) and may_be_exchanged(records):
+        return {}
+    apart = _turns_apart(records)
+    return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in told.items()}
+
+
 @final
 class Sides(Check):
     """Finds thrusters that push astern when the command says ahead, and ones on the other side than they should be.
@@ -313,16 +334,16 @@ def _swapped(expected: Mapping[str, _Expected], told: Mapping[str, Answer]) -> f
     """Commands on the other side than expected, where each has one that changes names with it; else none."""
     sided = {name for name in expected if name in told and told[name].side and expected[name].side}
     wrong = {name for name in sided if _SIDE[told[name].side] != expected[name].side}
-    return frozenset(wrong) if len(sided) > 1 and {_renamed(name) for name in wrong} == wrong else frozenset()
+    return frozenset(wrong) if len(sided) > 1 and {other_side(name) for name in wrong} == wrong else frozenset()
 
 
 def _line(records: Sequence[Record], name: str, turned: bool, swapped: bool) -> str:
     """The line of a channel map that puts a command the right way round, and on the other side if that is sure."""
-    target, source = _renamed(name) if swapped else name, _source(records, name)
+    target, source = other_side(name) if swapped else name, _source(records, name)
     return f"'{target}: {{from: {source}, {_turned(records, name)}}}'" if turned else f"'{target}: {source}'"
 
 
-def _renamed(name: str) -> str:
+def other_side(name: str) -> str:
     """The name of the same command on the other side."""
     other = {"port": "stbd", "left": "right", "stbd": "port", "starboard": "port", "right": "left"}
     kind, thruster = command_kind(name) or ("", name)

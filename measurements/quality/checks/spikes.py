@@ -1,6 +1,7 @@
 """Whether single values stand out of a record, or it jumps across all of its range: glitches and short counters."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -110,7 +111,7 @@ def _without(name: str) -> Callable[[Channels], dict[str, Channel]]:
     def apply(channels: Channels) -> dict[str, Channel]:
         channel = channels[name]
         keep = ~_spiked(_values(channel))
-        thinned = Channel(name, channel.time[keep], channel.value[keep], channel.origin, channel.lost)
+        thinned = replace(channel, time=channel.time[keep], value=channel.value[keep])
         return {**channels, name: thinned}
 
     return apply

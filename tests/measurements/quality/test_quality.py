@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from places import ROOT
 
-from undertow.measurements.canonical import Channel
+from undertow.measurements.canonical import Channel, Output
 from undertow.measurements.inspection import inspect_log, inspect_logs
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.quality.checks.sides import Sides, side_of
@@ -297,15 +297,18 @@ def test_the_neutral_is_compared_with_the_curve_of_the_vehicle(study: ModuleType
 
 
 def test_a_neutral_that_the_log_states_is_not_shifted_away(odometry: Log):
-    moved = {n: replace(c, value=c.value + 10.0 * n.startswith("pwm")) for n, c in odometry.channels.items()}
-    notes = tuple(f"pwm_{side}: output 1, RCOU:C1, neutral 1510 us, full ahead 1910 us" for side in ("port", "stbd"))
-    told = examine(replace(odometry, channels=moved, notes=notes))
+    stated = {
+        n: replace(c, output=Output(1510.0, 1110.0, 1910.0, "SERVO1_TRIM 1510")) if n.startswith("pwm") else c
+        for n, c in odometry.channels.items()
+    }
+    moved = {n: replace(c, value=c.value + 10.0 * n.startswith("pwm")) for n, c in stated.items()}
+    told = examine(replace(odometry, channels=moved))
     found = only(told.findings, "neutral")
     assert (found.verdict, found.value, told.fixes) == ("note", 1510.0, ())
     assert "the log's parameters have it there" in found.sentence
     assert "zero in the vehicle file to 1510" in found.remedy
-    stated = only(examine(replace(odometry, notes=notes)).findings, "neutral")
-    assert (stated.verdict, stated.fix) == ("warning", None)
+    off = only(examine(replace(odometry, channels=stated)).findings, "neutral")
+    assert (off.verdict, off.fix) == ("warning", None)
 
 
 def test_an_answer_a_little_early_is_told_in_words(odometry: Log):

@@ -79,7 +79,7 @@ def test_absolute_effects_replace_and_added_ones_add_up(boat: Vehicle) -> None:
         ("sway_added_mass=30", "Y_vdot would be 12 kg"),
         ("Y_rdot=40", "the vehicle would not be sound: .*not positive definite"),
         ("mass=-40", r"mass would be -9\.5 kg \(the vehicle has 30\.5\); expected at least 0 kg"),
-        ("inertia_z=-3", "the vehicle would not be sound: .*inertia_z: Input should be greater than 0"),
+        ("inertia_z=-3", "the vehicle would not be sound: .*inertia_z: expected a number above 0"),
         ("heave:u=1", "expected surge, sway or yaw before the colon"),
         ("yaw:uq=1", "expected a product of one to three of u, v, r"),
     ],

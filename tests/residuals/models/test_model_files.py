@@ -205,12 +205,12 @@ SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     ),
     "missing key": (lambda c: c.pop("pure"), r"the key 'pure' is missing"),
     "word for a number": (lambda c: c.update(time_step="fast"), r"time_step: .*number.*, got 'fast'"),
-    "backwards": (lambda c: c.update(time_step=-0.1), r"time_step: .*greater than 0, got -0.1"),
+    "backwards": (lambda c: c.update(time_step=-0.1), r"time_step: .*a number above 0, got -0.1"),
     "not finite": (
         lambda c: c["inputs"][0].update(mean=float("nan")),
         r"inputs.0.mean: .*finite number .*, got nan",
     ),
-    "no scale": (lambda c: c["inputs"][2].update(scale=0.0), r"inputs.2.scale: .*greater than 0, got 0.0"),
+    "no scale": (lambda c: c["inputs"][2].update(scale=0.0), r"inputs.2.scale: .*a number above 0, got 0.0"),
     "two axes": (lambda c: c["output_scale"].pop(), r"output_scale"),
     "pure as a word": (lambda c: c.update(pure="yes"), r"pure: .*boolean, got 'yes'"),
     "no digest": (lambda c: c.update(weights_sha256="abc"), r"weights_sha256: .*, got 'abc'"),
@@ -241,7 +241,7 @@ SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
         lambda c: c["vehicle"]["thrusters"].pop(),
         r"expected u v r thrust_port \[cos_psi sin_psi\], got",
     ),
-    "unsound vehicle": (lambda c: c["vehicle"].update(mass=-1.0), r"model.yaml: vehicle: mass: .*greater than 0"),
+    "unsound vehicle": (lambda c: c["vehicle"].update(mass=-1.0), r"model.yaml: vehicle: mass: .*a number above 0"),
     "vehicle key": (lambda c: c["vehicle"].update(mas=1.0), r"unknown key 'mas' .*: did you mean 'mass'"),
 }
 

@@ -5,6 +5,7 @@ import pytest
 from dataflash_files import MESSAGES, SERVOS, START, Writer, dataflash_of, write
 from round_trip import assert_equal, expected, motion_of, world
 
+from undertow.measurements.canonical import Output
 from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
@@ -70,6 +71,9 @@ def test_a_reversed_output_is_mirrored_about_its_trim_and_its_range_is_told(trut
     assert "neutral 1510 us, full astern 1070 us, full ahead 1920 us" in note
     assert "reversed" in note
     assert "3020 us - value" in note
+    assert ahead.output == Output(
+        1510.0, 1070.0, 1920.0, "SERVO1_MIN 1100, SERVO1_TRIM 1510, SERVO1_MAX 1950, SERVO1_REVERSED 1"
+    )
     assert_equal(motion_of(path), truth, **FORMAT)
 
 

@@ -1,0 +1,114 @@
+"""The verb `init`: a vehicle file and a channel map made of logs."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..measurements.log_options import Reading
+from .console import failing_clearly, progress, quiet, say, show, tell_replaced
+from .options import ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
+
+_VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
+"""Files that are written unless an option names others."""
+_FEW = 3
+"""Logs that are named in the next command."""
+_ASKED = {
+    "length": "Length of the hull [m]",
+    "mass": "Mass with payload [kg]",
+    "spacing": "Distance between port and starboard thruster [m]",
+    "thrust": "Thrust of one thruster at full command ahead [N]",
+}
+"""What is asked on a terminal, where no option has it."""
+
+
+def init(
+    logs: Logs,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Vehicle file to write.")] = _VEHICLE,
+    channels_out: Annotated[
+        Path, typer.Option("--channels", metavar="OUT.yaml", help="Channel map to write.")
+    ] = _CHANNELS,
+    length: Annotated[float | None, typer.Option("--length", help="Length of the hull in metres.")] = None,
+    mass: Annotated[float | None, typer.Option("--mass", help="Mass with payload in kilograms.")] = None,
+    spacing: Annotated[
+        float | None, typer.Option("--spacing", help="Distance between port and starboard thruster in metres.")
+    ] = None,
+    thrust: Annotated[
+        float | None, typer.Option("--thrust", help="Thrust of one thruster at full command ahead in newtons.")
+    ] = None,
+    like: Annotated[
+        str | None, typer.Option("--like", help="Take the hull of this vehicle: a file, or the name of a shipped one.")
+    ] = None,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Make a vehicle file and a channel map of a log, every number with its source."""
+    with failing_clearly():
+        from ..reports.terminal.init_screen import init_screen
+        from ..reports.terminal.reading_progress import reading_progress
+        from ..workflows.init import Hull
+        from ..workflows.init import init as draft_of
+
+        targets = (("--out", "init", out), ("--channels", "init --channels", channels_out))
+        earlier = earlier_files(targets, (logs, like, channels), force=force)
+        given = {"length": length, "mass": mass, "spacing": spacing, "thrust": thrust}
+        if like is None and _on_a_terminal():
+            given = {name: _ask(name) if value is None else value for name, value in given.items()}
+        with reading_progress(progress, quiet()) as told:
+            draft = draft_of(
+                logs, Hull(**given), like, Reading(frame, channels, namespace), progress=told, say=progress
+            )
+        draft.write(out, channels_out)
+        tell_replaced(earlier)
+        show(*init_screen(draft.vehicle, draft.thrusters, [doubt.value for doubt in draft.doubts]))
+        named = " ".join(map(str, logs)) if len(logs) <= _FEW else "LOG..."
+        say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
+        say(f"  undertow discover {named} --vehicle {out} --map {channels_out} --refit --out run")
+
+
+def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
+    """Vehicle file and channel map that a person on a terminal lets `init` write, where none was given.
+
+    Raises
+    ------
+    RequestError
+        where nobody can be asked, or the answer is no; it says what `init` would write.
+    """
+    from ..physics.errors import RequestError
+    from ..physics.in_words import listing
+    from ..physics.vehicle import shipped_vehicles
+    from ..workflows.init import init as draft_of
+
+    draft = draft_of(logs, reading=reading, say=progress)
+    seen = listing([f"{one.channel} ({one.side or 'side unknown'})" for one in draft.thrusters])
+    told = f"discover: no --vehicle is given. The log shows {len(draft.thrusters)} thrusters: {seen}"
+    if _on_a_terminal():
+        say(f"{told}.")
+        if typer.confirm(f"Write {_VEHICLE} and {_CHANNELS} on a typical hull, and go on with them?", err=True):
+            targets = (("--out", "init", _VEHICLE), ("--channels", "init --channels", _CHANNELS))
+            earlier = earlier_files(targets, (logs, reading.channel_map))
+            draft.write(_VEHICLE, _CHANNELS)
+            tell_replaced(earlier)
+            return str(_VEHICLE), _CHANNELS
+    raise RequestError(
+        f"{told}. 'undertow init LOG --mass KG' writes a vehicle file and a channel map of them; then: undertow "
+        f"discover LOG --vehicle {_VEHICLE} --map {_CHANNELS} --refit --out {out}. Or name a shipped vehicle: "
+        f"{', '.join(shipped_vehicles())}"
+    )
+
+
+def _on_a_terminal() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def _ask(name: str) -> float | None:
+    """A number that a person types, None for an empty line."""
+    while True:
+        text = typer.prompt(f"{_ASKED[name]} (Enter: typical)", default="", show_default=False, err=True).strip()
+        try:
+            return float(text.replace(",", ".")) if text else None
+        except ValueError:
+            say(f"expected a number, got {text[:40]}")

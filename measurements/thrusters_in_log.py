@@ -1,0 +1,200 @@
+"""What a log tells of the thrusters: which there are, on which side, which way round, and how hard they push."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..physics.frames import Array
+from .canonical import Channel, Output, command_kind
+from .quality.checks.sides import Placed, other_side, placed, side_of
+from .quality.record import Record
+from .quality.response import answers
+from .quality.resting import neutral_of
+
+_PULSES = (1100.0, 1500.0, 1900.0)
+"""Full astern, neutral and full ahead of a speed controller [us], where neither the log nor its parameters tell."""
+_POINTS = 8
+"""Steps of a bent curve to either side: lines between them keep a square within 0.4 % of full thrust."""
+_FAST = 0.9
+"""Share of the top speed (its 99th percentile) from which a row shows what drag balances full thrust."""
+_COMMON = "normalized_all"
+
+
+@dataclass(frozen=True, slots=True)
+class FoundThruster:
+    """A thruster as a log shows it.
+
+    Attributes
+    ----------
+    channel : canonical name of its command, as the log should be read
+    read_as : what the command was called when the log was read
+    output : neutral and ends of the command, and the shape of thrust over it
+    side : "port", "starboard", or empty where neither log nor name tells
+    turned : more of the command as it was read pushed astern, so that it is to be read the other way round
+    by_log : the log shows its side or which way it pushes; else its name is believed
+    rested : neutral is told, by the log's parameters, by the boat at rest, or by the kind of command
+    """
+
+    channel: str
+    read_as: str
+    output: Output
+    side: str
+    turned: bool
+    by_log: bool
+    rested: bool
+
+    @property
+    def kind(self) -> str:
+        """Kind of the command: pwm, normalized, rad_s or newton."""
+        return (command_kind(self.channel) or ("",))[0]
+
+    @property
+    def name(self) -> str:
+        """Name of the thruster."""
+        return (command_kind(self.channel) or ("", self.channel))[1]
+
+    def share(self, command: Array) -> Array:
+        """Share of full thrust ahead, negative astern, that commands (n,) ask for; see `Output.expo`."""
+        out = self.output
+        span = np.where(command >= out.neutral, out.ahead - out.neutral, max(out.neutral - out.astern, 1e-12))
+        part = np.clip((command - out.neutral) / span, -1.0, 1.0)
+        size = np.maximum(np.abs(part) - out.least, 0.0) / (1.0 - out.least)
+        bent = (1.0 - out.expo) * size + out.expo * size**2
+        return np.sign(part) * bent / np.where(part < 0.0, out.asymmetry, 1.0)
+
+    def curve(self, thrust: float) -> tuple[list[float], list[float]]:
+        """Points of the curve from command to force [N] of a thruster with this full thrust ahead [N]."""
+        out, steps = self.output, 1 if self.output.expo == 0.0 else _POINTS
+        parts = np.arange(-steps if out.astern < out.neutral else 0, steps + 1) / steps
+        if out.least > 0.0:
+            parts = np.union1d(parts, np.array([-out.least, out.least])[int(out.astern >= out.neutral) :])
+        command = out.neutral + parts * np.where(parts >= 0.0, out.ahead - out.neutral, out.neutral - out.astern)
+        return [float(f"{c:.7g}") for c in command], [float(f"{f:.4g}") for f in thrust * self.share(command)]
+
+
+def thrusters_in(records: Sequence[Record]) -> list[FoundThruster]:
+    """The thrusters whose commands are in every one of some logs of one boat, port ones first."""
+    names = sorted(set.intersection(*(set(record.commands) for record in records)) if records else set())
+    kinds = [(command_kind(name) or ("",))[0] for name in names]
+    # An autopilot logs what it wants of a motor as a share, too; what it sends to the motor is nearer to its thrust.
+    names = [name for name, kind in zip(names, kinds, strict=True) if kind != "normalized" or set(kinds) == {kind}]
+    told = placed(records)
+    right = _right_names(names, told)
+    found = [_thruster(records, name, right[name], told.get(name)) for name in names]
+    return sorted(found, key=lambda one: (("port", "starboard", "").index(one.side), one.channel))
+
+
+def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str]:
+    """What each command should be called, by the sides that the log shows; as it is where these are not certain."""
+    sided = {name: told[name].side for name in names if name in told and told[name].side}
+    wrong = [name for name, side in sided.items() if side_of(name) and side_of(name) != side]
+    swapped = {name: other_side(name) for name in wrong}
+    if wrong and set(swapped.values()) == set(wrong):
+        return {name: swapped.get(name, name) for name in names}
+    nameless = [name for name in sided if not side_of(name)]
+    if len(names) == 2 and len(nameless) == 2 and len(set(sided.values())) == 2:
+        word = {"port": "port", "starboard": "stbd"}
+        return {name: f"{(command_kind(name) or ('',))[0]}_{word[sided[name]]}" for name in names}
+    return {name: name for name in names}
+
+
+def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | None) -> FoundThruster:
+    turned = told is not None and told.ahead < 0
+    output = _output(records, name)
+    if turned:
+        twice = 2.0 * output.neutral
+        output = replace(output, astern=twice - output.ahead, ahead=twice - output.astern)
+    by_log = told is not None and bool(told.side or told.ahead)
+    told_by_file = any(record.log.channels[name].output is not None for record in records)
+    pulses = (command_kind(name) or ("",))[0] == "pwm"
+    rested = not pulses or told_by_file or neutral_of(records, name) is not None
+    return FoundThruster(right, name, output, side_of(right), turned, by_log, rested)
+
+
+def _output(records: Sequence[Record], name: str) -> Output:
+    """Neutral, ends and shape of a command: by the log's parameters, else by its values and what is usual."""
+    channels = [record.log.channels[name] for record in records]
+    stated = next((channel.output for channel in channels if channel.output is not None), None)
+    if stated is not None:
+        return stated if stated.expo else replace(stated, expo=1.0)
+    kind = (command_kind(name) or ("",))[0]
+    low, high = min(float(c.value.min()) for c in channels), max(float(c.value.max()) for c in channels)
+    if kind == "normalized":
+        return Output(0.0, -1.0, 1.0, "a share of full command by its kind", expo=1.0)
+    if kind in ("newton", "rad_s"):
+        reach = max(abs(low), abs(high), 1e-6)
+        source = f"the largest command in the log, {reach:.4g}, either way"
+        return Output(0.0, -reach, reach, source, expo=0.0 if kind == "newton" else 1.0)
+    rest = neutral_of(records, name)
+    neutral = _PULSES[1] if rest is None else rest
+    where = "usual; the boat is never seen at rest" if rest is None else "while the boat lies at rest in the log"
+    source = f"neutral {neutral:g} us {where}, ends 1100 and 1900 us usual"
+    if low < _PULSES[0] or high > _PULSES[2]:
+        source += f", widened to the log's {low:g} to {high:g} us"
+    # A speed controller that goes ahead only rests at the lower end of its range.
+    astern = neutral if neutral <= _PULSES[0] + 1.0 else min(low, _PULSES[0])
+    return Output(neutral, astern, max(high, _PULSES[2]), source, expo=1.0)
+
+
+def surge_at_full(records: Sequence[Record], thrusters: Sequence[FoundThruster]) -> tuple[float, float] | None:
+    """Surge acceleration [m/s^2] with which the boat answers full thrust of all thrusters, and its standard error.
+
+    None where the log does not tell it. Commands are turned into shares of thrust first, of which the boat's answer is
+    in proportion; see `response.trials`.
+    """
+    shared = [_as_shares(record, thrusters) for record in records]
+    answer = answers(shared).get(_COMMON)
+    if answer is None or answer.ahead <= 0:
+        return None
+    full = max(float(np.abs(record.log.channels[_COMMON].value).max()) for record in shared)
+    return answer.surge / full, answer.surge_error / full
+
+
+def _as_shares(record: Record, thrusters: Sequence[FoundThruster]) -> Record:
+    """The same log with one command: the mean of the shares of thrust that its commands ask for."""
+    commands = [record.log.channels[one.read_as] for one in thrusters]
+    time = commands[0].time
+    shares = [one.share(np.interp(time, c.time, _turned(one, c))) for one, c in zip(thrusters, commands, strict=True)]
+    kept = {name: c for name, c in record.log.channels.items() if command_kind(name) is None}
+    common = Channel(_COMMON, time, np.mean(shares, axis=0), _COMMON)
+    return Record.of(replace(record.log, channels=kept | {_COMMON: common}))
+
+
+def _turned(one: FoundThruster, channel: Channel) -> Array:
+    return 2.0 * one.output.neutral - channel.value if one.turned else channel.value
+
+
+def drag_at_speed(
+    records: Sequence[Record], thrusters: Sequence[FoundThruster], arms: Sequence[float], axis: int
+) -> float | None:
+    """Linear drag per newton of full thrust that balances thrust in the log's fastest rows, positive; or None.
+
+    Parameters
+    ----------
+    arms : of each thruster to starboard [m]
+    axis : 0 for surge [s/m], where rows ahead are looked at; 2 for yaw [m s/rad], where turns to both sides are
+    """
+    speeds, pushes = [], []
+    for record in records:
+        for stretch in record.stretches:
+            push = np.zeros(stretch.motion.time.size)
+            for one, arm in zip(thrusters, arms, strict=True):
+                command = stretch.commands[:, record.commands.index(one.read_as)]
+                command = 2.0 * one.output.neutral - command if one.turned else command
+                push += one.share(command) * (1.0 if axis == 0 else -arm)
+            known = np.isfinite(push)
+            speeds.append(stretch.motion.velocity[known, axis])
+            pushes.append(push[known])
+    speed, push = (np.concatenate(parts) if parts else np.zeros(0) for parts in (speeds, pushes))
+    if axis == 2:
+        speed, push = np.abs(speed), push * np.sign(speed)
+    if not speed.size or (top := float(np.quantile(speed, 0.99))) <= _SLOWEST[axis]:
+        return None
+    fast = speed >= _FAST * top
+    drag = float(push[fast].mean() / speed[fast].mean())
+    return drag if drag > 0.0 else None
+
+
+_SLOWEST = {0: 0.2, 2: 0.1}
+"""Top speed [m/s] and yaw rate [rad/s] below which a log says nothing of drag."""

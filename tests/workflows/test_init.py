@@ -1,0 +1,183 @@
+"""A vehicle file from a log alone: thrusters as the boat has them, and every number with its source."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from dataflash_files import SERVOS, dataflash_of
+from places import shared
+from round_trip import world
+
+from undertow.measurements.channels.channel_map import map_text
+from undertow.measurements.log_options import Reading
+from undertow.physics.errors import LogError, RequestError
+from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.init import Doubt, Draft, Hull, init
+from undertow.workflows.inputs import read_inputs
+
+PULSES = {"kind": "table", "command": [1110.0, 1510.0, 1910.0], "force": [-35.0, 0.0, 35.0]}
+
+
+@pytest.fixture(scope="module")
+def boat():
+    """A BlueBoat whose speed controllers rest at 1510 us."""
+    content = load_vehicle("blueboat").to_dict()
+    content["thrusters"] = [{**thruster, "command": "pwm", "curve": PULSES} for thruster in content["thrusters"]]
+    return vehicle_from_dict(content, "boat")
+
+
+@pytest.fixture(scope="module")
+def path(boat, tmp_path_factory) -> Path:
+    return resting_first(
+        simulate_world(boat, {}, duration=120.0, seed=5).write(tmp_path_factory.mktemp("l") / "log.csv")
+    )
+
+
+def resting_first(path: Path) -> Path:
+    """Lets the boat of a long table lie at rest for 15 s before its log begins."""
+    table = pd.read_csv(path)
+    first = table.groupby(["topic", "field"], sort=False).first().reset_index()
+    rest = pd.concat([first.assign(time=time) for time in np.arange(0.0, 15.0, 0.1)])
+    moving = rest.topic == "odometry"
+    rest.loc[rest.field.isin(["u", "v", "r"]), "value"] = 0.0
+    rest.loc[moving, "value"] += np.random.default_rng(1).normal(0.0, 0.005, int(moving.sum()))
+    rest.loc[rest.topic == "command", "value"] = 1510.0
+    pd.concat([rest, table.assign(time=table.time + 15.0)])[table.columns].to_csv(path, index=False)
+    return path
+
+
+def respelt(path: Path, to: Path, names: dict[str, str], turned: str = "") -> Path:
+    """The log with its commands called otherwise, one of them turned round about 1510 us."""
+    table = pd.read_csv(path)
+    table.loc[table.field == turned, "value"] = 3020.0 - table.value[table.field == turned]
+    table["field"] = table.field.replace(names)
+    table.to_csv(to, index=False)
+    return to
+
+
+def named(draft: Draft) -> dict[str, tuple]:
+    found = {t.channel: t for t in draft.thrusters}
+    return {name: (t.side, t.turned, t.output.astern, t.output.neutral, t.output.ahead) for name, t in found.items()}
+
+
+def test_thrusters_are_as_the_log_shows_them(path):
+    draft = init(path, Hull(mass=30.5))
+    assert named(draft) == {
+        "pwm_port": ("port", False, 1100.0, 1510.0, 1910.0),
+        "pwm_stbd": ("starboard", False, 1100.0, 1510.0, 1910.0),
+    }
+    assert all(thruster.by_log for thruster in draft.thrusters)
+    assert [(t.channel, np.sign(t.y)) for t in draft.vehicle.thrusters] == [("pwm_port", -1.0), ("pwm_stbd", 1.0)]
+    assert draft.doubts == ()
+
+
+def test_swapped_sides_and_a_reversed_output_are_mapped_and_the_map_reads_the_log_right(path, tmp_path):
+    swap = {"pwm_port": "pwm_stbd", "pwm_stbd": "pwm_port"}
+    log = respelt(path, tmp_path / "log.csv", swap, turned="pwm_stbd")
+    draft = init(log, Hull(mass=30.5))
+    assert named(draft)["pwm_stbd"] == ("starboard", True, 1120.0, 1510.0, 1920.0)
+    assert named(draft)["pwm_port"][:2] == ("port", False)
+    draft.write(tmp_path / "vehicle.yaml", tmp_path / "channels.yaml")
+    read = read_inputs(log, tmp_path / "vehicle.yaml", Reading(channel_map=tmp_path / "channels.yaml"))
+    right = read_inputs(path, draft.vehicle)
+    for one, other in zip(read.fitting, right.fitting, strict=True):
+        assert np.allclose(one.commands, other.commands, atol=1e-6)
+
+
+def test_commands_without_sides_get_them_from_the_log(path, tmp_path):
+    names = {"pwm_port": "pwm_motor2", "pwm_stbd": "pwm_motor1"}
+    draft = init(respelt(path, tmp_path / "log.csv", names))
+    assert {t.channel: t.read_as for t in draft.thrusters} == {"pwm_port": "pwm_motor2", "pwm_stbd": "pwm_motor1"}
+    assert "pwm_port: {from: 'command:pwm_motor2'}" in map_text(draft.entries)
+    assert draft.doubts == (Doubt.MASS,)
+
+
+def test_a_log_that_tells_no_side_says_so(boat, tmp_path):
+    straight = simulate_world(boat, {}, duration=60.0, seed=5).write(tmp_path / "log.csv")
+    table = pd.read_csv(straight)
+    table.loc[table.field == "pwm_stbd", "value"] = table.value[table.field == "pwm_port"].to_numpy()
+    table["field"] = table.field.replace({"pwm_port": "pwm_motor1", "pwm_stbd": "pwm_motor2"})
+    table.to_csv(straight, index=False)
+    draft = init(straight)
+    assert draft.doubts == (Doubt.SIDES, Doubt.NEUTRAL, Doubt.MASS)
+    assert [t.name for t in draft.vehicle.thrusters] == ["motor1", "motor2"]
+
+
+def test_the_autopilots_parameters_are_believed_over_what_is_usual(tmp_path):
+    servos = SERVOS | {"SERVO1_TRIM": 1520, "SERVO1_MIN": 1150, "SERVO1_MAX": 1850, "SERVO1_REVERSED": 1}
+    servos |= {"MOT_THST_EXPO": 0.6, "MOT_THST_ASYM": 2.0, "MOT_THR_MIN": 10.0}
+    path = tmp_path / "12.bin"
+    path.write_bytes(bytes(dataflash_of(world(), servos=servos).content))
+    draft = init(path, Hull(mass=22.0, spacing=0.5, thrust=40.0))
+    assert named(draft)["pwm_stbd"] == ("starboard", False, 1190.0, 1520.0, 1890.0)
+    thruster = {t.name: t for t in draft.vehicle.thrusters}["stbd"]
+    assert thruster.y == 0.25
+    thrust = thruster.curve.thrust(np.array([1190.0, 1520.0, 1520.0 + 37.0, 1520.0 + 0.55 * 370.0, 1890.0]), "pwm")
+    half = 40.0 * (0.4 * 0.5 + 0.6 * 0.25)
+    assert thrust == pytest.approx([-20.0, 0.0, 0.0, half, 40.0], abs=0.2)
+    assert "SERVO1_TRIM 1520" in str(draft.vehicle.sources["thrusters"])
+    assert "MOT_THST_EXPO 0.6" in str(draft.vehicle.sources["thrusters"])
+
+
+def test_thrust_and_drag_are_such_that_the_boat_moves_as_in_the_log(boat, tmp_path):
+    """The boat's own thrust is linear in the command; the square that is assumed meets it where the log is fastest."""
+    bent = boat.to_dict()
+    curve = {"kind": "table", "command": [1110.0, *np.linspace(1160, 1860, 15), 1910.0]}
+    share = (np.array(curve["command"]) - 1510.0) / 400.0
+    curve["force"] = (35.0 * share * np.abs(share)).tolist()
+    bent["thrusters"] = [{**t, "curve": curve} for t in bent["thrusters"]]
+    world = simulate_world(vehicle_from_dict(bent, "bent"), {}, duration=120.0, seed=5)
+    draft = init(resting_first(world.write(tmp_path / "log.csv")), Hull(mass=30.5, length=1.2))
+    full = draft.vehicle.thrusters[0].curve.thrust(np.array([1910.0]), "pwm")[0]
+    assert full == pytest.approx(35.0, rel=0.15)
+    assert draft.vehicle.value("X_u") == pytest.approx(-15.0 - 8.0 * 1.7, rel=0.4)
+
+
+def test_every_number_has_a_source(path):
+    vehicle = init(path).vehicle
+    for section in ("added_mass", "damping"):
+        assert set(vehicle.sources[section]) == set(getattr(vehicle, section))
+    assert set(vehicle.sources["thrusters"]) == {t.name for t in vehicle.thrusters}
+    assert all("to be replaced" in str(vehicle.sources[symbol]) for symbol in ("mass", "inertia_z"))
+
+
+def test_a_command_in_newtons_is_its_force(tmp_path):
+    log = simulate_world(load_vehicle("blueboat"), {}, duration=60.0, seed=1).write(tmp_path / "log.csv")
+    curve = init(log).vehicle.thrusters[0].curve
+    assert curve.command == curve.force
+    assert len(curve.command) == 3
+
+
+def test_like_another_boat(path):
+    draft = init(path, like="otter")
+    otter = load_vehicle("otter")
+    assert draft.vehicle.damping == otter.damping
+    assert [(t.channel, t.y) for t in draft.vehicle.thrusters] == [("pwm_port", -0.395), ("pwm_stbd", 0.395)]
+    full = draft.vehicle.thrusters[1].curve.thrust(np.array([1910.0]), "pwm")[0]
+    assert full == pytest.approx(119.7, abs=0.1)
+    assert init(path, Hull(mass=99.0), like="otter").vehicle.mass == 99.0
+
+
+def test_a_log_without_commands_says_what_to_do(path, tmp_path):
+    table = pd.read_csv(path)
+    table[~table.field.str.startswith("pwm")].to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(LogError, match="no thruster command is recognised"):
+        init(tmp_path / "log.csv")
+
+
+def test_an_impossible_number_is_refused_before_anything_is_read():
+    with pytest.raises(RequestError, match="length must be positive, got -1 m"):
+        Hull(length=-1.0)
+
+
+def test_the_raw_logs_of_a_real_boat(tmp_path):
+    """C3 is port, C1 is starboard and reversed, neutral is 1510 us, the ends are 1100 and 1900 us."""
+    draft = init(shared("blueboat") / "raw", Hull(mass=15.0))
+    assert named(draft) == {
+        "pwm_port": ("port", False, 1100.0, 1510.0, 1900.0),
+        "pwm_stbd": ("starboard", True, 1120.0, 1510.0, 1920.0),
+    }
+    assert draft.entries["pwm_port"].source == "RCOU.C3"
+    assert (draft.entries["pwm_stbd"].source, draft.entries["pwm_stbd"].scale) == ("RCOU.C1", -1.0)
