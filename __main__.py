@@ -19,6 +19,7 @@ from .cli.compare_verb import compare
 from .cli.console import Verbs, check_here, open_streams, say, sending, telling
 from .cli.demo_verb import demo
 from .cli.discover_verb import discover
+from .cli.effects_verb import effects
 from .cli.explain_verb import explain
 from .cli.fit_verb import fit
 from .cli.init_verb import init
@@ -63,6 +64,7 @@ app.command()(telling(fit))
 app.command(epilog=catalogue())(telling(add))
 app.command()(telling(train))
 app.command()(telling(explain))
+app.command()(telling(effects))
 app.command(epilog=amounts())(telling(simulate))
 app.command()(telling(report))
 

@@ -17,7 +17,7 @@ from ..vehicle import Vehicle
 from .hidden_effects import apply_effects
 from .manoeuvres import COMMAND_STEP, programme
 
-_WIND = (-5.0, 3.3)
+WIND = (-5.0, 3.3)
 """Velocity of the air over ground in which effects are sized, towards north and east [m/s]: 6 m/s, a moderate breeze
 (Beaufort 4), aslant to both axes."""
 _WILDEST = 3.0
@@ -83,7 +83,7 @@ def commanded_motion(vehicle: Vehicle, commands: Array, time_step: float) -> Mot
     start = Motion(
         time_step * np.arange(n), np.zeros((n, 2)), np.zeros(n), np.zeros((n, 3)), commands, names, vehicle.name
     )
-    return simulate_motion(vehicle, replace(start, air=np.tile(_WIND, (n, 1))))
+    return simulate_motion(vehicle, replace(start, air=np.tile(WIND, (n, 1))))
 
 
 def materiality(nominal: Vehicle, changed: Vehicle, motion: Motion) -> Array:
@@ -136,7 +136,7 @@ def _draws(vehicle: Vehicle, s: _Scales, rng: np.random.Generator) -> dict[str, 
 
     def sail() -> tuple[float, ...]:
         """A side that catches more wind than the bow, and a centre of pressure ahead of or behind the origin."""
-        wind = np.hypot(*_WIND) ** 2
+        wind = np.hypot(*WIND) ** 2
         bow = uniform(0.08, 0.2) * s.thrust / wind
         return bow, uniform(1.0, 2.0) * bow, sign() * uniform(0.05, 0.15) * s.moment / wind
 

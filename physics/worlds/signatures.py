@@ -1,0 +1,197 @@
+"""What an effect looks like: the force that a typical amount of it makes, where it shows, and what looks like it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..effects import EFFECTS, Effect, effect_named
+from ..errors import RequestError
+from ..forces import modelled_acceleration
+from ..frames import AXES, Array
+from ..matrices import mass_matrix
+from ..motion import Motion
+from ..vehicle import Vehicle
+from .hidden_effects import apply_effects
+from .manoeuvres import COMMAND_STEP, programme
+from .trials import TRIALS, Trial, drive
+from .typical_effects import WIND, commanded_motion, typical_effect
+
+ALIKE = 0.9
+"""Cosine between the forces of two effects along gentle driving from which one may be taken for the other."""
+_ORDINARY = 240.0
+"""Length of the gentle driving in which look-alikes are sought [s]."""
+_MINUTES = (0.0, 5.0)
+"""When each trial is driven after the beginning of a log: what changes by the minute shows between the two."""
+_CONSTANT = 0.05
+"""Scatter of a force over its root mean square below which it is constant, and no signal tells anything of it."""
+_BINS = 12
+"""Parts of a signal's range in which the force is averaged, to see how much of it the signal tells."""
+_SIGNALS = ("u", "v", "r", "command", "steering", "du/dt", "dr/dt", "heading")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signature:
+    """An effect on a vehicle.
+
+    Attributes
+    ----------
+    effect : of the catalogue
+    amount : a typical amount of it by symbol, as `simulate --effect` takes it
+    trial : the manoeuvre in which it shows most clearly apart from every other effect
+    axis : on which its force is largest in comparison with the vehicle's own in all trials: 0 surge, 1 sway, 2 yaw
+    size : root mean square of its force on that axis there [N, N m]
+    apart : share of its force there that the effect most like it does not make
+    alike : effects that make nearly the same force along gentle driving, each with the cosine between the two
+    time : of the trial's runs, one after the other (n,) [s]
+    force : of the effect on that axis (n,) [N, N m]
+    signal, values : the quantity that tells most of the force, and its values (n,); "time" for a constant force
+    """
+
+    effect: Effect
+    amount: dict[str, float]
+    trial: Trial
+    axis: int
+    size: float
+    apart: float
+    alike: tuple[tuple[str, float], ...]
+    time: Array
+    force: Array
+    signal: str
+    values: Array
+
+    @property
+    def axis_name(self) -> str:
+        """The axis in words."""
+        return AXES[self.axis]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Run:
+    """Motions, the force of the vehicle along them (n, 3), and that of each effect by name."""
+
+    motions: tuple[Motion, ...]
+    force: Array
+    effects: dict[str, Array]
+
+
+def signatures(vehicle: Vehicle, names: Sequence[str] = ()) -> tuple[Signature, ...]:
+    """Typical amounts of effects on a vehicle, where each shows, and what it may be taken for.
+
+    The force of an effect is what it adds to the force equation along the motion of the vehicle without it. Effects are
+    compared by the cosine between their forces on all axes, each axis in proportion to the vehicle's own force there.
+
+    Parameters
+    ----------
+    names : of the catalogue; default: all. All are compared with all
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, or a vehicle that none of the trials leaves in one piece.
+    """
+    wanted = [effect_named(name) for name in names] or list(EFFECTS)
+    amounts = {}
+    for effect in EFFECTS:
+        try:
+            amounts[effect.name] = typical_effect(effect.name, vehicle, np.random.default_rng(7))
+        except RequestError:
+            if effect in wanted and names:
+                raise
+    changed = {name: apply_effects(vehicle, amount) for name, amount in amounts.items()}
+    driven = zip(TRIALS, *(drive(vehicle, TRIALS, minutes=when) for when in _MINUTES), strict=True)
+    runs = {trial: _run(vehicle, changed, (*first, *later)) for trial, first, later in driven if first and later}
+    if not runs:
+        raise RequestError(f"{vehicle.name}: none of the manoeuvres ends without diverging; mend the vehicle first")
+    ordinary = _run(
+        vehicle, changed, (commanded_motion(vehicle, programme(vehicle, "gentle", _ORDINARY), COMMAND_STEP),)
+    )
+    scale = np.sqrt(np.mean([(run.force**2).mean(axis=0) for run in runs.values()], axis=0)) + 1e-12
+    chosen = [effect for effect in wanted if effect.name in amounts]
+    return tuple(_signature(vehicle, (effect, amounts[effect.name]), runs, ordinary, scale) for effect in chosen)
+
+
+def _run(vehicle: Vehicle, changed: dict[str, Vehicle], motions: Sequence[Motion]) -> _Run:
+    blown = tuple(replace(motion, air=np.tile(WIND, (motion.time.size, 1))) for motion in motions)
+    mass = mass_matrix(vehicle)
+    own = [modelled_acceleration(vehicle, motion) for motion in blown]
+    effects = {
+        name: np.concatenate(
+            [(modelled_acceleration(other, motion) - a) @ mass.T for motion, a in zip(blown, own, strict=True)]
+        )
+        for name, other in changed.items()
+    }
+    return _Run(blown, np.concatenate(own) @ mass.T, effects)
+
+
+def _signature(
+    vehicle: Vehicle, found: tuple[Effect, dict[str, float]], runs: dict[Trial, _Run], ordinary: _Run, scale: Array
+) -> Signature:
+    effect, amount = found
+    name = effect.name
+    clear: dict[Trial, tuple[float, float]] = {}
+    for trial, run in runs.items():
+        own = run.effects[name] / scale
+        near = max((abs(_cosine(own, force / scale)) for key, force in run.effects.items() if key != name), default=0.0)
+        clear[trial] = float((own**2).mean()) * (1.0 - near**2), near
+    best = max(clear, key=lambda trial: clear[trial][0])
+    run = runs[best]
+    sizes = np.sqrt((run.effects[name] ** 2).mean(axis=0))
+    axis = int(np.argmax(sizes / scale))
+    other = ordinary.effects[name] / scale
+    alike = {key: abs(_cosine(other, force / scale)) for key, force in ordinary.effects.items() if key != name}
+    near = sorted(((key, value) for key, value in alike.items() if value >= ALIKE), key=lambda pair: -pair[1])
+    half = len(run.motions) // 2
+    motions = run.motions[half:]
+    force = run.effects[name][sum(motion.time.size for motion in run.motions[:half]) :, axis]
+    signal, values = _telling(vehicle, motions, force)
+    steps = [motion.time - motion.time[0] for motion in motions]
+    begins = np.cumsum([0.0, *(step[-1] + COMMAND_STEP for step in steps[:-1])])
+    return Signature(
+        effect,
+        amount,
+        best,
+        axis,
+        float(sizes[axis]),
+        float(np.sqrt(max(1.0 - clear[best][1] ** 2, 0.0))),
+        tuple(near),
+        np.concatenate([begin + step for begin, step in zip(begins, steps, strict=True)]),
+        force,
+        signal,
+        values,
+    )
+
+
+def _cosine(one: Array, other: Array) -> float:
+    size = float(np.sqrt((one**2).sum() * (other**2).sum()))
+    return float((one * other).sum()) / size if size > 0.0 else 0.0
+
+
+def _telling(vehicle: Vehicle, motions: Sequence[Motion], force: Array) -> tuple[str, Array]:
+    """The signal of which the force is most nearly a function, and its values (n,)."""
+    if force.std() < _CONSTANT * np.sqrt((force**2).mean()):
+        return "time", COMMAND_STEP * np.arange(force.size, dtype=float)
+    found: dict[str, list[Array]] = {name: [] for name in _SIGNALS}
+    for motion in motions:
+        u, v, r = motion.velocity.T
+        given = zip(vehicle.thrusters, motion.commands.T, strict=True)
+        commands = np.column_stack([t.curve.normalised(command, t.command) for t, command in given])
+        mean, step = commands.mean(axis=1), motion.time_step
+        series = (u, v, r, mean, commands[:, 0] - mean, np.gradient(u, step), np.gradient(r, step), motion.heading)
+        for name, values in zip(_SIGNALS, series, strict=True):
+            found[name].append(values)
+    joined = {name: np.concatenate(parts) for name, parts in found.items()}
+    best = max(_SIGNALS, key=lambda name: _told_by(joined[name], force))
+    return best, joined[best]
+
+
+def _told_by(values: Array, force: Array) -> float:
+    """Share of the force's scatter that its means over parts of a signal's range take."""
+    low, high = np.quantile(values, (0.01, 0.99))
+    if not high > low:
+        return 0.0
+    part = np.clip(((values - low) / (high - low) * _BINS).astype(int), 0, _BINS - 1)
+    count = np.maximum(np.bincount(part, minlength=_BINS), 1)
+    means = np.bincount(part, force, _BINS) / count
+    left = force - means[part]
+    return 1.0 - float((left**2).mean()) / max(float(force.var()), 1e-300)

@@ -1,0 +1,123 @@
+"""What `effects` shows on the terminal: the catalogue as a table, and one effect as a card."""
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from ...physics.effects import EFFECTS, Effect, Parameter
+from ...physics.frames import FORCE_UNITS, Array
+from ...physics.in_words import listing, number, unit_text
+from ...physics.vehicle import Vehicle
+from ...physics.worlds.signatures import Signature
+from .layout import Prose, glossary, plain_table
+
+_BLOCKS = "▁▂▃▄▅▆▇█"
+_COLUMNS = 60
+"""Parts of a manoeuvre that a line of blocks shows."""
+
+
+def catalogue_table() -> Table:
+    """Every effect with its symbols and the force that it adds, family by family."""
+    table = plain_table("Effects", "undertow effects NAME shows one of them")
+    table.add_column("effect", no_wrap=True)
+    table.add_column("symbols", overflow="fold")
+    table.add_column("force")
+    family = ""
+    for effect in EFFECTS:
+        if effect.family != family:
+            family = effect.family
+            table.add_row(Text(family, style="dim"), "", "")
+        table.add_row(effect.name, ", ".join(effect.symbols), unit_text(effect.equation))
+    return table
+
+
+def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[RenderableType]:
+    """What one effect is, where it stands in the vehicle file, where it shows, and what it is taken for.
+
+    Parameters
+    ----------
+    asked : file or name of the vehicle, for the command that hides the effect in a log
+    """
+    effect = found.effect
+    unit = unit_text(FORCE_UNITS[found.axis])
+    amount = [f"{s} = {number(v)} {unit_text(_unit(effect, vehicle, s))}".strip() for s, v in found.amount.items()]
+    said = [
+        ("force", unit_text(effect.equation)),
+        ("meaning", effect.meaning),
+        ("symbols", "; ".join(_symbol(p) for p in effect.parameters)),
+        ("in the file", f"under {_section(effect)}; {_reported(effect)}"),
+        ("typical", f"{', '.join(amount)} on {vehicle.name}"),
+        (
+            "shown best by",
+            f"{found.trial.text}: {number(found.size)} {unit} of {found.axis_name} force (root mean square), "
+            f"{100.0 * found.apart:.0f} % of it unlike the force of any other effect",
+        ),
+        ("taken for", _alike(found)),
+        *([("needs", f"the channels {listing(effect.channels)}")] if effect.channels else []),
+        *([("includes", listing(effect.includes))] if effect.includes else []),
+    ]
+    values = ",".join(f"{value:.4g}" for value in found.amount.values())
+    line = f"undertow simulate --vehicle {asked} --effect {effect.name}={values} --out log.csv"
+    of_it = f"{found.axis_name} force of it in that manoeuvre, {_ends(found.force)} {unit}:"
+    lines = [Text(of_it), Text(blocks(found.force))]
+    if found.signal != "time":
+        lines += [Text(f"{_signal(found)} there:"), Text(blocks(found.values))]
+    return [
+        Text(effect.name.replace("_", " "), style="bold"),
+        glossary(said),
+        Group(*lines),
+        Prose(f"Hide it in a log, and see it found: {line}"),
+    ]
+
+
+def blocks(values: Array, columns: int = _COLUMNS) -> str:
+    """A series (n,) as a line of blocks, from its least to its largest value."""
+    means = np.array([part.mean() for part in np.array_split(values, min(columns, values.size))])
+    low, high = float(means.min()), float(means.max())
+    if high - low <= 1e-9 * max(abs(low), abs(high), 1e-300):
+        return _BLOCKS[3] * means.size
+    return "".join(_BLOCKS[int(part)] for part in np.rint((means - low) / (high - low) * (len(_BLOCKS) - 1)))
+
+
+def _unit(effect: Effect, vehicle: Vehicle, symbol: str) -> str:
+    named = {p.symbol.replace("{thruster}", t.name): p for p in effect.parameters for t in vehicle.thrusters}
+    unit = named[symbol].unit
+    return "" if unit == "1" else unit
+
+
+def _symbol(parameter: Parameter) -> str:
+    unit = f" [{unit_text(parameter.unit)}]" if parameter.unit != "1" else ""
+    limits = ""
+    if np.isfinite(parameter.upper) or np.isfinite(parameter.lower):
+        low, high = (f"{x:g}" if np.isfinite(x) else "" for x in (parameter.lower, parameter.upper))
+        limits = f", {low} to {high}" if low and high else f", at least {low}" if low else f", at most {high}"
+    return f"{parameter.symbol}{unit}: {parameter.null:g} means absent{limits}"
+
+
+def _section(effect: Effect) -> str:
+    places = dict.fromkeys(p.section if p.section != "top" else p.symbol for p in effect.parameters)
+    return listing([place if place != "thrusters" else "each of thrusters" for place in places])
+
+
+def _reported(effect: Effect) -> str:
+    return "found as the amount that is added to the file's number" if effect.added else "found as its whole value"
+
+
+def _alike(found: Signature) -> str:
+    if not found.alike:
+        return "nothing else, even in gentle driving"
+    told = [f"{name.replace('_', ' ')} ({cosine:.2f})" for name, cosine in found.alike]
+    return f"{listing(told)}: cosine between the forces in gentle driving, where only a manoeuvre tells them apart"
+
+
+def _signal(found: Signature) -> str:
+    units = {"u": "m/s", "v": "m/s", "r": "rad/s", "du/dt": "m/s²", "dr/dt": "rad/s²", "heading": "rad"}
+    unit = units.get(found.signal)
+    return (
+        f"{found.signal}, {_ends(found.values)} {unit}" if unit else f"{found.signal} (of full), {_ends(found.values)}"
+    )
+
+
+def _ends(values: Array) -> str:
+    return f"{number(float(values.min()))} to {number(float(values.max()))}"
