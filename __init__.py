@@ -10,6 +10,7 @@ True
 from importlib import import_module
 from typing import Any
 
+# Public names and the modules that hold them; after a colon, what they are called there.
 _PUBLIC = {
     "AdaptSettings": "discovery.calibration.adapt",
     "Augmentation": "residuals.training.training_settings",
@@ -49,6 +50,7 @@ _PUBLIC = {
     "init": "workflows.init",
     "inspect_log": "measurements.inspection",
     "load_model": "comparison.models_by_name",
+    "load_run": "workflows.run_folder.read:read_run",
     "load_vehicle": "physics.vehicle",
     "prepare": "measurements.preparation.prepare",
     "read_factors": "discovery.factors.factors_file",
@@ -66,9 +68,12 @@ __all__ = list(_PUBLIC)
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version(__name__)
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_PUBLIC[name]}", __name__), name)
+    module, _, called = _PUBLIC[name].partition(":")
+    return getattr(import_module(f".{module}", __name__), called or name)
 
 
 def __dir__() -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 from ..discovery.lawful.certify import certify
 from ..measurements.preparation.split import PARTS
 from ..measurements.prepared_logs import Parts
+from ..physics.cards import Card
 from ..physics.errors import expect
 from ..physics.frames import Array
 from ..physics.laws.audit.base import Law, Ruling
@@ -32,8 +33,8 @@ _DENSE = (2**16, 2**14, 2**13)
 any corner, of networks without a memory, and of formulas, which are smooth."""
 
 
-@dataclass(frozen=True, slots=True)
-class Audit:
+@dataclass(frozen=True, slots=True, repr=False)
+class Audit(Card):
     """What all laws say of a model.
 
     Attributes
@@ -51,6 +52,17 @@ class Audit:
     envelope_from: str
     rulings: tuple[Ruling, ...]
     notes: tuple[str, ...] = ()
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        broken = [f"{r.law}: {r.sentence}" for r in self.violations]
+        kept = [r.law for r in self.rulings if r.verdict == "pass"]
+        return [
+            ("model", self.model),
+            ("verdict", self.verdict),
+            ("broken", "; ".join(broken)),
+            ("kept", ", ".join(kept)),
+        ]
 
     @property
     def verdict(self) -> Literal["pass", "fail"]:

@@ -6,6 +6,7 @@ from typing import ClassVar
 from pydantic import ConfigDict, Field
 
 from ..discovery.findings import FailingPlace
+from ..physics.cards import Card
 from ..physics.file_records import Flag, Number, Record, Whole
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
 from .differences import PairedRecord
@@ -125,7 +126,7 @@ class ComparedModel(Record):
     seconds_to_evaluate: Number | None = None
 
 
-class Comparison(Record):
+class Comparison(Card, Record):
     """All models on the same rows.
 
     Attributes
@@ -151,3 +152,11 @@ class Comparison(Record):
     failures: tuple[FailingPlace, ...] = ()
     structure: tuple[Structure, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        return [
+            ("judged on", self.split),
+            ("trust", f"{self.best.model}: {self.best.sentence}" if self.best.model else self.best.sentence),
+            ("models", ", ".join(model.name for model in self.models)),
+        ]

@@ -8,6 +8,7 @@ import numpy as np
 from ..measurements.kinematics import compass_shown
 from ..measurements.preparation.held_out import folds_of
 from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.cards import Card
 from ..physics.frames import Array
 from ..physics.freed_memory import hand_back
 from ..physics.motion import Motion
@@ -40,8 +41,8 @@ from .selection import Selected, select
 from .settings import DiscoverySettings
 
 
-@dataclass(frozen=True, slots=True)
-class Discovery:
+@dataclass(frozen=True, slots=True, repr=False)
+class Discovery(Card):
     """A finished discovery.
 
     Attributes
@@ -67,6 +68,11 @@ class Discovery:
     unseen: FoldModels = field(repr=False)
     notes: tuple[str, ...] = ()
     hidden: HiddenErrors | None = None
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        added = [added for added, _ in self.steps if added is not None]
+        return [("nominal", self.nominal.name), ("added", ", ".join(added)), *self.findings.card()]
 
 
 @single_threaded

@@ -5,8 +5,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
+from ..physics.cards import Card
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
+from ..physics.in_words import number, unit_text
 from ..residuals.scores import ByAxis, RolloutRecord, Rollouts
 from .fold_findings import Folds
 from .found_effects import FoundEffect, FoundTerm
@@ -230,7 +232,7 @@ class LogFacts(Record):
     notes: tuple[str, ...] = ()
 
 
-class Findings(Record):
+class Findings(Card, Record):
     """What discovery concludes from a log.
 
     Attributes
@@ -279,6 +281,24 @@ class Findings(Record):
     criterion: Criterion = Criterion()
     passivity: Annotated[Passivity | None, *_EMPTY] = None
     data: LogFacts = LogFacts()
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        terms = [
+            f"{t.symbol} = {number(t.value)} {unit_text(t.unit)}".strip()
+            for c in self.candidates
+            if c.effect in self.missing
+            for t in c.terms
+        ]
+        possible = [c.effect for c in self.candidates if c.verdict == "possible"]
+        return [
+            ("verdict", self.verdict),
+            ("headline", self.headline),
+            ("missing", ", ".join(self.missing)),
+            ("values", ", ".join(terms)),
+            ("possible", ", ".join(possible)),
+            ("sensors", "; ".join(e.sentence for e in self.sensors if e.verdict == "present")),
+        ]
 
 
 def axis_name(index: int | None, default: str) -> str:

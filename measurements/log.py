@@ -4,21 +4,28 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..physics.cards import Card
+from ..physics.errors import LogError
+from ..physics.frames import Array
 from .canonical import Channel
-from .channels.channel_map import Entry, read_channel_map
+from .channels.channel_map import Entry, entry_of, map_dict, read_channel_map
 from .channels.mapping import map_channels
 from .channels.namespaces import check_namespace, is_under
 from .channels.recognition import is_vertical_acceleration, recognise
-from .formats.base import Name, Request
+from .formats.base import TIME_COLUMNS, Name, Request, Stream
 from .formats.registry import read_recording
 from .log_options import AS_GUESSED, Reading
 
 __all__ = ["Channel", "Log", "read_log"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Log:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Log(Card):
     """One log file, read.
 
     Attributes
@@ -45,6 +52,133 @@ class Log:
     def name(self) -> str:
         """File name without its folder."""
         return self.path.name
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        ends = [(float(c.time[0]), float(c.time[-1])) for c in self.channels.values() if c.time.size]
+        span = f"{min(a for a, _ in ends):.1f} to {max(b for _, b in ends):.1f} s" if ends else ""
+        rates = {name: 1.0 / c.period if c.period else 0.0 for name, c in self.channels.items()}
+        return [
+            ("file", str(self.path)),
+            ("time", span),
+            ("channels", ", ".join(f"{name} ({rate:.3g} Hz)" for name, rate in rates.items())),
+            ("not used", f"{len(self.unused)} streams" if self.unused else ""),
+            ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
+        ]
+
+    @classmethod
+    def from_arrays(
+        cls,
+        time: ArrayLike,
+        channels: Mapping[str, ArrayLike],
+        *,
+        units: Mapping[str, str] | None = None,
+        frame: str | None = None,
+        name: str = "arrays",
+    ) -> "Log":
+        """Make a log of arrays, named and read as the columns of a wide table would be; see `read_log`.
+
+        Parameters
+        ----------
+        time : (n,) stamps [s]
+        channels : name -> (n,) values; canonical names such as `psi`, `u`, `pwm_port`, or ones that are guessed
+        units : name -> unit, where it is not that of the channel (deg, deg/s, knots, percent ..., as in channel maps)
+        frame : "enu" where the axes are ENU/FLU; see `Reading`
+        name : in notes and messages
+
+        Raises
+        ------
+        LogError
+            as `read_log`, and for arrays of other lengths or units that cannot be.
+        """
+        where, stamps = Path(name), _numbers(name, "time", time)
+        rows = np.arange(1, stamps.size + 1, dtype=np.int64)
+        streams = []
+        for key, given in channels.items():
+            values = _numbers(name, key, given)
+            if values.size != stamps.size:
+                raise LogError(f"{name}: {key} has {values.size} values, time has {stamps.size}; expected one a stamp")
+            streams.append(Stream("", str(key), stamps, values, rows))
+        missing = [key for key in units or {} if key not in channels]
+        if missing:
+            raise LogError(f"{name}: units are given for {', '.join(missing)}, which is not among the channels")
+        Reading(frame)  # which refuses what is no frame
+        mapped = map_channels(streams, frame, {}, name)
+        entries: dict[str, Entry | None] = {
+            channel: entry_of(where, channel, {**map_dict({channel: entry})[channel], "unit": units[entry.source]})
+            for channel, entry in mapped.entries.items()
+            if units and entry.source in units
+        }
+        if entries:
+            mapped = map_channels(streams, frame, entries, name)
+        return cls(where, mapped.channels, tuple(mapped.notes), mapped.unused, mapped.entries)
+
+    @classmethod
+    def from_dataframe(
+        cls,
+        table: Any,
+        *,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        frame: str | None = None,
+        name: str = "dataframe",
+    ) -> "Log":
+        """Make a log of a data frame with a row for each time stamp.
+
+        Parameters
+        ----------
+        table : of pandas, or of anything that has `to_pandas` or the interchange protocol (polars, pyarrow ...)
+        time : the column of the stamps, in seconds or as dates; default: `t`, `time` and their like, else the index
+        units, frame, name : see `from_arrays`
+
+        Raises
+        ------
+        LogError
+            as `from_arrays`, and where no column holds the time.
+        """
+        import pandas as pd
+
+        if not isinstance(table, pd.DataFrame):
+            table = _as_pandas(table, name)
+        found = time or next((column for column in table.columns if str(column).lower() in TIME_COLUMNS), None)
+        if found is not None and found not in table.columns:
+            raise LogError(f"{name}: no column {found!r}; expected one of {', '.join(map(str, table.columns))}")
+        if found is None and isinstance(table.index, pd.RangeIndex):
+            raise LogError(f"{name}: no column holds the time; say time='...', or make the time the index")
+        stamps = table.index.to_series() if found is None else table[found]
+        if pd.api.types.is_datetime64_any_dtype(stamps):
+            seconds = (stamps - stamps.iloc[0]).dt.total_seconds()
+        elif pd.api.types.is_timedelta64_dtype(stamps):
+            seconds = stamps.dt.total_seconds()
+        else:
+            seconds = pd.to_numeric(stamps, errors="coerce") / TIME_COLUMNS.get(str(found).lower(), 1.0)
+        kept = {str(c): pd.to_numeric(table[c], errors="coerce") for c in table.columns if c != found}
+        return cls.from_arrays(seconds.to_numpy(dtype=float), kept, units=units, frame=frame, name=name)
+
+
+def _as_pandas(table: Any, where: str) -> Any:
+    """A data frame of another library as one of pandas: by its own conversion, else by the interchange protocol."""
+    import warnings
+
+    import pandas as pd
+
+    if callable(getattr(table, "to_pandas", None)):
+        return table.to_pandas()
+    if not hasattr(table, "__dataframe__"):
+        raise LogError(f"{where}: expected a data frame, got {type(table).__name__}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # pandas prefers Arrow's protocol, which needs pyarrow
+        return pd.api.interchange.from_dataframe(table)
+
+
+def _numbers(where: str, name: str, given: ArrayLike) -> Array:
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise LogError(f"{where}: {name}: expected numbers, got {type(given).__name__}") from None
+    if values.ndim != 1:
+        raise LogError(f"{where}: {name}: expected one number a stamp, got an array of shape {values.shape}")
+    return values
 
 
 def read_log(

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from ..physics.cards import Card
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -59,8 +60,8 @@ class Parts:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Inputs:
+@dataclass(frozen=True, slots=True, repr=False)
+class Inputs(Card):
     """Logs read and prepared once, for everything that follows.
 
     Their channels are not kept: of a long log they would take as much memory as its motions.
@@ -91,6 +92,20 @@ class Inputs:
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)
     inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
     undivided: tuple[DataSet, DataSet] | None = None
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        seconds = sum(motion.duration for motion in self.fitting)
+        told = "all rows, each by models made without it" if self.parts.judge == FOLDS else self.parts.judge
+        judge = told if self.undivided is None else f"{told}; all rows where models are searched"
+        return [
+            ("logs", self.log_names),
+            ("vehicle", self.vehicle.name),
+            ("to fit", f"{seconds:.0f} s in {len(self.fitting)} stretches"),
+            ("judged on", judge),
+            ("warnings", " ".join(self.warnings)),
+            ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
+        ]
 
     def whole(self) -> "Inputs":
         """The same for folds to judge, where nobody asked for a part: nothing is kept aside, and all may be fitted."""

@@ -5,6 +5,7 @@ from typing import cast
 
 import numpy as np
 
+from .cards import Card
 from .errors import LogError
 from .frames import Array
 
@@ -16,8 +17,8 @@ _OF_TIME = cast("Array", None)
 """Minutes that are those of the time base; no motion has it once it is made."""
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+@dataclass(frozen=True, slots=True, repr=False)
+class Motion(Card):
     """One gap-free stretch of measured or simulated motion on an even time base.
 
     Attributes
@@ -91,6 +92,16 @@ class Motion:
         steps = np.diff(self.time)
         if steps.min() <= 0 or np.ptp(steps) > 1e-6 * max(1.0, abs(self.time[-1])):
             raise LogError("motion: the time base is not even; resample the log first (undertow.prepare)")
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        top = np.abs(self.velocity).max(axis=0)
+        return [
+            ("source", self.source),
+            ("time", f"{self.time.size} rows, {self.duration:.1f} s at {1.0 / self.time_step:.3g} Hz"),
+            ("thrusters", ", ".join(self.thrusters)),
+            ("fastest", f"surge {top[0]:.3g} m/s, sway {top[1]:.3g} m/s, yaw {top[2]:.3g} rad/s"),
+        ]
 
     @property
     def time_step(self) -> float:

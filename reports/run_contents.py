@@ -8,11 +8,12 @@ import pandas as pd
 from ..comparison.facts import AuditRecord, Comparison, MadeFrom
 from ..discovery.findings import Findings
 from ..measurements.inspection import Inspection
+from ..physics.cards import Card
 from ..physics.vehicle import Vehicle
 
 
-@dataclass(frozen=True, slots=True)
-class RunFolder:
+@dataclass(frozen=True, slots=True, repr=False)
+class RunFolder(Card):
     """The files that `discover` wrote, read and checked.
 
     Attributes
@@ -44,3 +45,7 @@ class RunFolder:
     audit: AuditRecord | None
     record: MadeFrom
     digests: dict[str, str]
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        return [("folder", str(self.folder)), *self.findings.card(), *self.comparison.card()]

@@ -46,7 +46,7 @@ def labels(picture: Path) -> str:
 
 def test_the_readme_shows_the_quickstart_and_its_output(tmp_path: Path):
     script = ROOT / "examples" / "quickstart.py"
-    assert blocks("README.md", "python") == [script.read_text(encoding="utf-8")]
+    assert blocks("README.md", "python")[0] == script.read_text(encoding="utf-8")
     said = run(script, tmp_path)
     assert (tmp_path / "blueboat-run" / "report.html").is_file()
     assert_says_the_same(blocks("README.md", "text")[0], said, "copy the output of examples/quickstart.py to README.md")

@@ -91,7 +91,7 @@ CASES: dict[str, tuple[Call, tuple[Any, ...], str]] = {
     "read_inputs, a log": (
         undertow.read_inputs,
         ([VEHICLE], VEHICLE),
-        r"read_inputs: logs: expected a str or PathLike, got a Vehicle; give paths",
+        r"read_inputs: logs: expected a str or PathLike or Log, got a Vehicle; give paths",
     ),
     "read_inputs, a number": (
         undertow.read_inputs,

@@ -8,9 +8,10 @@ from ..discovery.calibration.calibrate import Calibration, calibrate
 from ..discovery.findings import Left, Step
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
+from ..physics.cards import Card
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
-from ..physics.in_words import listing
+from ..physics.in_words import listing, number
 from ..physics.reading import Plain
 from ..physics.sources import with_sources
 from ..physics.vehicle import Vehicle
@@ -24,8 +25,8 @@ _UNEXPLAINED = (2.0, 0.05)
 times the power of noise, and more than twice the share from which an effect matters."""
 
 
-@dataclass(frozen=True, slots=True)
-class FitRun:
+@dataclass(frozen=True, slots=True, repr=False)
+class FitRun(Card):
     """A finished calibration, scored.
 
     Attributes
@@ -38,6 +39,11 @@ class FitRun:
     inputs: Inputs
     calibration: Calibration
     steps: tuple[Step, ...]
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        fitted = [f"{p.symbol} {number(p.before)} -> {number(p.after)}" for p in self.calibration.parameters]
+        return [("done", " ".join(self.sentences)), ("fitted", ", ".join(fitted)), ("logs", self.inputs.log_names)]
 
     @property
     def vehicle(self) -> Vehicle:

@@ -17,6 +17,7 @@ from ..measurements.prepared_logs import PathLike
 from ..measurements.quality.examination import examine
 from ..measurements.quality.record import Record
 from ..measurements.thrusters_in_log import FoundThruster, drag_at_speed, surge_at_full, thrusters_in
+from ..physics.cards import Card
 from ..physics.errors import LogError, RequestError
 from ..physics.file_marks import on_top
 from ..physics.files import write_text
@@ -89,8 +90,8 @@ class Doubt(Enum):
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Draft:
+@dataclass(frozen=True, slots=True, repr=False)
+class Draft(Card):
     """A vehicle and a channel map made of logs.
 
     Attributes
@@ -109,6 +110,15 @@ class Draft:
     doubts: tuple[Doubt, ...]
     logs: tuple[Path, ...]
 
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        seen = [f"{t.channel} ({t.side or 'side unknown'}{', turned round' * t.turned})" for t in self.thrusters]
+        return [
+            ("vehicle", f"{self.vehicle.name}, {self.vehicle.mass:g} kg"),
+            ("thrusters", ", ".join(seen)),
+            ("to look at", " ".join(doubt.value for doubt in self.doubts)),
+        ]
+
     def write(self, vehicle: Path, channels: Path | None) -> None:
         """Write the vehicle file, and the channel map if one is wanted."""
         self.vehicle.save(vehicle, by="init")
@@ -117,7 +127,7 @@ class Draft:
 
 
 def init(
-    logs: Iterable[PathLike] | PathLike,
+    logs: Iterable[PathLike | Log] | PathLike | Log,
     hull: Hull | None = None,
     like: PathLike | Vehicle | None = None,
     reading: Reading = AS_GUESSED,
@@ -134,7 +144,7 @@ def init(
 
     Parameters
     ----------
-    logs : paths of logs, folders or patterns
+    logs : paths of logs, folders or patterns; or logs in memory
     hull : what is known of the boat
     like : vehicle file or name of a shipped one, whose hull is taken where `hull` says nothing
     reading : how the logs are read
@@ -148,20 +158,23 @@ def init(
     RequestError, VehicleError
         when a number is impossible, or `like` is no vehicle.
     """
-    given = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
-    paths, _ = logs_in([Path(path) for path in given])
+    given = [logs] if isinstance(logs, str | os.PathLike | Log) else list(logs)
+    ready = [one for one in given if isinstance(one, Log)]
+    named = [Path(one) for one in given if not isinstance(one, Log)]
+    paths, _ = logs_in(named) if named or not ready else ([], ())
     base = like if isinstance(like, Vehicle) or like is None else load_vehicle(like)
-    read = [read_log(path, reading, progress=progress, mend=True) for path in paths]
+    read = [*(read_log(path, reading, progress=progress, mend=True) for path in paths), *ready]
     told = None if say is None else Pace(say, "checks of the log", even=False).told
     records = [_moving(log, told) for log in read]
     _check_commands(read, records)
     thrusters = thrusters_in(records)
     known = hull or Hull()
-    named = name or (f"{base.name}, from {paths[0].name}" if base else paths[0].name.split(".")[0])
-    vehicle = _typical(records, thrusters, known, named) if base is None else _like(base, thrusters, known, named)
+    first = read[0].name
+    called = name or (f"{base.name}, from {first}" if base else first.split(".")[0])
+    vehicle = _typical(records, thrusters, known, called) if base is None else _like(base, thrusters, known, called)
     entries = _entries(read[0], thrusters)
     doubts = _doubts(thrusters, known, base is not None)
-    return Draft(vehicle, tuple(thrusters), entries, read[0].unused, doubts, tuple(paths))
+    return Draft(vehicle, tuple(thrusters), entries, read[0].unused, doubts, tuple(log.path for log in read))
 
 
 def _moving(log: Log, told: Callable[[int, int], None] | None) -> Record:

@@ -1,7 +1,7 @@
 """Inputs of every verb: logs read and prepared once for a vehicle."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
 from ..measurements.kinematic_errors import Kinematics, corrected_for
 from ..measurements.kinematics import kinematics_of
-from ..measurements.log import read_log
+from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
@@ -30,7 +30,7 @@ _JUDGES = (*PARTS, "all", FOLDS)
 
 @single_threaded
 def read_inputs(
-    logs: Iterable[PathLike] | PathLike,
+    logs: Iterable[PathLike | Log] | PathLike | Log,
     vehicle: Vehicle | PathLike,
     reading: Reading = AS_GUESSED,
     *,
@@ -42,7 +42,8 @@ def read_inputs(
 
     Parameters
     ----------
-    logs : one path or several: files, folders of logs, or patterns (see `find_logs`); all of them are one data set
+    logs : one path or several: files, folders of logs, or patterns (see `find_logs`), or logs that are in memory (see
+        `Log.from_dataframe`); all of them are one data set
     vehicle : a vehicle, the path of its file, or the name of a shipped one
     reading : how the logs are read, and whether broken ones are taken as they are
     judge : the part on which models are scored: "test", "validation", "train", "all", or "folds" for all rows, each by
@@ -56,20 +57,25 @@ def read_inputs(
     LogError, VehicleError, RequestError
         when a file cannot be read or used, or is known to be broken; see `Reading.as_is`.
     """
-    expect("read_inputs: logs", logs, (str, os.PathLike, Iterable), "give paths of logs")
+    expect("read_inputs: logs", logs, (str, os.PathLike, Log, Iterable), "give paths of logs, or logs")
     expect("read_inputs: vehicle", vehicle, (Vehicle, str, os.PathLike), "undertow.load_vehicle(PATH) reads one")
     expect("read_inputs: reading", reading, Reading, "undertow.Reading(frame=..., as_is=...) says how")
-    paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
-    for path in paths:
-        expect("read_inputs: logs", path, (str, os.PathLike), "give paths of logs")
+    given = [logs] if isinstance(logs, str | os.PathLike | Log) else list(logs)
+    for one in given:
+        expect("read_inputs: logs", one, (str, os.PathLike, Log), "give paths of logs, or logs")
+    paths = [one for one in given if not isinstance(one, Log)]
+    ready = [one for one in given if isinstance(one, Log)]
     if judge is not None and judge not in _JUDGES:
         raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
-    found, told = find_logs(paths)
+    found, told = find_logs(paths) if paths or not ready else ([], ())
     names = tuple(_utf8(path) for path in found)
+    if ready:
+        _check_names([*names, *(str(log.path) for log in ready)])
     if reading.channel_map is not None:
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
-    read = tuple(read_log(name, reading, progress=progress) for name in names)
+    read = (*(read_log(name, reading, progress=progress) for name in names), *ready)
+    names = tuple(str(log.path) for log in read) if ready else names
     hand_back()
     checked = None if say is None else Pace(say, "checks of the log", even=False).told
     examinations = [examine(log, model, progress=checked) for log in read]
@@ -116,6 +122,15 @@ def _sensor_notes(sensors: Mapping[str, Kinematics]) -> list[str]:
         for source, name in names.items()
         for sentence in sensors[source].sentences.values()
     ]
+
+
+def _check_names(names: Sequence[str]) -> None:
+    """Refuse logs in memory that could not be told apart."""
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise RequestError(
+            f"two logs are called {twice[0]!r}; give each a name: Log.from_dataframe(..., name='monday')"
+        )
 
 
 def _utf8(path: PathLike) -> str:

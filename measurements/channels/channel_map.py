@@ -82,7 +82,7 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         raise LogError(f"{path}: {told}") from error
     if not isinstance(content, dict) or not content:
         raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {shown(content)}.")
-    return {_name(path, key): None if value is None else _entry(path, key, value) for key, value in content.items()}
+    return {_name(path, key): None if value is None else entry_of(path, key, value) for key, value in content.items()}
 
 
 def _name(path: Path, key: Any) -> str:
@@ -92,7 +92,14 @@ def _name(path: Path, key: Any) -> str:
     return key
 
 
-def _entry(path: Path, key: str, value: Any) -> Entry:
+def entry_of(path: Path, key: str, value: Any) -> Entry:
+    """Check a line of a channel map, whose file is named in messages.
+
+    Raises
+    ------
+    LogError
+        see `read_channel_map`.
+    """
     if isinstance(value, str):
         return Entry(value)
     if not isinstance(value, dict) or not isinstance(value.get("from"), str) or set(value) - _KEYS:

@@ -12,6 +12,7 @@ from round_trip import world
 from undertow.measurements.channels.channel_map import map_text
 from undertow.measurements.log_options import Reading
 from undertow.physics.errors import LogError, RequestError
+from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import load_vehicle, vehicle_from_dict
 from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.init import Doubt, Draft, Hull, init
@@ -146,6 +147,7 @@ def test_every_number_has_a_source(path):
 def test_a_command_in_newtons_is_its_force(tmp_path):
     log = simulate_world(load_vehicle("blueboat"), {}, duration=60.0, seed=1).write(tmp_path / "log.csv")
     curve = init(log).vehicle.thrusters[0].curve
+    assert isinstance(curve, TableCurve)
     assert curve.command == curve.force
     assert len(curve.command) == 3
 

@@ -1,0 +1,36 @@
+"""Cards: what an object shows of itself in a console and a notebook, a few lines instead of all its numbers."""
+
+from html import escape
+
+from .printable import one_line, shortened
+
+_LONGEST = 300
+"""Letters of a line: more is for the object's own attributes."""
+
+
+class Card:
+    """An object that shows itself as a card: the name of its class, and a label and a text a line."""
+
+    __slots__ = ()
+
+    def card(self) -> list[tuple[str, str]]:
+        """The lines: a label and what it says. Lines that say nothing are left out."""
+        raise NotImplementedError
+
+    def _lines(self) -> list[tuple[str, str]]:
+        return [(label, shortened(one_line(text), _LONGEST)) for label, text in self.card() if text]
+
+    def __repr__(self) -> str:
+        lines = self._lines()
+        wide = max((len(label) for label, _ in lines), default=0)
+        return "\n".join([type(self).__name__, *(f"  {label:<{wide}}  {text}" for label, text in lines)])
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """The card for a notebook."""
+        cell = 'style="text-align: left; vertical-align: top"'
+        rows = "".join(
+            f"<tr><th {cell}>{escape(label)}</th><td {cell}>{escape(text)}</td></tr>" for label, text in self._lines()
+        )
+        return f"<table><caption>{escape(type(self).__name__)}</caption>{rows}</table>"

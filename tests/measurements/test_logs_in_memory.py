@@ -1,0 +1,128 @@
+"""Logs of arrays and data frames are read as the same table in a file would be, and go all the way to a run."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from places import ROOT
+
+import undertow
+from undertow.measurements.log import Log, read_log
+from undertow.physics.errors import LogError, RequestError
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+
+
+@pytest.fixture(scope="module")
+def table() -> pd.DataFrame:
+    """A wide table at 10 Hz: time, position, heading, velocity and the commands in newtons."""
+    world = simulate_world(load_vehicle("blueboat"), {"surge_quadratic_damping": -12.0}, duration=90.0, seed=2)
+    time = world.command_time
+    states = np.column_stack([np.interp(time, world.odometry_time, column) for column in world.odometry.T])
+    found = pd.DataFrame(states, columns=["x", "y", "psi", "u", "v", "r"])
+    found.insert(0, "t", time)
+    for k, name in enumerate(world.truth.thrusters):
+        found[f"newton_{name}"] = world.commands[:, k]
+    return found
+
+
+def assert_same(one: Log, other: Log) -> None:
+    assert list(one.channels) == list(other.channels)
+    for name, channel in one.channels.items():
+        assert np.allclose(channel.time, other.channels[name].time, atol=1e-9), name
+        assert np.allclose(channel.value, other.channels[name].value, atol=1e-9), name
+
+
+def test_a_data_frame_is_the_same_log_as_its_file(table: pd.DataFrame, tmp_path: Path) -> None:
+    table.to_csv(tmp_path / "log.csv", index=False)
+    read = read_log(tmp_path / "log.csv")
+    assert_same(Log.from_dataframe(table), read)
+    assert_same(Log.from_dataframe(table.set_index("t")), read)
+    assert_same(Log.from_dataframe(table.rename(columns={"t": "clock"}), time="clock"), read)
+    assert_same(Log.from_arrays(table.t, {name: table[name] for name in table.columns if name != "t"}), read)
+
+
+def test_dates_count_from_the_first(table: pd.DataFrame) -> None:
+    dated = table.set_index(pd.Timestamp("2026-11-22T08:00:00Z") + pd.to_timedelta(table.t, unit="s"))
+    log = Log.from_dataframe(dated.drop(columns="t"))
+    assert log.channels["u"].time == pytest.approx(table.t - table.t[0], abs=1e-6)
+
+
+def test_units_and_names_are_those_of_channel_maps(table: pd.DataFrame) -> None:
+    told = table.assign(psi=np.degrees(table.psi), u=table.u / 0.514444444)
+    log = Log.from_dataframe(told, units={"psi": "deg", "u": "knots"})
+    assert log.channels["psi"].value == pytest.approx(table.psi, abs=1e-9)
+    assert log.channels["u"].value == pytest.approx(table.u, abs=1e-6)
+
+
+def test_axes_are_turned_where_they_are_said_to_be_enu(table: pd.DataFrame) -> None:
+    log = Log.from_dataframe(table, frame="enu")
+    assert log.channels["r"].value == pytest.approx(-table.r)
+    assert log.channels["x"].value == pytest.approx(table.y)
+
+
+class Foreign:
+    """A table of another library, which offers the interchange protocol alone."""
+
+    def __init__(self, table: pd.DataFrame) -> None:
+        self._table = table
+
+    def __dataframe__(self, nan_as_null: bool = False, allow_copy: bool = True) -> object:
+        return self._table.__dataframe__(nan_as_null, allow_copy)
+
+
+def test_anything_with_the_protocol_will_do(table: pd.DataFrame) -> None:
+    assert_same(Log.from_dataframe(Foreign(table)), Log.from_dataframe(table))
+
+
+def test_what_cannot_be_is_refused_in_words(table: pd.DataFrame) -> None:
+    with pytest.raises(LogError, match="no column holds the time; say time="):
+        Log.from_dataframe(table.drop(columns="t"))
+    with pytest.raises(LogError, match="no column 'clock'; expected one of t, x"):
+        Log.from_dataframe(table, time="clock")
+    with pytest.raises(LogError, match="expected a data frame, got list"):
+        Log.from_dataframe([1.0, 2.0])
+    with pytest.raises(LogError, match="units are given for speed, which is not among the channels"):
+        Log.from_dataframe(table, units={"speed": "knots"})
+    with pytest.raises(LogError, match="needs a unit among|expected a unit that fits"):
+        Log.from_dataframe(table, units={"u": "deg"})
+    with pytest.raises(LogError, match="u has 2 values, time has 3"):
+        Log.from_arrays([0.0, 1.0, 2.0], {"u": [1.0, 2.0]})
+    with pytest.raises(LogError, match="u: expected numbers, got list"):
+        Log.from_arrays([0.0], {"u": ["fast"]})
+    with pytest.raises(RequestError, match="expected enu or ned"):
+        Log.from_dataframe(table, frame="nwu")
+
+
+def test_it_goes_all_the_way_to_a_run(table: pd.DataFrame, tmp_path: Path) -> None:
+    inputs = undertow.read_inputs(undertow.Log.from_dataframe(table, name="monday"), "blueboat")
+    run = undertow.discover(inputs)
+    assert run.findings.missing == ("surge_quadratic_damping",)
+    folder = undertow.write_run(run, tmp_path / "run", report=False)
+    read = undertow.load_run(folder)
+    assert read.findings.missing == ("surge_quadratic_damping",)
+    assert [log.path for log in read.record.log_sha256] == ["monday"]
+
+
+def test_the_readme_goes_from_a_data_frame_to_a_run(
+    table: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    assert "from_dataframe" in blocks[1]
+    known = {"undertow": undertow, "table": table.assign(psi=np.degrees(table.psi))}
+    exec(blocks[1], known)
+    assert known["again"].folder.name == "monday-run"
+    assert "verdict" in capsys.readouterr().out
+
+
+def test_two_of_one_name_are_refused(table: pd.DataFrame) -> None:
+    log = Log.from_dataframe(table)
+    with pytest.raises(RequestError, match="two logs are called 'dataframe'"):
+        undertow.read_inputs([log, log], "blueboat")
+
+
+def test_the_package_says_its_version() -> None:
+    assert undertow.__version__ == "0.1.0"
