@@ -20,6 +20,7 @@ from .cli.console import Verbs, check_here, open_streams, say, sending, telling
 from .cli.demo_verb import demo
 from .cli.discover_verb import discover
 from .cli.effects_verb import effects
+from .cli.examples import below
 from .cli.explain_verb import explain
 from .cli.fit_verb import fit
 from .cli.init_verb import init
@@ -32,7 +33,6 @@ app = typer.Typer(
     name="undertow",
     cls=Verbs,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
@@ -54,19 +54,9 @@ def options(
     """Find the physics your boat model is missing."""
 
 
-app.command()(telling(demo))
-app.command()(telling(init))
-app.command()(telling(inspect))
-app.command()(telling(compare))
-app.command()(telling(check))
-app.command()(telling(discover))
-app.command()(telling(fit))
-app.command(epilog=catalogue())(telling(add))
-app.command()(telling(train))
-app.command()(telling(explain))
-app.command()(telling(effects))
-app.command(epilog=amounts())(telling(simulate))
-app.command()(telling(report))
+for verb in (demo, init, inspect, compare, check, discover, fit, add, train, explain, effects, simulate, report):
+    more = {add: catalogue, simulate: amounts}.get(verb)
+    app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 
 
 def main() -> None:

@@ -70,7 +70,7 @@ class Foreign:
         self._table = table
 
     def __dataframe__(self, nan_as_null: bool = False, allow_copy: bool = True) -> object:
-        return self._table.__dataframe__(nan_as_null, allow_copy)
+        return self._table.__dataframe__(nan_as_null, allow_copy)  # type: ignore[operator]
 
 
 def test_anything_with_the_protocol_will_do(table: pd.DataFrame) -> None:

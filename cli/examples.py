@@ -1,0 +1,47 @@
+"""Examples of every verb, shown below its options."""
+
+EXAMPLES = {
+    "demo": ("undertow demo",),
+    "init": (
+        "undertow init boat.bin --mass 22 --length 1.2",
+        "undertow init logs/ --like otter --out boat.yaml --channels map.yaml",
+    ),
+    "inspect": (
+        "undertow inspect boat.bin --vehicle blueboat",
+        "undertow inspect boat.csv --fix repaired.csv --map-out channels.yaml",
+    ),
+    "compare": (
+        "undertow compare boat.csv --vehicle boat.yaml --model run --model lstm",
+        "undertow compare boat.csv --vehicle boat.yaml --split all --out comparison.json --json",
+    ),
+    "check": ("undertow check run", "undertow check lstm boat.csv --vehicle boat.yaml --out audit.json"),
+    "discover": (
+        "undertow discover boat.csv --vehicle boat.yaml --out run",
+        "undertow discover logs/*.bin --vehicle vehicle.yaml --map channels.yaml --refit --out run",
+    ),
+    "fit": (
+        "undertow fit boat.csv --vehicle boat.yaml --out fitted.yaml",
+        "undertow fit boat.csv --vehicle boat.yaml --free X_uu --hold N_rdot --out fitted.yaml",
+    ),
+    "add": (
+        "undertow add surge_quadratic_damping munk_moment --run run --out corrected.yaml",
+        "undertow add 'yaw:u|r|' boat.csv --vehicle boat.yaml",
+    ),
+    "train": (
+        "undertow train boat.csv --vehicle boat.yaml --residual lstm --out lstm --explain",
+        "undertow train boat.csv --vehicle boat.yaml --residual mlp --epochs 50 --out mlp --resume",
+    ),
+    "explain": ("undertow explain lstm boat.csv --vehicle boat.yaml",),
+    "effects": ("undertow effects", "undertow effects munk_moment --vehicle otter"),
+    "simulate": (
+        "undertow simulate --vehicle otter --effect steady_current=0.2,-0.1 --out otter.csv.gz",
+        "undertow simulate --vehicle blueboat --programme zigzag --noise rough --duration 120 --out log.parquet",
+    ),
+    "report": ("undertow report run --model lstm --pdf", "undertow report monday tuesday --out fleet.html"),
+}
+"""By verb; a test parses each of them."""
+
+
+def below(verb: str, *more: str) -> str:
+    """What stands below the options of a verb: its examples, a line each, then more paragraphs."""
+    return "\n\n".join(["Examples:", *(f"  {line}" for line in EXAMPLES[verb]), *more])
