@@ -29,6 +29,7 @@ _PUBLIC = {
     "Motion": "physics.motion",
     "PAPER": "measurements.preparation.dataset",
     "Reading": "measurements.log_options",
+    "Plots": "reports.page.figures.plots",
     "Recipe": "measurements.preparation.dataset",
     "RequestError": "physics.errors",
     "Run": "workflows.run_folder.run",

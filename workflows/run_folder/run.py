@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -12,6 +13,9 @@ from ...discovery.findings import Findings
 from ...discovery.settings import DiscoverySettings
 from ...measurements.prepared_logs import Inputs
 from ...physics.cards import Card
+
+if TYPE_CHECKING:
+    from ...reports.page.figures.plots import Plots
 
 Say = Callable[[str], None]
 
@@ -28,6 +32,13 @@ class Run(Card):
     settings: DiscoverySettings
     audit: Audit
     verb: tuple[str, ...] = ("discover",)
+
+    @property
+    def plot(self) -> "Plots":
+        """Plots of the run, as matplotlib axes."""
+        from ...reports.page.figures.plots import Plots
+
+        return Plots(self.findings, self.series, self.discovery.nominal, self.discovery.corrected)
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

@@ -1,0 +1,237 @@
+"""Plots of a run for a notebook: matplotlib axes that a person can go on with.
+
+They show what the page shows, in plain colours and on axes of the caller's choice.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ....discovery.findings import Findings
+from ....physics.effects import BY_NAME
+from ....physics.errors import RequestError
+from ....physics.frames import AXES, FORCE_UNITS, Array
+from ....physics.in_words import unit_text
+from ....physics.matrices import mass_matrix
+from ....physics.vehicle import Vehicle
+from ..coefficients import coefficient_rows
+from .figure_data import held_out_stretch, rollouts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MEASURED, BEFORE, AFTER = "0.75", "tab:red", "tab:blue"
+"""Colours of what was measured, of the nominal and of the corrected model."""
+_SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
+_BINS = 14
+"""Parts of a signal's range in which the force is averaged, to choose and to guide the eye."""
+_LEAST = 5
+"""Rows of a part that is drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plots:
+    """What can be drawn of a run; every method takes axes to draw on, and gives them back.
+
+    Attributes
+    ----------
+    findings, nominal, corrected : of the run
+    series : `series.csv`, a row each time step
+    """
+
+    findings: Findings
+    series: pd.DataFrame
+    nominal: Vehicle
+    corrected: Vehicle
+
+    def staircase(self, quantity: str = "position", horizon: str = "10", ax: "Axes | None" = None) -> "Axes":
+        """The error of predictions as effects are added, on rows that no fit saw.
+
+        Parameters
+        ----------
+        quantity : surge, sway, yaw or position
+        horizon : of the predictions [s]: "2", "10" or "30"
+
+        Raises
+        ------
+        RequestError
+            for a quantity or a horizon that was not judged.
+        """
+        steps = self.findings.steps
+        errors = [getattr(step.rollout(horizon), quantity, None) for step in steps]
+        if not steps or all(error is None or not np.isfinite(error) for error in errors):
+            raise RequestError(f"plot: no error of {quantity} over {horizon} s; there are surge, sway, yaw, position")
+        axes = _axes(ax)
+        names = [(step.added or "nominal").replace("_", " ") for step in steps]
+        colours = [BEFORE, *["0.6"] * (len(steps) - 2), AFTER][: len(steps)]
+        axes.barh(names, [np.nan if error is None else error for error in errors], color=colours)
+        axes.invert_yaxis()
+        unit = {"position": "m", "yaw": "rad/s"}.get(quantity, "m/s")
+        axes.set(xlabel=f"{quantity} error of {horizon} s predictions [{unit}]")
+        return axes
+
+    def predictions(self, axes: "Sequence[Axes]" = ()) -> "Sequence[Axes]":
+        """Measured speeds, and those of both models, restarted every 10 s, over the first two minutes judged."""
+        if not axes:
+            import matplotlib.pyplot as plt
+
+            axes = list(plt.subplots(3, 1, sharex=True, layout="constrained")[1])
+        runs = rollouts(held_out_stretch(self.series))
+        for one, name in zip(axes, ("u", "v", "r"), strict=True):
+            for colour, ending, width in ((MEASURED, "", 4.0), (BEFORE, "_before", 1.0), (AFTER, "_after", 1.0)):
+                one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=_named(ending))
+            one.set_ylabel(f"{name} [{unit_text(_SIGNALS[name])}]")
+        axes[0].legend(loc="upper right")
+        axes[-1].set_xlabel("time in the log [s]")
+        return axes
+
+    def force(self, what: str = "", against: str = "", ax: "Axes | None" = None) -> "Axes":
+        """The force that the nominal model lacks over what it depends on, and what the correction makes of it.
+
+        Parameters
+        ----------
+        what : surge, sway or yaw, or an effect, on whose axis it is drawn; default: the first effect that is missing
+        against : a column of the series: u, v, r, psi, u_dot, ... or a command; default: what tells most of the force
+
+        Raises
+        ------
+        RequestError
+            for an axis, an effect or a column that is not there.
+        """
+        axis = self._axis(what)
+        measured, fitted = self._forces(axis)
+        signal = against or max(self._signals(), key=lambda name: _told(self._column(name), measured))
+        values = self._column(signal)
+        axes = _axes(ax)
+        axes.plot(values, measured, ".", color=MEASURED, ms=2, label="measured less nominal model")
+        middle, means = _means(values, measured)
+        axes.plot(middle, means, "o", color=BEFORE, label="its means")
+        middle, means = _means(values, fitted)
+        axes.plot(middle, means, "-", color=AFTER, lw=2, label="what was added")
+        shown = np.quantile(np.concatenate([measured, fitted]), (0.002, 0.998))
+        axes.set_ylim(*(shown + 0.1 * np.ptp(shown) * np.array([-1.0, 1.0])))
+        unit = unit_text(_SIGNALS.get(signal, ""))
+        axes.set(
+            xlabel=f"{signal} [{unit}]" if unit else signal, ylabel=f"{AXES[axis]} [{unit_text(FORCE_UNITS[axis])}]"
+        )
+        axes.legend()
+        return axes
+
+    def coefficients(self, ax: "Axes | None" = None) -> "Axes":
+        """The coefficients of the missing effects before and after, each over its value after, with 95 % intervals."""
+        rows = coefficient_rows(self.findings.candidates, self.findings.missing, self.nominal, self.corrected)
+        axes = _axes(ax)
+        for place, row in enumerate(rows):
+            scale = row.after or 1.0
+            axes.plot(np.array(row.interval) / scale, [place, place], color=AFTER, lw=5, alpha=0.4)
+            axes.plot(row.after / scale, place, "o", color=AFTER)
+            axes.plot(row.before / scale, place, "x", color=BEFORE)
+        labels = [f"{row.symbol} = {row.after:.3g} {unit_text(row.unit)}" for row in rows]
+        axes.set_yticks(range(len(rows)), labels)
+        axes.invert_yaxis()
+        axes.set_xlabel("value over the corrected one (x: before)")
+        return axes
+
+    def failures(self, axis: str = "surge", model: str = "before", ax: "Axes | None" = None) -> "Axes":
+        """Where a model fails: its error of acceleration over surge speed and yaw rate, a point a row.
+
+        Parameters
+        ----------
+        axis : surge, sway or yaw
+        model : "before" or "after"
+        """
+        index = self._axis(axis)
+        column = ("u_dot", "v_dot", "r_dot")[index]
+        error = np.abs((self.series[column] - self.series[f"{column}_{model}"]).to_numpy(dtype=float))
+        axes = _axes(ax)
+        order = np.argsort(error)
+        drawn = axes.scatter(
+            self.series["u"].to_numpy()[order],
+            self.series["r"].to_numpy()[order],
+            c=error[order],
+            s=4,
+            cmap="viridis_r",
+            vmin=0.0,
+            vmax=float(np.nanquantile(error, 0.98)),
+        )
+        unit = unit_text(_SIGNALS[column])
+        axes.figure.colorbar(drawn, ax=axes, label=f"error of {AXES[index]} acceleration [{unit}]")
+        axes.set(xlabel="u [m/s]", ylabel="r [rad/s]")
+        return axes
+
+    def _axis(self, what: str) -> int:
+        name = what or next(iter(self.findings.missing), "surge")
+        if name in AXES:
+            return AXES.index(name)
+        found = next((c for c in self.findings.candidates if c.effect == name), None)
+        if found is None and name not in BY_NAME:
+            raise RequestError(f"plot: expected surge, sway, yaw or an effect, got {what!r}")
+        axes = [term.axis for term in found.terms if term.axis in AXES] if found else []
+        if axes:
+            return AXES.index(axes[0])
+        return int(
+            np.argmax(
+                [
+                    np.square(self._forces(k)[1]).mean() / (np.square(self._forces(k)[0]).mean() + 1e-12)
+                    for k in range(3)
+                ]
+            )
+        )
+
+    def _forces(self, axis: int) -> tuple[Array, Array]:
+        """What the nominal model lacks, and what the corrected one adds, (n,) each [N, N m]."""
+        residual = self.series[("X_residual", "Y_residual", "N_residual")[axis]].to_numpy(dtype=float)
+        columns = ("u_dot", "v_dot", "r_dot")
+        added = np.column_stack(
+            [(self.series[f"{name}_after"] - self.series[f"{name}_before"]).to_numpy(dtype=float) for name in columns]
+        )
+        return residual, (added @ mass_matrix(self.nominal).T)[:, axis]
+
+    def _signals(self) -> list[str]:
+        names = [str(name) for name in self.series]
+        commands = [name for name in names if name.startswith(("newton_", "pwm_", "normalized_", "rad_s_"))]
+        return [*(name for name in _SIGNALS if name in names), *commands]
+
+    def _column(self, name: str) -> Array:
+        if name not in self.series:
+            raise RequestError(f"plot: no column {name!r} in the series; there are {', '.join(self._signals())}")
+        return self.series[name].to_numpy(dtype=float)
+
+
+def _axes(ax: Any) -> Any:
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(layout="constrained")[1]
+
+
+def _named(ending: str) -> str:
+    return {"": "measured", "_before": "nominal", "_after": "corrected"}[ending]
+
+
+def _parts(values: Array) -> tuple[Array, NDArray[np.intp]]:
+    low, high = np.quantile(values, (0.005, 0.995))
+    edges = np.linspace(low, high if high > low else low + 1.0, _BINS + 1)
+    return edges, np.clip(np.searchsorted(edges, values) - 1, 0, _BINS - 1)
+
+
+def _means(values: Array, force: Array) -> tuple[Array, Array]:
+    """Means of a force over parts of a signal's range, at their middles; of parts with enough rows."""
+    edges, part = _parts(values)
+    count = np.bincount(part, minlength=_BINS)
+    enough = count >= _LEAST
+    means = np.bincount(part, force, _BINS)[enough] / count[enough]
+    return 0.5 * (edges[1:] + edges[:-1])[enough], means
+
+
+def _told(values: Array, force: Array) -> float:
+    """Share of a force's scatter that its means over parts of a signal's range take."""
+    _, part = _parts(values)
+    count = np.maximum(np.bincount(part, minlength=_BINS), 1)
+    left = force - (np.bincount(part, force, _BINS) / count)[part]
+    return 1.0 - float(np.square(left).mean()) / max(float(force.var()), 1e-300)

@@ -1,0 +1,79 @@
+"""Plots for a notebook show what the run found, on axes that the caller gets back."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+
+import undertow
+from undertow.physics.errors import RequestError
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+
+matplotlib.use("agg")
+import matplotlib.pyplot as plt
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    world = simulate_world(load_vehicle("blueboat"), {"surge_quadratic_damping": -12.0}, duration=90.0, seed=2)
+    path = world.write(tmp_path_factory.mktemp("plots") / "log.csv")
+    return undertow.discover(undertow.read_inputs(path, "blueboat"))
+
+
+@pytest.fixture(autouse=True)
+def _closed() -> Any:
+    yield
+    plt.close("all")
+
+
+def test_the_staircase_falls_by_the_errors_of_the_findings(run: Any) -> None:
+    axes = run.plot.staircase()
+    told = [step.rollout("10").position for step in run.findings.steps]
+    assert [bar.get_width() for bar in axes.patches] == pytest.approx(told)
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["nominal", "surge quadratic damping"]
+
+
+def test_the_force_is_drawn_over_what_tells_most_of_it_with_the_law_that_was_added(run: Any) -> None:
+    axes = run.plot.force()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("u [m/s]", "surge [N]")
+    law = axes.lines[-1]
+    u, added = np.asarray(law.get_xdata(), dtype=float), np.asarray(law.get_ydata(), dtype=float)
+    inner = slice(2, -2)  # the first and the last part hold all that is beyond them
+    assert added[inner] == pytest.approx((-12.0 * u * np.abs(u))[inner], abs=1.0)
+    assert run.plot.force("yaw", against="r").get_xlabel() == "r [rad/s]"
+
+
+def test_speeds_are_drawn_on_three_axes(run: Any) -> None:
+    axes = run.plot.predictions()
+    assert [one.get_ylabel() for one in axes] == ["u [m/s]", "v [m/s]", "r [rad/s]"]
+    assert [line.get_label() for line in axes[0].lines] == ["measured", "nominal", "corrected"]
+
+
+def test_coefficients_stand_before_and_after(run: Any) -> None:
+    axes = run.plot.coefficients()
+    (label,) = [text.get_text() for text in axes.get_yticklabels()]
+    assert label.startswith("X_uu = -20")
+
+
+def test_failures_are_coloured_by_the_error_of_each_row(run: Any) -> None:
+    before, after = (run.plot.failures("surge", model).collections[0].get_array() for model in ("before", "after"))
+    assert np.nanmean(after) < 0.5 * np.nanmean(before)
+
+
+def test_a_run_folder_draws_the_same_on_axes_that_it_is_given(run: Any, tmp_path: Path) -> None:
+    folder = undertow.load_run(undertow.write_run(run, tmp_path / "run", report=False))
+    _, axes = plt.subplots()
+    plots = undertow.Plots(folder.findings, folder.series, folder.nominal, folder.corrected)
+    assert plots.staircase(ax=axes) is axes
+
+
+def test_what_is_not_there_is_refused(run: Any) -> None:
+    with pytest.raises(RequestError, match="no error of heading over 10 s"):
+        run.plot.staircase("heading")
+    with pytest.raises(RequestError, match="expected surge, sway, yaw or an effect, got 'heave'"):
+        run.plot.force("heave")
+    with pytest.raises(RequestError, match="no column 'w' in the series; there are u, v"):
+        run.plot.force(against="w")
