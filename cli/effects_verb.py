@@ -1,5 +1,6 @@
 """The verb `effects`: the catalogue, and one effect with what it looks like on a vehicle."""
 
+import re
 from typing import Annotated
 
 import typer
@@ -31,10 +32,19 @@ def effects(
         from ..physics.worlds.signatures import signatures
 
         boat = load_vehicle(vehicle)
-        (found,) = signatures(boat, (name,))
+        (found,) = signatures(boat, (_effect_meant(name),))
         if as_json:
             print_json(effect_cards((found,), boat.name))
             return
         from ..reports.terminal.effects_screen import effect_card
 
         show(*effect_card(found, boat, vehicle))
+
+
+def _effect_meant(name: str) -> str:
+    """The effect that a name, one with blanks or a thruster, or a symbol stands for."""
+    from ..physics.effects import EFFECTS
+
+    plain = re.sub(r"\[.*\]$|\s*\(.*\)$", "", name.strip())
+    owners = [effect.name for effect in EFFECTS if plain in effect.symbols]
+    return owners[0] if owners else plain.replace(" ", "_").lower()

@@ -85,6 +85,11 @@ def chapter(found: Signature, boat: Vehicle) -> str:
     size = f"{number(found.size)} {unit_text(FORCE_UNITS[found.axis])}"
     reported = "the amount added to the number in the file" if effect.added else "its whole value"
     shown = f"{size} of {found.axis_name} force, {100 * found.apart:.0f} % of it unlike any other effect's"
+    later = (
+        " at the beginning of a log and five minutes later, as drawn"
+        if any("min" in p.unit for p in effect.parameters)
+        else ""
+    )
     lines = [
         f"### {effect.name}",
         effect.meaning,
@@ -92,7 +97,7 @@ def chapter(found: Signature, boat: Vehicle) -> str:
         f"- **Force**: `{effect.equation}`. Reported as {reported}.",
         f"- **Symbols**: {symbols}.",
         f"- **Typical**: {amount}.",
-        f"- **Shown best by** {found.trial.text}: {shown}.",
+        f"- **Shown best by** {found.trial.text}{later}: {shown}.",
         f"- **Taken for**, in gentle driving: {alike}.",
         *([f"- **Needs** the channels {listing([f'`{c}`' for c in effect.channels])}."] if effect.channels else []),
         *(

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..physics.delays_and_lags import first_order_lag
 from ..physics.frames import Array
-from .canonical import Channel, Output, command_kind
+from .canonical import Output, command_kind
 from .quality.checks.sides import Placed, other_side, placed, side_of
-from .quality.record import Record
-from .quality.response import answers
+from .quality.record import Record, Stretch
 from .quality.resting import neutral_of
 
 _PULSES = (1100.0, 1500.0, 1900.0)
@@ -18,7 +18,11 @@ _POINTS = 8
 """Steps of a bent curve to either side: lines between them keep a square within 0.4 % of full thrust."""
 _FAST = 0.9
 """Share of the top speed (its 99th percentile) from which a row shows what drag balances full thrust."""
-_COMMON = "normalized_all"
+_WINDOW, _GROUPS, _SURE = 2.0, 8, 2.0
+"""Window over which speed changes by what pushes [s]; parts of the log that tell the error of a number, left out one by
+one; and errors by which a number must exceed zero to be told."""
+_LAGS = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
+"""Lags of the thrusters that are tried [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +38,7 @@ class FoundThruster:
     turned : more of the command as it was read pushed astern, so that it is to be read the other way round
     by_log : the log shows its side or which way it pushes; else its name is believed
     rested : neutral is told, by the log's parameters, by the boat at rest, or by the kind of command
+    shaped : thrust astern is told, by the log's parameters or by the kind of command
     """
 
     channel: str
@@ -43,6 +48,7 @@ class FoundThruster:
     turned: bool
     by_log: bool
     rested: bool
+    shaped: bool
 
     @property
     def kind(self) -> str:
@@ -53,6 +59,10 @@ class FoundThruster:
     def name(self) -> str:
         """Name of the thruster."""
         return (command_kind(self.channel) or ("", self.channel))[1]
+
+    def unlike(self, asymmetry: float) -> "FoundThruster":
+        """The same with another full thrust ahead over that astern."""
+        return replace(self, output=replace(self.output, asymmetry=asymmetry))
 
     def share(self, command: Array) -> Array:
         """Share of full thrust ahead, negative astern, that commands (n,) ask for; see `Output.expo`."""
@@ -71,6 +81,17 @@ class FoundThruster:
             parts = np.union1d(parts, np.array([-out.least, out.least])[int(out.astern >= out.neutral) :])
         command = out.neutral + parts * np.where(parts >= 0.0, out.ahead - out.neutral, out.neutral - out.astern)
         return [float(f"{c:.7g}") for c in command], [float(f"{f:.4g}") for f in thrust * self.share(command)]
+
+
+@dataclass(frozen=True, slots=True)
+class SurgeAnswer:
+    """Acceleration by full thrust ahead, and by full thrust astern, each with its standard error; None where not told.
+
+    Both are positive [m/s^2].
+    """
+
+    ahead: tuple[float, float] | None
+    astern: tuple[float, float] | None
 
 
 def thrusters_in(records: Sequence[Record]) -> list[FoundThruster]:
@@ -104,12 +125,14 @@ def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | N
     output = _output(records, name)
     if turned:
         twice = 2.0 * output.neutral
-        output = replace(output, astern=twice - output.ahead, ahead=twice - output.astern)
+        words = f"{output.source}; turned round about {output.neutral:g}"
+        output = replace(output, astern=twice - output.ahead, ahead=twice - output.astern, source=words)
     by_log = told is not None and bool(told.side or told.ahead)
     told_by_file = any(record.log.channels[name].output is not None for record in records)
     pulses = (command_kind(name) or ("",))[0] == "pwm"
     rested = not pulses or told_by_file or neutral_of(records, name) is not None
-    return FoundThruster(right, name, output, side_of(right), turned, by_log, rested)
+    shaped = output.asymmetry != 1.0 or (command_kind(name) or ("",))[0] == "newton" or output.astern >= output.neutral
+    return FoundThruster(right, name, output, side_of(right), turned, by_log, rested, shaped)
 
 
 def _output(records: Sequence[Record], name: str) -> Output:
@@ -137,32 +160,61 @@ def _output(records: Sequence[Record], name: str) -> Output:
     return Output(neutral, astern, max(high, _PULSES[2]), source, expo=1.0)
 
 
-def surge_at_full(records: Sequence[Record], thrusters: Sequence[FoundThruster]) -> tuple[float, float] | None:
-    """Surge acceleration [m/s^2] with which the boat answers full thrust of all thrusters, and its standard error.
+def surge_at_full(records: Sequence[Record], thrusters: Sequence[FoundThruster]) -> SurgeAnswer:
+    """Surge acceleration with which the boat answers full thrust of all thrusters, ahead and astern.
 
-    None where the log does not tell it. Commands are turned into shares of thrust first, of which the boat's answer is
-    in proportion; see `response.trials`.
+    Over windows of a few seconds the change of surge speed is the integral of thrust ahead and astern, of linear and
+    quadratic drag, and of the turn's v r; so no speed is differentiated. The thrust has that lag, of some, which leaves
+    least.
     """
-    shared = [_as_shares(record, thrusters) for record in records]
-    answer = answers(shared).get(_COMMON)
-    if answer is None or answer.ahead <= 0:
-        return None
-    full = max(float(np.abs(record.log.channels[_COMMON].value).max()) for record in shared)
-    return answer.surge / full, answer.surge_error / full
+    tables = [_windows(records, thrusters, lag) for lag in _LAGS]
+    if len(tables[0]) < _GROUPS * 4:
+        return SurgeAnswer(None, None)
+    left = [float(np.linalg.lstsq(t[:, :-1], t[:, -1], rcond=None)[1].sum()) for t in tables]
+    table = tables[int(np.argmin(left))]
+    part = np.arange(len(table)) * _GROUPS // len(table)
+    values = _pushes(table)
+    without = np.array([_pushes(table[part != k]) for k in range(_GROUPS)])
+    errors = np.sqrt((_GROUPS - 1) / _GROUPS * ((without - without.mean(axis=0)) ** 2).sum(axis=0))
+    ahead, astern = (
+        (float(value), float(error)) if value > _SURE * error else None
+        for value, error in zip(values, errors, strict=True)
+    )
+    return SurgeAnswer(ahead, astern)
 
 
-def _as_shares(record: Record, thrusters: Sequence[FoundThruster]) -> Record:
-    """The same log with one command: the mean of the shares of thrust that its commands ask for."""
-    commands = [record.log.channels[one.read_as] for one in thrusters]
-    time = commands[0].time
-    shares = [one.share(np.interp(time, c.time, _turned(one, c))) for one, c in zip(thrusters, commands, strict=True)]
-    kept = {name: c for name, c in record.log.channels.items() if command_kind(name) is None}
-    common = Channel(_COMMON, time, np.mean(shares, axis=0), _COMMON)
-    return Record.of(replace(record.log, channels=kept | {_COMMON: common}))
+def _windows(records: Sequence[Record], thrusters: Sequence[FoundThruster], lag: float) -> Array:
+    """Integrals over windows (m, 6): thrust ahead, astern, u, u|u|, v r; and the change of surge speed."""
+    rows = []
+    for record in records:
+        for stretch in record.stretches:
+            speed, step = stretch.motion.velocity, stretch.motion.time_step
+            push = _push(record, stretch, thrusters, np.ones(len(thrusters)) / len(thrusters))
+            known = np.isfinite(push)
+            push = first_order_lag(np.where(known, push, 0.0), lag, step)
+            window = round(_WINDOW / step)
+            u, v, r = speed.T
+            terms = np.column_stack([np.maximum(push, 0.0), np.minimum(push, 0.0), u, u * np.abs(u), v * r])
+            total = np.concatenate([np.zeros((1, 5)), np.cumsum(0.5 * step * (terms[1:] + terms[:-1]), axis=0)])
+            rows += [
+                [*(total[begin + window] - total[begin]), u[begin + window] - u[begin]]
+                for begin in range(0, u.size - window, max(window // 2, 1))
+                if known[begin : begin + window].all()
+            ]
+    return np.array(rows).reshape(-1, 6)
 
 
-def _turned(one: FoundThruster, channel: Channel) -> Array:
-    return 2.0 * one.output.neutral - channel.value if one.turned else channel.value
+def _pushes(table: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=None)[0][:2], dtype=float)
+
+
+def _push(record: Record, stretch: Stretch, thrusters: Sequence[FoundThruster], weights: Array) -> Array:
+    """Weighted sum (n,) of the shares of thrust that the commands of a stretch ask for; NaN where one is not known."""
+    push = np.zeros(stretch.motion.time.size)
+    for one, weight in zip(thrusters, weights, strict=True):
+        command = stretch.commands[:, record.commands.index(one.read_as)]
+        push += weight * one.share(2.0 * one.output.neutral - command if one.turned else command)
+    return push
 
 
 def drag_at_speed(
@@ -178,11 +230,7 @@ def drag_at_speed(
     speeds, pushes = [], []
     for record in records:
         for stretch in record.stretches:
-            push = np.zeros(stretch.motion.time.size)
-            for one, arm in zip(thrusters, arms, strict=True):
-                command = stretch.commands[:, record.commands.index(one.read_as)]
-                command = 2.0 * one.output.neutral - command if one.turned else command
-                push += one.share(command) * (1.0 if axis == 0 else -arm)
+            push = _push(record, stretch, thrusters, np.ones(len(arms)) if axis == 0 else -np.asarray(arms))
             known = np.isfinite(push)
             speeds.append(stretch.motion.velocity[known, axis])
             pushes.append(push[known])
@@ -194,6 +242,12 @@ def drag_at_speed(
     fast = speed >= _FAST * top
     drag = float(push[fast].mean() / speed[fast].mean())
     return drag if drag > 0.0 else None
+
+
+def top_speed(records: Sequence[Record]) -> float:
+    """Speed that logs exceed in a hundredth of their time only [m/s]."""
+    speeds = [np.hypot(*stretch.motion.velocity[:, :2].T) for record in records for stretch in record.stretches]
+    return float(np.quantile(np.concatenate(speeds), 0.99)) if speeds else 0.0
 
 
 _SLOWEST = {0: 0.2, 2: 0.1}

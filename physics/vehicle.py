@@ -3,6 +3,7 @@
 import hashlib
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -43,6 +44,10 @@ _FAULTS = (
     "advance_loss",
 )
 """The faults of the catalogue that a thruster may have, but for gains and its own scale."""
+_MOST_OF_HULL: dict[str, float] = dict.fromkeys(("X_udot", "Y_vdot", "N_rdot"), 20.0) | dict.fromkeys(
+    ("X_u", "Y_v", "N_r"), 100.0
+)
+"""Added mass over mass, and linear damping over mass [1/s], that no hull exceeds; of the moment of inertia in yaw."""
 SHARED_THRUSTER_KEYS = (*_FAULTS, COMMAND_OFFSET.symbol, *GAINS)
 """Thruster parameters that an effect moves on every thruster at once."""
 
@@ -245,9 +250,17 @@ class Vehicle(BaseModel):
         return list(dict.fromkeys((*self.insist, *impossible(self.values, self.thrusters))))
 
     def parameter(self, symbol: str) -> Parameter:
-        """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own."""
+        """The catalogue's description of a symbol; a `<thruster>_scale` or an extra term has one of its own.
+
+        Added masses and linear dampings have a limit of this hull, beyond which none is: twenty times its own mass, and
+        what stops that mass within a hundredth of a second; or the value in the file, where that is beyond.
+        """
         if symbol in PARAMETERS:
-            return PARAMETERS[symbol]
+            most = _MOST_OF_HULL.get(symbol)
+            if most is None:
+                return PARAMETERS[symbol]
+            own = self.inertia_z if symbol in ("N_rdot", "N_r") else self.mass
+            return replace(PARAMETERS[symbol], lower=min(-most * own, self.values[symbol]))
         if symbol == COMMAND_OFFSET.symbol:
             return COMMAND_OFFSET
         if symbol in {f"{t.name}_scale" for t in self.thrusters}:

@@ -16,7 +16,7 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.prepared_logs import PathLike
 from ..measurements.quality.examination import examine
 from ..measurements.quality.record import Record
-from ..measurements.thrusters_in_log import FoundThruster, drag_at_speed, surge_at_full, thrusters_in
+from ..measurements.thrusters_in_log import FoundThruster, drag_at_speed, surge_at_full, thrusters_in, top_speed
 from ..physics.cards import Card
 from ..physics.errors import LogError, RequestError
 from ..physics.file_marks import on_top
@@ -41,6 +41,10 @@ from .inspect import logs_in
 _GIVEN = "given to undertow init"
 _AHEAD_OF_STERN = 0.4
 """Distance of thrusters behind the middle over length; it has no effect on one that pushes straight ahead."""
+_UNLIKE = (0.5, 4.0)
+"""Full thrust ahead over that astern that is believed of a log: a propeller made for one way has 2 to 3."""
+_KEEPS, _QUICKEST = 1.2, 0.3
+"""Share by which the dampings outweigh the Munk moment; and the quickest time in which sway dies away [s]."""
 _SIDE = {"port": -1.0, "starboard": 1.0}
 """Sign of a thruster's place to starboard."""
 
@@ -80,9 +84,16 @@ class Doubt(Enum):
         "The log does not show for certain which way each thruster pushes and on which side it is, so the names are "
         "believed. Give several logs of the boat at once: together they may tell."
     )
+    ASTERN = (
+        "The log does not show how hard the thrusters push astern: they were given the same thrust as ahead. What "
+        "discovery says of astern thrust is then about this guess."
+    )
     NEUTRAL = (
         "The boat is never seen at rest, so the pulse at which the thrusters stand still is not known: 1500 us is "
         "usual. Give a log that begins or ends at rest, or correct the curves."
+    )
+    LENGTH = (
+        f"Nobody told the length: {LENGTH:g} m was taken, and inertia, added mass and spacing come from it (--length)."
     )
     MASS = (
         "Nobody told the mass. Forces, damping and inertia come out in proportion to it: what is missing is found all "
@@ -167,14 +178,25 @@ def init(
     told = None if say is None else Pace(say, "checks of the log", even=False).told
     records = [_moving(log, told) for log in read]
     _check_commands(read, records)
-    thrusters = thrusters_in(records)
+    thrusters, astern = _with_astern(records, thrusters_in(records))
     known = hull or Hull()
-    first = read[0].name
-    called = name or (f"{base.name}, from {first}" if base else first.split(".")[0])
+    first = read[0].name if len(read) == 1 else f"{len(read)} logs"
+    called = name or (f"{base.name}, from {first}" if base else f"boat of {first.split('.')[0]}")
     vehicle = _typical(records, thrusters, known, called) if base is None else _like(base, thrusters, known, called)
     entries = _entries(read[0], thrusters)
-    doubts = _doubts(thrusters, known, base is not None)
+    doubts = _doubts(thrusters, known, base is not None, astern)
     return Draft(vehicle, tuple(thrusters), entries, read[0].unused, doubts, tuple(log.path for log in read))
+
+
+def _with_astern(records: Sequence[Record], thrusters: list[FoundThruster]) -> tuple[list[FoundThruster], bool]:
+    """The thrusters with thrust astern as the boat answers it, where no parameter tells it; and whether it is told."""
+    if all(one.shaped for one in thrusters):
+        return thrusters, True
+    answer = surge_at_full(records, thrusters)
+    if answer.ahead is None or answer.astern is None:
+        return thrusters, False
+    ratio = float(np.clip(answer.ahead[0] / answer.astern[0], *_UNLIKE))
+    return [one if one.shaped else one.unlike(float(f"{ratio:.3g}")) for one in thrusters], True
 
 
 def _moving(log: Log, told: Callable[[int, int], None] | None) -> Record:
@@ -220,6 +242,8 @@ def _typical(records: Sequence[Record], thrusters: Sequence[FoundThruster], hull
         if drag is not None:
             words = f"balances thrust where the log is fastest in {AXES[axis]}; in proportion to the thrust"
             damping[symbol] = Estimate(float(f"{-drag * thrust.value:.3g}"), words)
+    top = top_speed(records)
+    damping["Y_v"] = _straight(damping["Y_v"], damping["N_r"].value, totals, top)
     x = float(f"{-_AHEAD_OF_STERN * length:.3g}")
     built, sources = [], {}
     for one, y in zip(thrusters, arms, strict=True):
@@ -245,6 +269,21 @@ def _typical(records: Sequence[Record], thrusters: Sequence[FoundThruster], hull
         },
     }
     return vehicle_from_dict(content, "init")
+
+
+def _straight(typical: Estimate, yaw: float, totals: tuple[float, float, float], top: float) -> Estimate:
+    """Drag in sway with which the hull keeps its course at the top speed, where the typical one would not do.
+
+    A hull turns away from its course by itself where its Munk moment outweighs its dampings:
+    Y_v N_r < (m - X_udot)(X_udot - Y_vdot) u^2 (Fossen 2021, section 6.5: linear sway and yaw with M, C and D). No boat
+    that is driven by hand does, whatever keeps it straight: fins, chines, hulls side by side.
+    """
+    needed = _KEEPS * totals[0] * (totals[1] - totals[0]) * top**2 / max(-yaw, 1e-9)
+    most = totals[1] / _QUICKEST
+    if -typical.value >= min(needed, most):
+        return typical
+    words = f"so large that the hull keeps its course at the log's top speed of {top:.2g} m/s; a guess, to be replaced"
+    return Estimate(float(f"{-min(needed, most):.3g}"), words)
 
 
 def _like(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, name: str) -> Vehicle:
@@ -288,7 +327,7 @@ def _thrust(
         return Estimate(max(one.output.ahead for one in thrusters), "the command itself")
     if hull.thrust is not None:
         return Estimate(hull.thrust, _GIVEN)
-    answer = surge_at_full(records, thrusters)
+    answer = surge_at_full(records, thrusters).ahead
     if answer is None:
         return typical_thrust(mass, len(thrusters))
     words = (
@@ -310,9 +349,10 @@ def _thruster(one: FoundThruster, place: tuple[float, float, float], thrust: flo
 def _shape(one: FoundThruster) -> str:
     if one.kind == "newton":
         return "the command is the force"
+    astern = "" if one.output.asymmetry == 1.0 else f", astern its {1.0 / one.output.asymmetry:.2g}-fold"
     if one.output.expo == 1.0:
-        return "over command by its square (a propeller whose speed follows the command, Fossen 2021, eq. 9.4)"
-    return f"over command c as {1.0 - one.output.expo:g} c + {one.output.expo:g} c^2 (MOT_THST_EXPO)"
+        return f"over command by its square (speed follows the command, Fossen 2021, eq. 9.4){astern}"
+    return f"over command c as {1.0 - one.output.expo:g} c + {one.output.expo:g} c^2 (MOT_THST_EXPO){astern}"
 
 
 def _side(thruster: Thruster) -> str:
@@ -335,7 +375,7 @@ def _entries(log: Log, thrusters: Sequence[FoundThruster]) -> dict[str, Entry]:
     return entries
 
 
-def _doubts(thrusters: Sequence[FoundThruster], hull: Hull, like: bool) -> tuple[Doubt, ...]:
+def _doubts(thrusters: Sequence[FoundThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:
     found = []
     if len(thrusters) > 1 and not any(one.side for one in thrusters):
         found.append(Doubt.SIDES)
@@ -343,6 +383,10 @@ def _doubts(thrusters: Sequence[FoundThruster], hull: Hull, like: bool) -> tuple
         found.append(Doubt.SIGNS)
     if not all(one.rested for one in thrusters):
         found.append(Doubt.NEUTRAL)
+    if not astern:
+        found.append(Doubt.ASTERN)
+    if hull.length is None and not like:
+        found.append(Doubt.LENGTH)
     if hull.mass is None and not like:
         found.append(Doubt.MASS)
     return tuple(found)

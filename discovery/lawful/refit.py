@@ -201,10 +201,13 @@ def _scaled(scores: GramScores, chosen: Sequence[Option]) -> _Scaled:
         if index >= 0
     ]
     free = [k for k, (_, _, low, high) in enumerate(rows) if low < high]
-    normal, pull, rows = normal[np.ix_(free, free)], pull[free], [rows[k] for k in free]
-    if not rows:
+    if not free:
         return _Scaled((), np.zeros(0), np.zeros((0, 0)), np.zeros(0), (np.zeros(0), np.zeros(0)), 1.0)
-    check_shown([row[0] for row in rows], np.diag(normal))
+    # What the data do not show beyond noise stays as it was, beside what they show.
+    shown = [k for k in free if normal[k, k] > 0.0]
+    if not shown:
+        check_shown([rows[k][0] for k in free], np.diag(normal)[free])
+    normal, pull, rows = normal[np.ix_(shown, shown)], pull[shown], [rows[k] for k in shown]
     scale = 1.0 / np.sqrt(np.diag(normal))
     factor, target = _factor(normal * (scale[:, None] * scale[None, :]), pull * scale)
     start = np.array([row[1] for row in rows]) / scale

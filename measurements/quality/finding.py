@@ -32,11 +32,14 @@ class Reach(Enum):
 class Fix:
     """A safe remedy: what it does, in words, and the function that does it to the channels of a log.
 
-    Of a file only the words are known, and nothing is done.
+    Of a file, and of what another process found, only the words are known, and nothing is done.
     """
 
     sentence: str
     apply: Callable[[Channels], dict[str, Channel]] = dict
+
+    def __reduce__(self) -> tuple[type, tuple[str]]:
+        return Fix, (self.sentence,)
 
 
 FixInWords = Annotated[

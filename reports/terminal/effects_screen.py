@@ -50,8 +50,8 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
         ("typical", f"{', '.join(amount)} on {vehicle.name}"),
         (
             "shown best by",
-            f"{found.trial.text}: {number(found.size)} {unit} of {found.axis_name} force (root mean square), "
-            f"{100.0 * found.apart:.0f} % of it unlike the force of any other effect",
+            f"{found.trial.text}{_when(effect)}: {number(found.size)} {unit} of {found.axis_name} force (root mean "
+            f"square), {100.0 * found.apart:.0f} % of it unlike the force of any other effect",
         ),
         ("taken for", _alike(found)),
         *([("needs", f"the channels {listing(effect.channels)}")] if effect.channels else []),
@@ -67,6 +67,10 @@ def effect_card(found: Signature, vehicle: Vehicle, asked: str) -> list[Renderab
         Text(effect.name.replace("_", " "), style="bold"),
         glossary(said),
         Group(*lines),
+        Prose(
+            "u_r, v_r: velocity relative to the water; c_i: command of a thruster in -1..1; T_i: its force; t: minutes "
+            "since the log began; forces and moments are positive ahead, to starboard, and turning to starboard."
+        ),
         Prose(f"Hide it in a log, and see it found: {line}"),
     ]
 
@@ -109,6 +113,12 @@ def _alike(found: Signature) -> str:
         return "nothing else, even in gentle driving"
     told = [f"{name.replace('_', ' ')} ({cosine:.2f})" for name, cosine in found.alike]
     return f"{listing(told)}: cosine between the forces in gentle driving, where only a manoeuvre tells them apart"
+
+
+def _when(effect: Effect) -> str:
+    """When it is driven, of an effect that grows by the minute."""
+    grows = any("min" in p.unit for p in effect.parameters)
+    return ", at the beginning of a log and again five minutes later, as drawn here" if grows else ""
 
 
 def _signal(found: Signature) -> str:

@@ -30,6 +30,12 @@ def test_machines_may_read_it() -> None:
     assert set(one["typical"]) == {"current_north", "current_east"}
 
 
+def test_symbols_and_the_tools_own_spellings_are_understood() -> None:
+    for name in ("N_uv", "munk moment", "munk_moment"):
+        assert done("effects", name).startswith("munk moment")
+    assert done("effects", "thruster_asymmetry[stbd]").startswith("thruster asymmetry")
+
+
 def test_an_unknown_name_is_answered_with_the_nearest() -> None:
     result = call("effects", "munk")
     assert (result.exit_code, result.stdout) == (2, "")

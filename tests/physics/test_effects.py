@@ -206,6 +206,14 @@ def test_wrong_vehicle_is_refused_in_words(path: str, value: object, message: st
         vehicle_from_dict(data_with(path, value), "boat.yaml")
 
 
+def test_no_hull_has_twenty_times_its_mass_of_water_with_it() -> None:
+    hull = load_vehicle("blueboat")
+    assert hull.parameter("X_udot").lower == -20.0 * hull.mass
+    assert hull.parameter("N_r").lower == -100.0 * hull.inertia_z
+    assert hull.with_values({"N_rdot": -1e6}).parameter("N_rdot").lower == -1e6
+    assert hull.parameter("X_uu").lower == -float("inf")
+
+
 def test_missing_key_is_named() -> None:
     data = load_vehicle("blueboat").model_dump(mode="json")
     del data["mass"]

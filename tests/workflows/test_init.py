@@ -64,7 +64,7 @@ def named(draft: Draft) -> dict[str, tuple]:
 
 
 def test_thrusters_are_as_the_log_shows_them(path):
-    draft = init(path, Hull(mass=30.5))
+    draft = init(path, Hull(mass=30.5, length=1.2))
     assert named(draft) == {
         "pwm_port": ("port", False, 1100.0, 1510.0, 1910.0),
         "pwm_stbd": ("starboard", False, 1100.0, 1510.0, 1910.0),
@@ -92,7 +92,7 @@ def test_commands_without_sides_get_them_from_the_log(path, tmp_path):
     draft = init(respelt(path, tmp_path / "log.csv", names))
     assert {t.channel: t.read_as for t in draft.thrusters} == {"pwm_port": "pwm_motor2", "pwm_stbd": "pwm_motor1"}
     assert "pwm_port: {from: 'command:pwm_motor2'}" in map_text(draft.entries)
-    assert draft.doubts == (Doubt.MASS,)
+    assert draft.doubts == (Doubt.LENGTH, Doubt.MASS)
 
 
 def test_a_log_that_tells_no_side_says_so(boat, tmp_path):
@@ -102,7 +102,12 @@ def test_a_log_that_tells_no_side_says_so(boat, tmp_path):
     table["field"] = table.field.replace({"pwm_port": "pwm_motor1", "pwm_stbd": "pwm_motor2"})
     table.to_csv(straight, index=False)
     draft = init(straight)
-    assert draft.doubts == (Doubt.SIDES, Doubt.NEUTRAL, Doubt.MASS)
+    assert [doubt for doubt in draft.doubts if doubt is not Doubt.ASTERN] == [
+        Doubt.SIDES,
+        Doubt.NEUTRAL,
+        Doubt.LENGTH,
+        Doubt.MASS,
+    ]
     assert [t.name for t in draft.vehicle.thrusters] == ["motor1", "motor2"]
 
 
@@ -134,6 +139,26 @@ def test_thrust_and_drag_are_such_that_the_boat_moves_as_in_the_log(boat, tmp_pa
     full = draft.vehicle.thrusters[0].curve.thrust(np.array([1910.0]), "pwm")[0]
     assert full == pytest.approx(35.0, rel=0.15)
     assert draft.vehicle.value("X_u") == pytest.approx(-15.0 - 8.0 * 1.7, rel=0.4)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.4])
+def test_thrust_astern_is_what_the_boat_answers_and_a_lag_hides_no_thrust(lag, tmp_path):
+    otter = load_vehicle("otter")
+    world = simulate_world(otter, {"thruster_lag": lag}, duration=120.0, seed=4)
+    draft = init(world.write(tmp_path / "log.csv"), Hull(mass=80.0, length=2.0, spacing=0.79))
+    thruster = draft.vehicle.thrusters[0]
+    astern, ahead = thruster.curve.thrust(np.array([-101.7367, 103.9309]), thruster.command)
+    moved = (80.0 - draft.vehicle.value("X_udot")) / (80.0 - otter.value("X_udot"))
+    assert ahead == pytest.approx(119.7 * moved, rel=0.2)
+    assert ahead / -astern == pytest.approx(119.7 / 66.7, rel=0.25)
+    assert Doubt.ASTERN not in draft.doubts
+
+
+def test_the_hull_keeps_its_course_at_the_speeds_of_the_log(path):
+    vehicle = init(path, Hull(mass=30.5)).vehicle
+    u, value = 1.7, vehicle.value
+    m11, m22 = vehicle.mass - value("X_udot"), vehicle.mass - value("Y_vdot")
+    assert value("Y_v") * value("N_r") > m11 * (m22 - m11) * u**2 or value("Y_v") <= -m22 / 0.31
 
 
 def test_every_number_has_a_source(path):
