@@ -8,6 +8,7 @@ best.
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -27,7 +28,7 @@ POINTS = 160
 """Points of a line: two in each pixel show nothing more."""
 UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "du/dt": "m/s²", "dr/dt": "rad/s²", "heading": "rad"}
 BLUE, GREY, ORANGE = "#1f5fa8", "#8a8f98", "#c8641b"
-STYLE = {
+STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "undertow",
     "font.size": 9.0,

@@ -44,9 +44,10 @@ _FAULTS = (
     "advance_loss",
 )
 """The faults of the catalogue that a thruster may have, but for gains and its own scale."""
-_MOST_OF_HULL: dict[str, float] = dict.fromkeys(("X_udot", "Y_vdot", "N_rdot"), 20.0) | dict.fromkeys(
-    ("X_u", "Y_v", "N_r"), 100.0
-)
+_MOST_OF_HULL: dict[str, float] = {
+    **dict.fromkeys(("X_udot", "Y_vdot", "N_rdot"), 20.0),
+    **dict.fromkeys(("X_u", "Y_v", "N_r"), 100.0),
+}
 """Added mass over mass, and linear damping over mass [1/s], that no hull exceeds; of the moment of inertia in yaw."""
 SHARED_THRUSTER_KEYS = (*_FAULTS, COMMAND_OFFSET.symbol, *GAINS)
 """Thruster parameters that an effect moves on every thruster at once."""

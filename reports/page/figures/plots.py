@@ -9,28 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from ....discovery.findings import Findings
 from ....physics.effects import BY_NAME
 from ....physics.errors import RequestError
-from ....physics.frames import AXES, FORCE_UNITS, Array
+from ....physics.frames import AXES, FORCE_UNITS
 from ....physics.in_words import unit_text
-from ....physics.matrices import mass_matrix
 from ....physics.vehicle import Vehicle
 from ..coefficients import coefficient_rows
 from .figure_data import held_out_stretch, rollouts
+from .missing_force import SIGNALS, means, missing_force, signals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MEASURED, BEFORE, AFTER = "0.75", "tab:red", "tab:blue"
 """Colours of what was measured, of the nominal and of the corrected model."""
-_SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
-_BINS = 14
-"""Parts of a signal's range in which the force is averaged, to choose and to guide the eye."""
-_LEAST = 5
-"""Rows of a part that is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +78,7 @@ class Plots:
         for one, name in zip(axes, ("u", "v", "r"), strict=True):
             for colour, ending, width in ((MEASURED, "", 4.0), (BEFORE, "_before", 1.0), (AFTER, "_after", 1.0)):
                 one.plot(runs["time"], runs[f"{name}{ending}"], color=colour, lw=width, label=_named(ending))
-            one.set_ylabel(f"{name} [{unit_text(_SIGNALS[name])}]")
+            one.set_ylabel(f"{name} [{unit_text(SIGNALS[name])}]")
         axes[0].legend(loc="upper right")
         axes[-1].set_xlabel("time in the log [s]")
         return axes
@@ -102,22 +96,16 @@ class Plots:
         RequestError
             for an axis, an effect or a column that is not there.
         """
-        axis = self._axis(what)
-        measured, fitted = self._forces(axis)
-        signal = against or max(self._signals(), key=lambda name: _told(self._column(name), measured))
-        values = self._column(signal)
+        if against and against not in signals(self.series):
+            listed = ", ".join(signals(self.series))
+            raise RequestError(f"plot: no column {against!r} in the series; there are {listed}")
+        found = missing_force(self.series, self.nominal, self._axis(what), against)
         axes = _axes(ax)
-        axes.plot(values, measured, ".", color=MEASURED, ms=2, label="measured less nominal model")
-        middle, means = _means(values, measured)
-        axes.plot(middle, means, "o", color=BEFORE, label="its means")
-        middle, means = _means(values, fitted)
-        axes.plot(middle, means, "-", color=AFTER, lw=2, label="what was added")
-        shown = np.quantile(np.concatenate([measured, fitted]), (0.002, 0.998))
-        axes.set_ylim(*(shown + 0.1 * np.ptp(shown) * np.array([-1.0, 1.0])))
-        unit = unit_text(_SIGNALS.get(signal, ""))
-        axes.set(
-            xlabel=f"{signal} [{unit}]" if unit else signal, ylabel=f"{AXES[axis]} [{unit_text(FORCE_UNITS[axis])}]"
-        )
+        axes.plot(found.values, found.lacking, ".", color=MEASURED, ms=2, label="measured less nominal model")
+        axes.plot(*means(found.values, found.lacking), "o", color=BEFORE, label="its means")
+        axes.plot(*means(found.values, found.added), "-", color=AFTER, lw=2, label="what was added")
+        unit = unit_text(FORCE_UNITS[found.axis])
+        axes.set(xlabel=found.label, ylabel=f"{AXES[found.axis]} [{unit}]", ylim=found.ends)
         axes.legend()
         return axes
 
@@ -158,7 +146,7 @@ class Plots:
             vmin=0.0,
             vmax=float(np.nanquantile(error, 0.98)),
         )
-        unit = unit_text(_SIGNALS[column])
+        unit = unit_text(SIGNALS[column])
         axes.figure.colorbar(drawn, ax=axes, label=f"error of {AXES[index]} acceleration [{unit}]")
         axes.set(xlabel="u [m/s]", ylabel="r [rad/s]")
         return axes
@@ -173,33 +161,7 @@ class Plots:
         axes = [term.axis for term in found.terms if term.axis in AXES] if found else []
         if axes:
             return AXES.index(axes[0])
-        return int(
-            np.argmax(
-                [
-                    np.square(self._forces(k)[1]).mean() / (np.square(self._forces(k)[0]).mean() + 1e-12)
-                    for k in range(3)
-                ]
-            )
-        )
-
-    def _forces(self, axis: int) -> tuple[Array, Array]:
-        """What the nominal model lacks, and what the corrected one adds, (n,) each [N, N m]."""
-        residual = self.series[("X_residual", "Y_residual", "N_residual")[axis]].to_numpy(dtype=float)
-        columns = ("u_dot", "v_dot", "r_dot")
-        added = np.column_stack(
-            [(self.series[f"{name}_after"] - self.series[f"{name}_before"]).to_numpy(dtype=float) for name in columns]
-        )
-        return residual, (added @ mass_matrix(self.nominal).T)[:, axis]
-
-    def _signals(self) -> list[str]:
-        names = [str(name) for name in self.series]
-        commands = [name for name in names if name.startswith(("newton_", "pwm_", "normalized_", "rad_s_"))]
-        return [*(name for name in _SIGNALS if name in names), *commands]
-
-    def _column(self, name: str) -> Array:
-        if name not in self.series:
-            raise RequestError(f"plot: no column {name!r} in the series; there are {', '.join(self._signals())}")
-        return self.series[name].to_numpy(dtype=float)
+        return max(range(3), key=lambda axis: missing_force(self.series, self.nominal, axis).told)
 
 
 def _axes(ax: Any) -> Any:
@@ -212,26 +174,3 @@ def _axes(ax: Any) -> Any:
 
 def _named(ending: str) -> str:
     return {"": "measured", "_before": "nominal", "_after": "corrected"}[ending]
-
-
-def _parts(values: Array) -> tuple[Array, NDArray[np.intp]]:
-    low, high = np.quantile(values, (0.005, 0.995))
-    edges = np.linspace(low, high if high > low else low + 1.0, _BINS + 1)
-    return edges, np.clip(np.searchsorted(edges, values) - 1, 0, _BINS - 1)
-
-
-def _means(values: Array, force: Array) -> tuple[Array, Array]:
-    """Means of a force over parts of a signal's range, at their middles; of parts with enough rows."""
-    edges, part = _parts(values)
-    count = np.bincount(part, minlength=_BINS)
-    enough = count >= _LEAST
-    means = np.bincount(part, force, _BINS)[enough] / count[enough]
-    return 0.5 * (edges[1:] + edges[:-1])[enough], means
-
-
-def _told(values: Array, force: Array) -> float:
-    """Share of a force's scatter that its means over parts of a signal's range take."""
-    _, part = _parts(values)
-    count = np.maximum(np.bincount(part, minlength=_BINS), 1)
-    left = force - (np.bincount(part, force, _BINS) / count)[part]
-    return 1.0 - float(np.square(left).mean()) / max(float(force.var()), 1e-300)

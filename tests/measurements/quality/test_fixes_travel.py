@@ -2,12 +2,13 @@
 
 import pickle
 
-from undertow.measurements.quality.finding import Finding, Fix
+from undertow.measurements.canonical import Channel
+from undertow.measurements.quality.finding import Channels, Finding, Fix
 
 
 def test_a_fix_travels_as_words() -> None:
-    def apply(channels: dict) -> dict:
-        return channels
+    def apply(channels: Channels) -> dict[str, Channel]:
+        return dict(channels)
 
     fix = pickle.loads(pickle.dumps(Fix("times moved", apply)))
     assert fix.sentence == "times moved"

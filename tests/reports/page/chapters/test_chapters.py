@@ -44,6 +44,7 @@ def plain(markup: str) -> str:
 def test_chapters_stand_in_the_order_of_the_story(text):
     titles = re.findall("<h2>(.*?)</h2>", text)
     assert titles == [
+        "The force that is missing",
         "The error, step by step",
         "Measured against predicted",
         "Where it fails",

@@ -11,6 +11,7 @@ import undertow
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
+from undertow.reports.page.figures.missing_force import convincing
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt
@@ -38,12 +39,12 @@ def test_the_staircase_falls_by_the_errors_of_the_findings(run: Any) -> None:
 
 def test_the_force_is_drawn_over_what_tells_most_of_it_with_the_law_that_was_added(run: Any) -> None:
     axes = run.plot.force()
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("u [m/s]", "surge [N]")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("surge speed [m/s]", "surge [N]")
     law = axes.lines[-1]
     u, added = np.asarray(law.get_xdata(), dtype=float), np.asarray(law.get_ydata(), dtype=float)
     inner = slice(2, -2)  # the first and the last part hold all that is beyond them
     assert added[inner] == pytest.approx((-12.0 * u * np.abs(u))[inner], abs=1.0)
-    assert run.plot.force("yaw", against="r").get_xlabel() == "r [rad/s]"
+    assert run.plot.force("yaw", against="r").get_xlabel() == "yaw rate [rad/s]"
 
 
 def test_speeds_are_drawn_on_three_axes(run: Any) -> None:
@@ -77,3 +78,10 @@ def test_what_is_not_there_is_refused(run: Any) -> None:
         run.plot.force("heave")
     with pytest.raises(RequestError, match="no column 'w' in the series; there are u, v"):
         run.plot.force(against="w")
+
+
+def test_the_page_shows_the_force_of_the_axis_on_which_something_was_added(run: Any) -> None:
+    found = convincing(run.findings, run.series, run.discovery.nominal)
+    assert (found[0].axis, found[0].signal) == (0, "u")
+    assert found[0].told > 0.95
+    assert convincing(run.findings.but(missing=()), run.series, run.discovery.nominal) == []

@@ -1,0 +1,141 @@
+"""The force that the nominal model lacks, what was added for it, and over which signal it is best seen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ....discovery.findings import Findings
+from ....physics.frames import AXES, FORCE_UNITS, Array
+from ....physics.in_words import unit_text
+from ....physics.matrices import mass_matrix
+from ....physics.vehicle import Vehicle
+from ..markup import Html
+from .svg import ROLES, STYLE, canvas, drawn, panel
+
+SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
+"""Columns of a series that a force may depend on, beside the commands, and their units."""
+_COMMANDS = ("newton_", "pwm_", "normalized_", "rad_s_")
+_SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"}
+_BINS = 14
+"""Parts of a signal's range in which a force is averaged, to choose the signal and to guide the eye."""
+_LEAST = 5
+"""Rows of a part that is drawn."""
+_POINTS = 500
+"""Rows drawn in a panel."""
+_MATTERS = 0.05
+"""Share of what lacks on an axis that must have been explained for a drawing of it."""
+_SIZE = (318, 300)
+"""Width and height of a panel [px]: three stand beside each other on the page."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MissingForce:
+    """What the nominal model lacks on an axis, row by row.
+
+    Attributes
+    ----------
+    axis : 0 surge, 1 sway, 2 yaw
+    lacking : measured force less that of the nominal model (n,) [N, N m]
+    added : what the corrected model has more (n,) [N, N m]
+    signal, values : column of the series that tells most of `lacking`, and its values (n,)
+    """
+
+    axis: int
+    lacking: Array
+    added: Array
+    signal: str
+    values: Array
+
+    @property
+    def told(self) -> float:
+        """Share of the means of what lacks that was added: rows of a field log are mostly noise."""
+        lacking, added = means(self.values, self.lacking)[1], means(self.values, self.added)[1]
+        return 1.0 - float(np.square(lacking - added).sum()) / max(float(np.square(lacking).sum()), 1e-300)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and largest force of a drawing, but for a few rows in a thousand."""
+        low, high = np.quantile(np.concatenate([self.lacking, self.added]), (0.002, 0.998))
+        return float(low - 0.1 * (high - low)), float(high + 0.1 * (high - low))
+
+    @property
+    def label(self) -> str:
+        """The signal with its unit."""
+        unit = unit_text(SIGNALS.get(self.signal, ""))
+        return f"{_SPOKEN.get(self.signal, self.signal)} [{unit}]" if unit else self.signal
+
+
+def signals(series: pd.DataFrame) -> list[str]:
+    """Columns that a force may depend on."""
+    names = [str(name) for name in series]
+    return [*(name for name in SIGNALS if name in names), *(name for name in names if name.startswith(_COMMANDS))]
+
+
+def missing_force(series: pd.DataFrame, nominal: Vehicle, axis: int, signal: str = "") -> MissingForce:
+    """What the nominal model lacks on an axis, over a signal; default: the one that tells most of it."""
+    lacking = series[("X_residual", "Y_residual", "N_residual")[axis]].to_numpy(dtype=float)
+    columns = ("u_dot", "v_dot", "r_dot")
+    more = np.column_stack([(series[f"{c}_after"] - series[f"{c}_before"]).to_numpy(dtype=float) for c in columns])
+    added = (more @ mass_matrix(nominal).T)[:, axis]
+    known = np.isfinite(lacking) & np.isfinite(added)
+    rows = series[known]
+    chosen = signal or max(signals(series), key=lambda name: _told(rows[name].to_numpy(dtype=float), lacking[known]))
+    return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen].to_numpy(dtype=float))
+
+
+def means(values: Array, force: Array) -> tuple[Array, Array]:
+    """Means of a force over parts of a signal's range, at their middles; of parts with enough rows."""
+    edges, part = _parts(values)
+    count = np.bincount(part, minlength=_BINS)
+    enough = count >= _LEAST
+    return 0.5 * (edges[1:] + edges[:-1])[enough], np.bincount(part, force, _BINS)[enough] / count[enough]
+
+
+def convincing(findings: Findings, series: pd.DataFrame, nominal: Vehicle) -> list[MissingForce]:
+    """What lacks on each axis for which something was added that explains a good part of it, most first."""
+    if not findings.missing or "X_residual" not in series:
+        return []
+    every = [missing_force(series, nominal, axis) for axis in range(3)]
+    return sorted((one for one in every if one.told >= _MATTERS), key=lambda one: -one.told)
+
+
+def force_drawings(found: Sequence[MissingForce]) -> list[Html]:
+    """A panel each: measured force less the nominal model's, its means, and what was added, over the signal."""
+    return [_drawing(one) for one in found]
+
+
+def _drawing(found: MissingForce) -> Html:
+    width, height = _SIZE
+    stride = max(1, found.values.size // _POINTS)
+    with matplotlib.rc_context({**STYLE, "path.simplify": False}):
+        figure = canvas(width, height)
+        axes = panel(figure, 58, 26, width - 66, height - 72)
+        axes.axhline(0.0, color=ROLES["muted"], linewidth=1.0, dashes=(4, 3))
+        axes.plot(found.values[::stride], found.lacking[::stride], ".", color=ROLES["measured"], ms=3.5)
+        axes.plot(*means(found.values, found.lacking), "o", color=ROLES["before"], ms=6)
+        axes.plot(*means(found.values, found.added), "-", color=ROLES["after"], lw=2.5)
+        unit = unit_text(FORCE_UNITS[found.axis])
+        axes.set(ylim=found.ends, xlabel=found.label, ylabel=f"{AXES[found.axis]} [{unit}]")
+        axes.locator_params(nbins=5)
+        axes.set_title(f"{AXES[found.axis]}: {100.0 * found.told:.0f} % explained", loc="left", fontsize=12, pad=6)
+        return drawn(
+            figure, f"the {AXES[found.axis]} force that the model lacks over {found.label}, and what was added"
+        )
+
+
+def _parts(values: Array) -> tuple[Array, NDArray[np.intp]]:
+    low, high = np.quantile(values, (0.005, 0.995))
+    edges = np.linspace(low, high if high > low else low + 1.0, _BINS + 1)
+    return edges, np.clip(np.searchsorted(edges, values) - 1, 0, _BINS - 1)
+
+
+def _told(values: Array, force: Array) -> float:
+    """Share of a force's scatter that its means over parts of a signal's range take."""
+    _, part = _parts(values)
+    count = np.maximum(np.bincount(part, minlength=_BINS), 1)
+    left = force - (np.bincount(part, force, _BINS) / count)[part]
+    return 1.0 - float(np.square(left).mean()) / max(float(force.var()), 1e-300)
