@@ -1,7 +1,9 @@
 """What an effect looks like: the force that a typical amount of it makes, where it shows, and what looks like it."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -91,24 +93,43 @@ def signatures(vehicle: Vehicle, names: Sequence[str] = ()) -> tuple[Signature, 
         for an unknown effect, or a vehicle that none of the trials leaves in one piece.
     """
     wanted = [effect_named(name) for name in names] or list(EFFECTS)
+    seen = _driven(vehicle.model_dump_json())
+    silent = [effect.name for effect in wanted if effect.name not in seen.amounts]
+    if names and silent:
+        raise RequestError(f"{silent[0]}: no plausible amount of it changes the motion of {vehicle.name} by 3 %")
+    chosen = [effect for effect in wanted if effect.name in seen.amounts]
+    return tuple(_signature(vehicle, effect, seen) for effect in chosen)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Driven:
+    """All trials driven by a vehicle, and gentle driving, with the force of a typical amount of each effect.
+
+    `scale` (3,) is the root mean square of the vehicle's own force in all trials.
+    """
+
+    amounts: dict[str, dict[str, float]]
+    runs: dict[Trial, "_Run"]
+    ordinary: "_Run"
+    scale: Array
+
+
+@lru_cache(maxsize=1)
+def _driven(content: str) -> _Driven:
+    """Drive a vehicle, given as its JSON: one effect after the other is asked of the same vehicle."""
+    vehicle = Vehicle.model_validate_json(content)
     amounts = {}
     for effect in EFFECTS:
-        try:
+        with suppress(RequestError):  # of which no amount matters on this vehicle
             amounts[effect.name] = typical_effect(effect.name, vehicle, np.random.default_rng(7))
-        except RequestError:
-            if effect in wanted and names:
-                raise
     changed = {name: apply_effects(vehicle, amount) for name, amount in amounts.items()}
     driven = zip(TRIALS, *(drive(vehicle, TRIALS, minutes=when) for when in _MINUTES), strict=True)
     runs = {trial: _run(vehicle, changed, (*first, *later)) for trial, first, later in driven if first and later}
     if not runs:
         raise RequestError(f"{vehicle.name}: none of the manoeuvres ends without diverging; mend the vehicle first")
-    ordinary = _run(
-        vehicle, changed, (commanded_motion(vehicle, programme(vehicle, "gentle", _ORDINARY), COMMAND_STEP),)
-    )
+    gentle = commanded_motion(vehicle, programme(vehicle, "gentle", _ORDINARY), COMMAND_STEP)
     scale = np.sqrt(np.mean([(run.force**2).mean(axis=0) for run in runs.values()], axis=0)) + 1e-12
-    chosen = [effect for effect in wanted if effect.name in amounts]
-    return tuple(_signature(vehicle, (effect, amounts[effect.name]), runs, ordinary, scale) for effect in chosen)
+    return _Driven(amounts, runs, _run(vehicle, changed, (gentle,)), scale)
 
 
 def _run(vehicle: Vehicle, changed: dict[str, Vehicle], motions: Sequence[Motion]) -> _Run:
@@ -124,10 +145,8 @@ def _run(vehicle: Vehicle, changed: dict[str, Vehicle], motions: Sequence[Motion
     return _Run(blown, np.concatenate(own) @ mass.T, effects)
 
 
-def _signature(
-    vehicle: Vehicle, found: tuple[Effect, dict[str, float]], runs: dict[Trial, _Run], ordinary: _Run, scale: Array
-) -> Signature:
-    effect, amount = found
+def _signature(vehicle: Vehicle, effect: Effect, seen: _Driven) -> Signature:
+    amount, runs, ordinary, scale = seen.amounts[effect.name], seen.runs, seen.ordinary, seen.scale
     name = effect.name
     clear: dict[Trial, tuple[float, float]] = {}
     for trial, run in runs.items():

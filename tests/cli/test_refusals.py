@@ -304,7 +304,7 @@ BAD_REQUESTS: dict[str, tuple[str, str]] = {
     ),
     "hidden effect that breaks the vehicle": (
         "simulate -v blueboat --out new.csv --effect X_udot=40",
-        r"X_udot would be 37 kg \(the vehicle has -3\); expected at most 0 kg",
+        r"X_udot would be 37 kg \(the vehicle has -3\); expected at least -610 and at most 0 kg",
     ),
     "hidden effect twice": (
         f"simulate -v blueboat --out new.csv --effect {HIDDEN}=-9 --effect {HIDDEN}=-4",

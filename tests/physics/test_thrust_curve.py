@@ -94,7 +94,7 @@ def test_thrusters_of_any_size_bend_alike() -> None:
 def test_a_curve_that_falls_is_refused() -> None:
     data = HULL.model_dump(mode="json")
     data["thrusters"][0]["gain_ahead_67"] = -0.1
-    with pytest.raises(VehicleError, match=r"thrusters\.0.*gain_ahead_67: .*greater than or equal to 0"):
+    with pytest.raises(VehicleError, match=r"thruster 'port': gain_ahead_67: expected at least 0"):
         vehicle_from_dict(data, "falling")
     with pytest.raises(VehicleError, match="gain_astern_33"):
         HULL.with_values({"gain_astern_33": -1e-6}).checked()

@@ -73,7 +73,7 @@ def test_absolute_effects_replace_and_added_ones_add_up(boat: Vehicle) -> None:
         ("steady_current=1,2,3", r"expected at most 2 value\(s\) \(current_north, current_east\), got 3"),
         ("X_uu=1,2", r"expected at most 1 value\(s\) \(X_uu\), got 2"),
         ("thruster_asymmetry=prt:0.8", "unknown effect 'prt_scale': did you mean 'port_scale'"),
-        ("X_u=80", r"X_u would be 65 N s/m \(the vehicle has -15\); expected at most 0 N s/m"),
+        ("X_u=80", r"X_u would be 65 N s/m \(the vehicle has -15\); expected at least -3050 and at most 0 N s/m"),
         ("dead_zone=0.9", r"dead_zone would be 0\.9 \(the vehicle has 0\); expected at least 0 and at most 0\.5"),
         ("input_delay=-0.1", r"delay would be -0\.1 s .*expected at least 0 and at most 2 s"),
         ("sway_added_mass=30", "Y_vdot would be 12 kg"),

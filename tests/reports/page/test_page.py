@@ -50,7 +50,7 @@ def test_page_tells_the_whole_story(text):
         assert title in text
     assert "X += X_uu u_r |u_r|" in text
     assert "This log cannot tell it from input delay." in text
-    assert text.count("<svg") == 1 + 7 + 2 + 6 + 2 + 4 + 6 + 2 + 1
+    assert text.count("<svg") == 1 + 3 + 7 + 2 + 6 + 2 + 4 + 6 + 2 + 1
 
 
 def test_page_shows_the_quality_of_every_log(text):
