@@ -22,7 +22,7 @@ _PUBLIC = {
     "Factors": "discovery.factors.factors",
     "Choice": "residuals.training.training_settings",
     "Findings": "discovery.findings",
-    "Hull": "workflows.init",
+    "Hull": "workflows.first_vehicle",
     "Inputs": "measurements.prepared_logs",
     "Log": "measurements.log",
     "LogError": "physics.errors",

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..binned_means import told_by
 from ..effects import EFFECTS, Effect, effect_named
 from ..errors import RequestError
 from ..forces import modelled_acceleration
@@ -27,8 +28,6 @@ _MINUTES = (0.0, 5.0)
 """When each trial is driven after the beginning of a log: what changes by the minute shows between the two."""
 _CONSTANT = 0.05
 """Scatter of a force over its root mean square below which it is constant, and no signal tells anything of it."""
-_BINS = 12
-"""Parts of a signal's range in which the force is averaged, to see how much of it the signal tells."""
 _SIGNALS = ("u", "v", "r", "command", "steering", "du/dt", "dr/dt", "heading")
 
 
@@ -200,17 +199,5 @@ def _telling(vehicle: Vehicle, motions: Sequence[Motion], force: Array) -> tuple
         for name, values in zip(_SIGNALS, series, strict=True):
             found[name].append(values)
     joined = {name: np.concatenate(parts) for name, parts in found.items()}
-    best = max(_SIGNALS, key=lambda name: _told_by(joined[name], force))
+    best = max(_SIGNALS, key=lambda name: told_by(joined[name], force))
     return best, joined[best]
-
-
-def _told_by(values: Array, force: Array) -> float:
-    """Share of the force's scatter that its means over parts of a signal's range take."""
-    low, high = np.quantile(values, (0.01, 0.99))
-    if not high > low:
-        return 0.0
-    part = np.clip(((values - low) / (high - low) * _BINS).astype(int), 0, _BINS - 1)
-    count = np.maximum(np.bincount(part, minlength=_BINS), 1)
-    means = np.bincount(part, force, _BINS) / count
-    left = force - means[part]
-    return 1.0 - float((left**2).mean()) / max(float(force.var()), 1e-300)

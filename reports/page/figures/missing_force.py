@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import matplotlib
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from ....discovery.findings import Findings
+from ....physics.binned_means import binned_means, told_by
 from ....physics.frames import AXES, FORCE_UNITS, Array
 from ....physics.in_words import unit_text
 from ....physics.matrices import mass_matrix
@@ -20,8 +20,6 @@ SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "u_dot": "m/s^2",
 """Columns of a series that a force may depend on, beside the commands, and their units."""
 _COMMANDS = ("newton_", "pwm_", "normalized_", "rad_s_")
 _SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"}
-_BINS = 14
-"""Parts of a signal's range in which a force is averaged, to choose the signal and to guide the eye."""
 _LEAST = 5
 """Rows of a part that is drawn."""
 _POINTS = 500
@@ -83,16 +81,13 @@ def missing_force(series: pd.DataFrame, nominal: Vehicle, axis: int, signal: str
     added = (more @ mass_matrix(nominal).T)[:, axis]
     known = np.isfinite(lacking) & np.isfinite(added)
     rows = series[known]
-    chosen = signal or max(signals(series), key=lambda name: _told(rows[name].to_numpy(dtype=float), lacking[known]))
+    chosen = signal or max(signals(series), key=lambda name: told_by(rows[name].to_numpy(dtype=float), lacking[known]))
     return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen].to_numpy(dtype=float))
 
 
 def means(values: Array, force: Array) -> tuple[Array, Array]:
-    """Means of a force over parts of a signal's range, at their middles; of parts with enough rows."""
-    edges, part = _parts(values)
-    count = np.bincount(part, minlength=_BINS)
-    enough = count >= _LEAST
-    return 0.5 * (edges[1:] + edges[:-1])[enough], np.bincount(part, force, _BINS)[enough] / count[enough]
+    """Means of a force (m,) over parts of a signal's range that have enough rows, at their middles (m,)."""
+    return binned_means(values, force, _LEAST)
 
 
 def convincing(findings: Findings, series: pd.DataFrame, nominal: Vehicle) -> list[MissingForce]:
@@ -125,17 +120,3 @@ def _drawing(found: MissingForce) -> Html:
         return drawn(
             figure, f"the {AXES[found.axis]} force that the model lacks over {found.label}, and what was added"
         )
-
-
-def _parts(values: Array) -> tuple[Array, NDArray[np.intp]]:
-    low, high = np.quantile(values, (0.005, 0.995))
-    edges = np.linspace(low, high if high > low else low + 1.0, _BINS + 1)
-    return edges, np.clip(np.searchsorted(edges, values) - 1, 0, _BINS - 1)
-
-
-def _told(values: Array, force: Array) -> float:
-    """Share of a force's scatter that its means over parts of a signal's range take."""
-    _, part = _parts(values)
-    count = np.maximum(np.bincount(part, minlength=_BINS), 1)
-    left = force - (np.bincount(part, force, _BINS) / count)[part]
-    return 1.0 - float(np.square(left).mean()) / max(float(force.var()), 1e-300)
