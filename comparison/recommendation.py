@@ -12,14 +12,10 @@ from ..residuals.models.base import Model
 from ..residuals.models.foreign import FunctionModel
 from ..residuals.scores import Errors
 from .audit import Audit
-from .differences import rolled, rows_of, squares
 from .facts import Best
+from .what_decides import what_decides
 
 BASELINE = "baseline"
-_AXES = 3
-"""Of the columns of rollout errors, the speeds; the position follows from them."""
-_HORIZONS, _BLOCKS = ("10", "2"), 3
-"""Rollouts that may decide [s], and how many of them the judged rows must hold one after the other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,10 +50,11 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
     that, and the acceleration where they are too few for any. Of models that differ by chance only the simplest is
     named, and none that breaks a law where another keeps them all.
     """
-    what, shortest, table = _what_decides(models)
+    decides = what_decides([errors for _, errors, _ in models])
+    what = decides.what
+    broken = ["" if audit is None else listing([r.law for r in audit.violations]) for _, _, audit in models]
     field = [
-        _Contender(model, table[k], shortest, "" if audit is None else listing([r.law for r in audit.violations]))
-        for k, (model, _, audit) in enumerate(models)
+        _Contender(model, decides.squares[k], decides.shortest, broken[k]) for k, (model, _, _) in enumerate(models)
     ]
     named = [c for c in field if c.model.kind != BASELINE]
     lawful = [c for c in named if not c.broken]
@@ -85,25 +82,6 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
     others = [c for c in named if c is not chosen]
     told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
     return Best(model=chosen.name, sentence=" ".join(filter(None, told)))
-
-
-def _what_decides(models: Sequence[tuple[Model, Errors, Audit | None]]) -> tuple[str, int, list[Array]]:
-    """What is compared, in words, empty where the rows are too few for anything; rows of a block; squared errors."""
-    every = [errors for _, errors, _ in models]
-    for horizon in _HORIZONS:
-        if horizon in every[0].rollouts:
-            table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
-            shortest = rows_of(every[0], horizon)
-            if table[0].shape[0] >= _BLOCKS * shortest and _can_tell(table, shortest):
-                longer = f" (the rows are too few for {_HORIZONS[0]} s)" if horizon != _HORIZONS[0] else ""
-                return f"the speeds predicted over {horizon} s{longer}", shortest, table
-    table = [squares(errors) for errors in every]
-    return "acceleration" if _can_tell(table, 1) else "", 1, table
-
-
-def _can_tell(table: list[Array], shortest: int) -> bool:
-    """Whether the rows are enough for an interval, without which nothing beats anything."""
-    return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:] or table)
 
 
 def _simplest(field: Sequence[_Contender]) -> _Contender:

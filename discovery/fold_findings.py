@@ -64,8 +64,11 @@ class Folds(Record):
         """The finding as a sentence; empty where nothing was searched for."""
         if self.same_names is None:
             return ""
-        told = f"Searched anew without each of its {self.count} parts, the log gives the same names"
+        told = f"Searched anew without each of its {self.count} parts, the log"
         if self.same_names == self.count:
-            return f"{told} every time."
+            return f"{told} gives the same names every time." if self.named else f"{told} names nothing either."
         others = [f"{words(key)} in {n}" for key, n in self.named.items() if n < self.count]
-        return f"{told} in {self.same_names} of {self.count}{f' ({listing(others)})' if others else ''}."
+        if self.same_names == 0 and others:
+            return f"{told} never gives all of these names and no other: {listing(others)} of {self.count}."
+        one_by_one = f" ({listing(others)})" if others else ""
+        return f"{told} gives the same names in {self.same_names} of {self.count}{one_by_one}."

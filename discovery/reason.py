@@ -33,6 +33,10 @@ class Reason(Enum):
         "In the corrected model, but not certain: {told}, which needs a velocity that may be wrong and was not judged, "
         "would do as well. ({meaning})",
     )
+    WORSE_UNSEEN = (
+        "worse_unseen",
+        "Not added: fitted without a part of this log, the model with it {told} there. ({meaning})",
+    )
     NOT_IN_MOST_FOLDS = ("not_in_most_folds", "In the corrected model, but not certain: {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")

@@ -6,12 +6,14 @@ from functools import partial
 
 from ..comparison.comparison import BASELINE, Judged, comparison, judge, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
+from ..comparison.what_decides import loses
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
+from ..discovery.withdrawn import withdrawn
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.second_processor import beside
@@ -56,7 +58,7 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
         hand_back()
         if found.basis.rolls != basis.rolls:  # the search turned to rollouts, and so does the calibration
             known = partial(references, inputs, found.basis, folds)
-        return assess(inputs, found, chosen, known, progress)
+        return assess(inputs, found, chosen, known, progress, earned=True)
 
 
 def add(
@@ -106,8 +108,17 @@ def assess(
     settings: DiscoverySettings,
     known: Callable[[], References],
     progress: Say | None = None,
+    *,
+    earned: bool = False,
 ) -> Run:
-    """Score every step of a discovery on held-out data, and find where the models fail."""
+    """Score every step of a discovery on held-out data, and find where the models fail.
+
+    Parameters
+    ----------
+    known : gives the calibrated model and the baselines, judged
+    earned : the discovery is taken back where its model errs more on rows that it did not see than the nominal one
+    """
+    given, taken = inputs, found
     if found.hidden is not None:  # a vehicle that was found at the origin is judged there
         inputs = inputs.mapped(found.hidden.corrected)
         known = partial(references, inputs, found.basis, _folds(inputs, found))
@@ -123,6 +134,12 @@ def assess(
         errors = {model: evaluate(model, inputs.parts.judged) for model in models if model not in ends}
         nominal, *own = both()
     hand_back()
+    # Calibrated to a short log, a model errs more elsewhere by much, and few rows cannot tell that from chance.
+    fitted_alone = not found.findings.missing
+    if earned and own and (why := loses(own[0].errors, nominal.errors, by_chance_too=fitted_alone)):
+        if progress is not None:
+            progress(f"taken back: on parts of the log that it did not see, the model {why}")
+        return assess(given, withdrawn(taken, why), settings, known, progress)
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     corrected = own[0] if own else nominal.called(last)

@@ -9,13 +9,21 @@ from ..measurements.quality.finding import Finding
 from ..physics.errors import LogError
 from ..physics.vehicle import Vehicle
 
+_PLACES = ("direction", "sides")
+"""The checks that tell where thrusters are and which way they push."""
+_UNPROVEN = (
+    "The thrusters do not work one by one in this log, so it does not show on which side each is and which way it "
+    "pushes: the vehicle file and the channel map are believed, and if they are wrong, so is what follows."
+)
+
 
 def sound(
     inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle, as_is: bool
 ) -> tuple[str, ...]:
     """Refuse logs whose defects make every finding meaningless, or give these defects as warnings.
 
-    A thruster whose sign or side the vehicle file has, too, is as the file says: the inspections are made for it.
+    What the logs do not show of the thrusters' sides and directions is a warning, too: all findings rest on it. A
+    thruster whose sign or side the vehicle file has, too, is as the file says: the inspections are made for it.
 
     Parameters
     ----------
@@ -35,7 +43,15 @@ def sound(
             "map.yaml' writes the channel map to change; give it back with --map map.yaml. To go on regardless, say "
             "--as-is: every result then carries this as a warning"
         )
-    return tuple(f"Taken as it is, so no result can be trusted: {text}." for text in fatal)
+    warnings = [f"Taken as it is, so no result can be trusted: {text}." for text in fatal]
+    return (*warnings, *[_UNPROVEN] * _unproven(inspections, together))
+
+
+def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) -> bool:
+    """Whether neither the direction nor the side of any thruster shows in the logs."""
+    known = together or [finding for inspection in inspections for finding in inspection.quality]
+    told = [finding.verdict for finding in known if finding.check in _PLACES]
+    return bool(told) and all(verdict == "cannot tell" for verdict in told)
 
 
 def _told(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:

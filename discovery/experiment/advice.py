@@ -23,6 +23,8 @@ _MOST_RUNS = 4
 """Times that a manoeuvre may be asked for: more would not be driven."""
 _MOST_NAMED = 4
 """Questions in one sentence; the others are counted, or it would not be read."""
+_VISIBLE = 0.01
+"""Share of a force below which nobody would call an effect shown."""
 _BY_OTHER_MEANS = "measure one of the look-alikes by other means, and give its value in the vehicle file"
 
 
@@ -125,16 +127,31 @@ def reasons(settled: Sequence[Parting], trial: int) -> str:
     told += [f"{_purpose(p)}: it would make {_shares(p, trial)}" for p in single if p.selected]
     hidden = [p for p in single if not p.selected]
     if hidden:
-        shown = [f"{_words(p.effects[0])} as {_shares(p, trial)}" for p in hidden[:_MOST_NAMED]]
-        more = len(hidden) - len(shown)
-        told.append(f"would show a plausible {', '.join(shown)}{f' and {more} more effects' if more > 0 else ''}")
+        # Some show in a trial by being told from others there and not by their size: their shares would say nothing.
+        larger = [p for p in hidden if _larger(p, trial)][:_MOST_NAMED]
+        shown = [f"{_words(p.effects[0])} as {_shares(p, trial)}" for p in larger]
+        names = [_words(p.effects[0]) for p in hidden[: 0 if shown else _MOST_NAMED]]
+        more = len(hidden) - len(shown) - len(names)
+        what = f"show a plausible {', '.join(shown)}" if shown else f"tell from the others {', '.join(names)}"
+        rest = f" and {more} more effect{'s' * (more > 1)}" if more > 0 else ""
+        told.append(f"would {what}{rest}")
     return "; ".join(told)
 
 
 def _shares(p: Parting, trial: int) -> str:
-    axis = int(np.argmax(p.information[trial]))
+    axis = _told_by(p, trial)
     there, here = _percent(p.share[trial, axis]), _percent(p.before[axis])
     return f"{there} of the {AXES[axis]} force (in this log: {here})"
+
+
+def _larger(p: Parting, trial: int) -> bool:
+    axis = _told_by(p, trial)
+    return bool(p.share[trial, axis] > max(_VISIBLE, p.before[axis]))
+
+
+def _told_by(p: Parting, trial: int) -> int:
+    """The axis on which a trial tells most."""
+    return int(np.argmax(p.information[trial]))
 
 
 def _purpose(p: Parting) -> str:
