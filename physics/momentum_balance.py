@@ -15,7 +15,7 @@ NEGLIGIBLE = 1e-12
 
 _AHEAD, _ACROSS, _MIDDLE, _BESIDE = ("mass", "X_udot"), ("mass", "Y_vdot"), ("mass", "x_g", "Y_rdot"), ("mass", "y_g")
 """What the entries of the mass matrix are made of."""
-_AROUND: tuple[tuple[int, float, tuple[str, ...], str], ...] = (
+AROUND: tuple[tuple[int, float, tuple[str, ...], str], ...] = (
     (0, 1.0, ("cos psi",), "wind_force_north"),
     (0, 1.0, ("sin psi",), "wind_force_east"),
     (1, -1.0, ("sin psi",), "wind_force_north"),
@@ -110,7 +110,7 @@ def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
             force[axis].append(grown)
     for term in vehicle.terms:
         force[AXES.index(term.axis)].append(BalanceTerm(term.value, parse_form(term.form).factors, (term.symbol,)))
-    for axis, sign, factors, symbol in _AROUND:
+    for axis, sign, factors, symbol in AROUND:
         value = p[symbol]
         if value:
             force[axis].append(BalanceTerm(sign * value, factors, (symbol,)))

@@ -8,7 +8,7 @@ from urllib.parse import quote
 from ...physics.in_words import listing, unit_text, words
 from ..run_contents import RunFolder
 from ..wording import interval, typeset, within
-from .chapters.models import models
+from .chapters.models import TITLE, models
 from .chapters.verdict import headline, hero_errors
 from .figures.fleet_figure import side_by_side
 from .fleet import Shared, shared_effects, told
@@ -137,6 +137,7 @@ def _short(run: RunFolder, name: str, index: int) -> Html:
         "section",
         element("h2", f"Run {index + 1}: {name}"),
         headline(run, title="h3"),
-        models(run, title="h3", short_of=name),
+        element("h3", TITLE),
+        models(run, short_of=name),
         attributes={"id": f"run-{index + 1}"},
     )

@@ -12,6 +12,9 @@ class Html(str):
     __slots__ = ()
 
 
+NOTHING = Html("")
+
+
 def escaped(text: str) -> str:
     """Text that a browser shows as it is: neither markup, nor a character that turns or hides what follows."""
     return html.escape(printable(text))
@@ -33,6 +36,11 @@ def element(tag: str, *parts: str, cls: str = "", attributes: Mapping[str, str] 
     named = ({"class": cls} if cls else {}) | dict(attributes or {})
     opening = "".join(f' {name}="{escaped(value)}"' for name, value in named.items())
     return Html(f"<{tag}{opening}>{render(*parts)}</{tag}>")
+
+
+def folded(title: str, *parts: str) -> Html:
+    """A card of details that a reader opens."""
+    return element("details", element("summary", element("h3", title)), *parts, cls="card")
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], align: str = "l", *, caption: str = "") -> Html:

@@ -7,8 +7,9 @@ from ...physics.file_marks import at_end
 from ...physics.registry_members import objects_in
 from ..run_contents import RunFolder
 from . import chapters
-from .chapters.base import Chapter
-from .markup import Html, element, render
+from .chapters.base import Chapter, Section
+from .chapters.play import script_digest
+from .markup import NOTHING, Html, element, render
 from .style import CSS
 
 VERB = "report"
@@ -28,18 +29,49 @@ def page(run: RunFolder) -> str:
     """The HTML text of the report."""
     name = run.nominal.name
     sections = shared(lambda chapter: chapter.write(run), CHAPTERS)
-    return document(name, f"what the model of {name} is missing", sections)
+    told = [(chapter, section) for chapter, section in zip(CHAPTERS, sections, strict=True) if section is not None]
+    return document(name, f"what the model of {name} is missing", [_in_place(*one) for one in told], _contents(told))
 
 
-def document(title: str, subject: str, sections: Sequence[Html]) -> str:
-    """A whole page: the style sheet in its head, the sign of undertow on top, the sections, and a mark at the end."""
+def _in_place(chapter: Chapter, section: Section) -> Html:
+    """A section under its title, folded where its chapter is; links to it open it."""
+    if not section.title:
+        return section.body
+    title, anchor = element("h2", section.title), element("a", attributes={"id": _anchor(chapter)})
+    if chapter.folded:
+        body = element("details", element("summary", title), anchor, section.body, cls="folded")
+    else:
+        body = render(anchor, title, section.body)
+    return element("section", body, cls=section.cls)
+
+
+def _contents(told: Sequence[tuple[Chapter, Section]]) -> Html:
+    """The titles as links, at the side of the page where there is room."""
+    links = []
+    for chapter, section in told:
+        short, to = section.title.partition(":")[0], {"href": f"#{_anchor(chapter)}"}
+        links += [element("a", short, cls="detail" * chapter.folded, attributes=to)] * bool(short)
+    return element("nav", *links, cls="contents", attributes={"aria-label": "contents"})
+
+
+def _anchor(chapter: Chapter) -> str:
+    return f"chapter-{chapter.place}"
+
+
+def document(title: str, subject: str, sections: Sequence[Html], contents: Html = NOTHING) -> str:
+    """A whole page: the style sheet in its head, the sign of undertow on top, the sections, and a mark at the end.
+
+    A policy forbids it to load anything, and to run any script but its own.
+    """
     brand = element("div", WAVE, element("b", "undertow"), element("span", subject), cls="brand")
+    policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src '{script_digest()}'"
     head = element(
         "head",
         Html('<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'),
+        Html(f'<meta http-equiv="Content-Security-Policy" content="{policy}">'),
         element("title", f"{TITLE}{title}"),
         element("style", Html(CSS)),
     )
-    body = element("body", element("main", brand, *sections))
+    body = element("body", contents, element("main", brand, *sections))
     text = "<!doctype html>\n" + render(element("html", head, body, attributes={"lang": "en"})) + "\n"
     return at_end(VERB, text.encode("utf-8")).decode("utf-8")

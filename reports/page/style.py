@@ -35,8 +35,25 @@ body {{ margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 
 main {{ max-width: 1140px; margin: 0 auto; padding: 28px 20px 72px; }}
 h1 {{ font-size: clamp(1.5rem, 4vw, 2.15rem); line-height: 1.2; margin: .3em 0 .45em; max-width: 28em; }}
 h1 {{ letter-spacing: -.015em; text-wrap: balance; }}
-h2 {{ font-size: 1.35rem; letter-spacing: -.01em; margin: 2.6em 0 .7em; }}
+h2 {{ font-size: 1.35rem; letter-spacing: -.01em; margin: 2em 0 .6em; }}
 h3 {{ font-size: 1.05rem; margin: 0 0 .3em; }}
+section > a[id], details > a[id] {{ scroll-margin-top: 5em; }}
+.folded {{ border-top: 1px solid var(--line); margin-top: 0; }}
+.folded > summary {{ margin: 0; padding: 12px 0; }}
+.folded > summary h2 {{ display: inline; font-size: 1.12rem; margin: 0 0 0 .3em; color: var(--ink); }}
+.card > summary {{ margin: 0; }}
+.card > summary h3 {{ display: inline; margin: 0 0 0 .3em; color: var(--ink); }}
+.contents {{ font-size: .85rem; display: flex; gap: 4px 16px; overflow-x: auto; white-space: nowrap; }}
+.contents {{ padding: 10px 12px 0; scrollbar-width: none; }}
+.contents a {{ color: var(--muted); text-decoration: none; }}
+.contents a:hover {{ color: var(--after); }}
+@media (min-width: 1180px) {{
+  body:has(> .contents) {{ display: grid; grid-template-columns: 190px minmax(0, 1fr); }}
+  .contents {{ position: sticky; top: 0; align-self: start; flex-direction: column; white-space: normal; }}
+  .contents {{ padding: 74px 0 0 20px; max-height: 100vh; overflow-y: auto; }}
+  .contents .detail {{ padding-left: .9em; font-size: .8rem; }}
+  body:has(> .contents) > main {{ margin: 0; }}
+}}
 p, li, summary, h1, h2, h3, figcaption {{ overflow-wrap: break-word; }}
 p {{ margin: .4em 0; max-width: 46em; }}
 ul {{ padding-left: 1.2em; margin: .4em 0; }}
@@ -66,7 +83,7 @@ summary {{ cursor: pointer; color: var(--muted); margin: 10px 0; }}
 .key i {{ width: 22px; height: 4px; border-radius: 2px; }}
 .key .measured i {{ background: var(--measured); height: 7px; border-radius: 4px; }}
 .key .before i {{ background: var(--before); }}
-.key .after i {{ background: var(--after); }}
+.key .after i, .key .yours i {{ background: var(--after); }}
 {HEAT_KEY}
 figure {{ break-inside: avoid; }}
 figcaption {{ color: var(--muted); font-size: .9rem; margin-top: 10px; max-width: 56em; }}
@@ -89,6 +106,7 @@ figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(
 .plots.three {{ display: grid; gap: 14px; grid-template-columns: repeat(auto-fit, minmax(min(100%, 260px), 1fr)); }}
 .plots.three svg {{ max-width: 400px; }}
 .columns {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 400px), 1fr)); gap: 14px; }}
+.columns:has(> .effect) {{ grid-template-columns: repeat(auto-fit, minmax(min(100%, 300px), 1fr)); }}
 .columns {{ margin: 14px 0; }}
 .columns > .card {{ margin: 0; min-width: 0; }}
 .scroll + h3, .facts + h3 {{ margin-top: 1.6em; }}
@@ -144,12 +162,41 @@ tbody tr:last-child td {{ border-bottom: 0; }}
 }}
 .tag.missing {{ background: var(--after); border-color: var(--after); color: var(--card); font-weight: 600; }}
 .tag.possible {{ border-color: var(--after); color: var(--after); }}
+.board {{ display: grid; grid-template-columns: minmax(280px, 1fr) 1.6fr; gap: 10px 30px; }}
+.board canvas {{ display: block; width: 100%; touch-action: pan-y; }}
+.stage canvas {{ height: 420px; cursor: crosshair; }}
+.desk canvas {{ height: 210px; margin-top: 14px; }}
+.desk .error b {{ font-size: 2.3rem; line-height: 1.1; color: var(--after); letter-spacing: -.02em; }}
+.desk .error small {{ color: var(--muted); display: block; }}
+.meter {{ height: 7px; border-radius: 4px; background: var(--grid); margin: 6px 0 14px; overflow: hidden; }}
+.meter i {{ display: block; height: 100%; width: 0; background: var(--after); border-radius: 4px; }}
+.knob {{ display: block; margin: 8px 0; font-size: .9rem; }}
+.knob .name {{ display: flex; justify-content: space-between; gap: 10px; flex-wrap: wrap; }}
+.knob .name > span {{ color: var(--muted); }}
+.knob .name b {{ color: var(--ink); }}
+.knob output {{ white-space: nowrap; font-variant-numeric: tabular-nums; }}
+.knob input, .window input {{ width: 100%; margin: 3px 0 0; accent-color: var(--after); }}
+.knob .ends {{ display: block; position: relative; height: 6px; margin: 0 8px; }}
+.knob .ends i {{ position: absolute; top: 0; width: 3px; height: 6px; margin-left: -1px; background: var(--after); }}
+.knob .ends i.before {{ background: var(--before); }}
+.buttons {{ display: flex; gap: 10px; margin-top: 12px; }}
+.buttons button, .window select {{
+  font: inherit; color: var(--ink); background: var(--paper); border: 1px solid var(--line); border-radius: 8px;
+  padding: 4px 12px; cursor: pointer;
+}}
+.window {{ display: flex; gap: 20px; align-items: center; font-size: .9rem; color: var(--muted); }}
+.window label:last-child {{ flex: 1; display: flex; gap: 8px; align-items: center; }}
+.where {{ font-size: .85rem; color: var(--muted); font-variant-numeric: tabular-nums; min-height: 1.5em; }}
 footer {{ color: var(--muted); font-size: .9rem; }}
 @media (max-width: 720px) {{
   main {{ padding: 18px 12px 48px; }}
   .card {{ padding: 14px; }}
-  h2 {{ margin-top: 2em; }}
+  h2 {{ margin-top: 1.5em; }}
+  .effect p {{ font-size: .92rem; line-height: 1.45; }}
+  .plots.three svg {{ max-width: 330px; }}
+  .stage canvas {{ height: 360px; }}
   .plots.steps {{ grid-template-columns: 1fr 1fr 1fr; gap: 6px; }}
+  .board {{ grid-template-columns: minmax(0, 1fr); }}
   .plots.wide::before, .scroll:has(th:nth-child(5))::before, .wordy .scroll::before {{
     content: "scroll sideways \\2192"; display: block; position: sticky; left: 0; width: max-content;
     color: var(--muted); font-size: .8rem; padding-bottom: 4px;
@@ -158,6 +205,10 @@ footer {{ color: var(--muted); font-size: .9rem; }}
 }}
 @page {{ size: A4; margin: 14mm 12mm; }}
 @media print {{
+  .play, .contents {{ display: none; }}
+  body:has(> .contents) {{ display: block; }}
+  details::details-content {{ content-visibility: visible; block-size: auto; }}
+  .folded > summary {{ list-style: none; padding: 1.2em 0 0; }}
   body {{ font-size: 9.5pt; }}
   main {{ max-width: none; padding: 0; }}
   .card, .balance, tr {{ break-inside: avoid; }}

@@ -9,14 +9,14 @@ from ...wording import goodness, ordinal, typeset
 from ..figures.agreement_figures import histogram, scatter, scatter_stride
 from ..figures.figure_data import held_out_rows, held_out_stretch
 from ..figures.figures import speeds, track
-from ..markup import Html, element, figure, render
-from .base import Chapter
+from ..markup import Html, figure, render
+from .base import Chapter, Section
 from .verdict import legend
 
 ARROW = "\N{RIGHTWARDS ARROW}"
 
 
-def agreement(run: RunFolder) -> Html:
+def agreement(run: RunFolder) -> Section:
     """Speeds over time and the track, then the accelerations of all held-out rows."""
     stretch = held_out_stretch(run.series)
     seconds = stretch["time"].iloc[-1] - stretch["time"].iloc[0]
@@ -33,9 +33,8 @@ def agreement(run: RunFolder) -> Html:
         "the starts.",
         cls="one",
     )
-    return render(
-        element("h2", "Measured against predicted"), legend(), over_time, from_above, legend(MODELS), *_pointwise(run)
-    )
+    drawn = render(legend(), over_time, from_above, legend(MODELS), *_pointwise(run))
+    return Section("Measured against predicted", drawn)
 
 
 MODELS = ("before", "after")
@@ -87,4 +86,4 @@ def _title(comparison: Comparison, axis: str, key: str, name: str, unit: str) ->
     return f"{axis}   {name} {f' {ARROW} '.join(known)} {unit}".rstrip() if known else axis
 
 
-AGREEMENT = Chapter(30, agreement)
+AGREEMENT = Chapter(60, agreement, folded=True)

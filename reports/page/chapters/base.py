@@ -1,10 +1,19 @@
-"""What a chapter of the report page is: a place on the page, and a function from a run's files to HTML."""
+"""What a chapter of the report page is: a place on the page, and a function from a run's files to a section."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ...run_contents import RunFolder
 from ..markup import Html
+
+
+class Section(NamedTuple):
+    """What a chapter has to say: its title, empty for the opening of the page, its content, and a class of style."""
+
+    title: str
+    body: Html
+    cls: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,8 +23,10 @@ class Chapter:
     Attributes
     ----------
     place : where it stands, low numbers first; those of the page are tens, so that there is room between two
-    write : its HTML, from the files of a run folder alone; empty where it has nothing to say
+    write : its section, from the files of a run folder alone; None where it has nothing to say
+    folded : details that a reader opens
     """
 
     place: int
-    write: Callable[[RunFolder], Html]
+    write: Callable[[RunFolder], Section | None]
+    folded: bool = False

@@ -12,13 +12,13 @@ from ...wording import interval, trimmed
 from .. import mathml
 from ..coefficients import coefficient_rows, vehicle_value
 from ..markup import Html, element, render, table
-from .base import Chapter
+from .base import Chapter, Section
 
 UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
 Intervals = Mapping[str, tuple[float, float]]
 
 
-def equations(run: RunFolder) -> Html:
+def equations(run: RunFolder) -> Section:
     """The momentum balance of the corrected vehicle, axis by axis, then what acts on thrust, water and memory."""
     ends = intervals_of(run)
     cards = [_axis(line, run, ends) for line in balances(run.corrected)]
@@ -36,8 +36,8 @@ def equations(run: RunFolder) -> Html:
     if removed:
         notes.append(f"No longer there: {listing(removed)}.")
     beside = _beside(run, ends)
-    return render(
-        element("h2", "The corrected model in equations"),
+    return Section(
+        "The corrected model in equations",
         element(
             "div", *cards, *beside, *(element("p", note, cls="facts") for note in notes if note), cls="card balances"
         ),
@@ -151,4 +151,4 @@ def _moved(run: RunFolder, symbol: str, after: float) -> bool:
     return abs(after - before) > 1e-9 * max(abs(after), abs(before))
 
 
-EQUATIONS = Chapter(60, equations)
+EQUATIONS = Chapter(80, equations, folded=True)

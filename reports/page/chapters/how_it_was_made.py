@@ -3,7 +3,7 @@
 from ....physics.in_words import words
 from ...run_contents import RunFolder
 from ..markup import Html, element, render, table
-from .base import Chapter
+from .base import Chapter, Section
 from .parameters import bullets, plain
 
 STORY = (
@@ -13,7 +13,7 @@ STORY = (
 )
 
 
-def made(run: RunFolder) -> Html:
+def made(run: RunFolder) -> Section:
     """What was demanded of an effect, how to make the run again, and the files with their digests."""
     demands = [f"{words(name)}: {plain(value)}" for name, value in run.findings.criterion.to_dict().items() if value]
     record = run.record
@@ -35,7 +35,7 @@ def made(run: RunFolder) -> Html:
         parts += [element("p", element("b", "Demanded of an effect")), *bullets(demands)]
     summary = element("summary", "files and the start of their SHA-256")
     parts.append(element("details", summary, table(("file", "digest"), files, "ll")))
-    return render(element("h2", "How this was made"), element("footer", *parts, cls="card"))
+    return Section("How this was made", element("footer", *parts, cls="card"))
 
 
-MADE = Chapter(140, made)
+MADE = Chapter(150, made, folded=True)

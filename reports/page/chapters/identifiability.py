@@ -9,16 +9,16 @@ from ...run_contents import RunFolder
 from ...wording import typeset
 from ..figures.excitation_figure import excitation
 from ..markup import Html, element, figure, render
-from .base import Chapter
+from .base import Chapter, Section
 
 
-def identified(run: RunFolder) -> Html:
+def identified(run: RunFolder) -> Section | None:
     """Effects that look alike in this log, those that leave no trace, how far each is excited, and the advice."""
     told = run.findings.identifiability
     advice = _advice(run.findings.advice)
     if told is None and not advice:
-        return Html("")
-    parts: list[Html] = [element("h2", "What this log can tell")]
+        return None
+    parts: list[Html] = []
     if told is not None:
         decided = [
             item.effect
@@ -37,7 +37,7 @@ def identified(run: RunFolder) -> Html:
         parts.append(element("div", facts, *drawing, cls="columns"))
     if advice:
         parts.append(element("div", element("h3", "What to record next"), element("ul", *advice), cls="card"))
-    return render(*parts)
+    return Section("What this log can tell", render(*parts))
 
 
 def _facts(told: Identifiability, decided: Sequence[str] = ()) -> list[Html]:
@@ -92,4 +92,4 @@ def _advice(items: Sequence[Advice]) -> list[Html]:
     return [element("li", element("b", item.manoeuvre), f": {item.why}") for item in items]
 
 
-IDENTIFIED = Chapter(120, identified)
+IDENTIFIED = Chapter(130, identified, folded=True)

@@ -8,13 +8,13 @@ from ...run_contents import RunFolder
 from ...wording import typeset
 from ..markup import Html, element, render, table
 from ..rivals import laws_of
-from .base import Chapter
+from .base import Chapter, Section
 
 SIGNS = {"pass": "\N{BULLET} pass", "fail": "\N{MULTIPLICATION SIGN} fail", "noted": "\N{WHITE CIRCLE} noted"}
 STATE_UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
 
 
-def laws(run: RunFolder) -> Html:
+def laws(run: RunFolder) -> Section | None:
     """What is broken by any model with its counterexample, then all laws of each; nothing without an audit."""
     audit = run.audit
     judged = {model.name: laws_of(model, audit) for model in run.comparison.models}
@@ -22,7 +22,7 @@ def laws(run: RunFolder) -> Html:
         judged["corrected"] = audit.laws
     judged = {name: told for name, told in judged.items() if told}
     if not judged:
-        return Html("")
+        return None
     units = {**STATE_UNITS, **({} if audit is None else audit.units)}
     broken = [
         (name, law.law, _amount(law.worst), _words(law, units))
@@ -49,7 +49,7 @@ def laws(run: RunFolder) -> Html:
     own = [law.outcome for law in judged.get("corrected") or []]
     verdict = (audit.verdict if audit else "") or ("fail" if "fail" in own else "pass" if own else "")
     title = {"pass": ": the corrected model keeps them", "fail": ": the corrected model breaks one"}.get(verdict, "")
-    return render(element("h2", f"Laws of a hull{title}"), element("div", *parts, cls="card"))
+    return Section(f"Laws of a hull{title}", element("div", *parts, cls="card"))
 
 
 def _table(told: Sequence[RulingRecord], units: Mapping[str, str]) -> Html:
@@ -108,4 +108,4 @@ def _listed(judged: Mapping[str, object]) -> str:
     return listing(list(judged))
 
 
-LAWS = Chapter(110, laws)
+LAWS = Chapter(120, laws, folded=True)

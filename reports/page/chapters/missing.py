@@ -8,17 +8,19 @@ from ...run_contents import RunFolder
 from ...wording import added_to, effect_words, interval, twins, within
 from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects
-from ..markup import Html, element, figure, lines, render, table
-from .base import Chapter
+from ..markup import Html, element, figure, folded, lines, render, table
+from .base import Chapter, Section
 
 
-def missing_effects(run: RunFolder) -> Html:
+def missing_effects(run: RunFolder) -> Section:
     """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
     findings = run.findings
     candidates, missing, unnamed = findings.candidates, findings.missing, findings.unnamed
     chosen = [item for item in candidates if item.effect in missing]
-    parts = [element("h2", "What is missing" if chosen else "Nothing is missing that this log can show")]
-    parts += [element("div", *map(_effect, chosen), cls="columns")] * bool(chosen)
+    undecided = (
+        "What may be missing" if findings.verdict == "undecided" else "Nothing is missing that this log can show"
+    )
+    parts = [element("div", *map(_effect, chosen), cls="columns")] * bool(chosen)
     drawings = []
     if candidates:
         caption = "The share of held-out error that each effect removes, and how sure that is. Blue effects were added."
@@ -32,12 +34,10 @@ def missing_effects(run: RunFolder) -> Html:
         drawings.append(figure([coefficients(rows)], caption))
     parts.append(element("div", *drawings, cls="columns"))
     if candidates:
-        parts.append(
-            element("div", element("h3", "Every effect that was tried, best first"), *_tried(candidates), cls="card")
-        )
+        parts.append(folded("Every effect that was tried, best first", *_tried(candidates)))
     if unnamed:
         parts.append(element("div", *_unnamed(unnamed), cls="card"))
-    return render(*parts)
+    return Section("What is missing" if chosen else undecided, render(*parts))
 
 
 def _effect(item: FoundEffect) -> Html:
@@ -115,4 +115,4 @@ def _value(term: FoundTerm) -> str:
     return f"{term.symbol} = {within(term.value, term.ci95)} {unit_text(term.unit)}".rstrip()
 
 
-MISSING_EFFECTS = Chapter(50, missing_effects)
+MISSING_EFFECTS = Chapter(30, missing_effects)

@@ -11,9 +11,9 @@ from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Roll
 from ...run_contents import RunFolder
 from ...wording import goodness, interval, judged_rows, typeset, within
 from ..figures.model_figures import trust
-from ..markup import Html, element, figure, lines, render, table
+from ..markup import Html, element, figure, folded, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
-from .base import Chapter
+from .base import Chapter, Section
 
 KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than the reference (the 95 % interval of the
  paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} cannot be told apart on
@@ -24,7 +24,10 @@ MEANING = {
 }
 
 
-def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
+TITLE = "Which model to trust"
+
+
+def models(run: RunFolder, *, short_of: str = "") -> Html:
     """The picture, then the tables, with every paired difference folded away; without tables where `short_of` a run."""
     comparison = run.comparison
     horizon, reference = hero_horizon(comparison), reference_of(comparison)
@@ -44,10 +47,9 @@ def models(run: RunFolder, *, title: str = "h2", short_of: str = "") -> Html:
     best = comparison.best
     told = [element("p", unit_text(best.sentence), cls="verdict")] if best.sentence else []
     return render(
-        element(title, "Which model to trust"),
         *told,
         figure([trust(shown, horizon, best.model, short_of)], caption, cls="wide"),
-        *([] if short_of else [element("div", *_tables(comparison), cls="card")]),
+        *([] if short_of else [folded("The numbers of all models", *_tables(comparison))]),
     )
 
 
@@ -207,4 +209,4 @@ def _marked(value: str, told: PairedRecord | None) -> str:
     return render(value, " ", element("span", sign, cls=cls, attributes={"title": told.verdict}))
 
 
-MODELS = Chapter(100, models)
+MODELS = Chapter(50, lambda run: Section(TITLE, models(run)))

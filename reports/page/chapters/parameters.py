@@ -9,11 +9,11 @@ from ....physics.in_words import MINUS, listing, number, unit_text, words
 from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ...wording import energy_lines, energy_verdict, interval, trimmed
-from ..markup import Html, element, render, table
-from .base import Chapter
+from ..markup import Html, element, table
+from .base import Chapter, Section
 
 
-def parameter_table(run: RunFolder) -> Html:
+def parameter_table(run: RunFolder) -> Section:
     """The vehicle before and after: what changed on top, what stayed folded away."""
     before, after = run.nominal.values, run.corrected.values
     changed, same = [], []
@@ -25,7 +25,6 @@ def parameter_table(run: RunFolder) -> Html:
             changed.append((symbol, trimmed(old), element("b", trimmed(new)), unit, change))
         elif old:
             same.append((symbol, trimmed(old), unit))
-    parts = [element("h2", "Corrected parameters")]
     if changed:
         inner = [table(("symbol", "nominal", "corrected", "unit", "change"), changed, "lrrl")]
     else:
@@ -33,10 +32,10 @@ def parameter_table(run: RunFolder) -> Html:
     if same:
         kept = table(("symbol", "value", "unit"), same, "lrl")
         inner.append(element("details", element("summary", f"{len(same)} parameters kept as they were"), kept))
-    return render(*parts, element("div", *inner, cls="card"))
+    return Section("Corrected parameters", element("div", *inner, cls="card"))
 
 
-def calibrated(run: RunFolder) -> Html:
+def calibrated(run: RunFolder) -> Section | None:
     """The parameters that were calibrated while effects were judged, those that were not, and why."""
     found = run.findings
     rows = [
@@ -50,7 +49,7 @@ def calibrated(run: RunFolder) -> Html:
         for item in found.calibrated
     ]
     if not rows:
-        return Html("")
+        return None
     notes = [f"{item.symbol} stays as it was: {item.why}." for item in found.left]
     absorbed = [words(name) for name in found.absorbed]
     if absorbed:
@@ -63,21 +62,21 @@ def calibrated(run: RunFolder) -> Html:
     )
     head = ("symbol", "nominal", "calibrated", "95 % interval", "unit")
     inner = [element("p", text, cls="facts"), table(head, rows, "lrrll"), *bullets(notes)]
-    return render(element("h2", "Calibrated parameters"), element("div", *inner, cls="card"))
+    return Section("Calibrated parameters", element("div", *inner, cls="card"))
 
 
-def energy(run: RunFolder) -> Html:
+def energy(run: RunFolder) -> Section | None:
     """How the law of dissipation stands in the corrected model: verdict, price, binding corner, proof."""
     passivity = run.findings.passivity
     if passivity is None:
-        return Html("")
-    return render(
-        element("h2", f"Energy: {energy_verdict(passivity)}"),
+        return None
+    return Section(
+        f"Energy: {energy_verdict(passivity)}",
         element("div", *(element("p", text) for text in energy_lines(passivity)), cls="card"),
     )
 
 
-def data(run: RunFolder) -> Html:
+def data(run: RunFolder) -> Section:
     """What the log is: rows, seconds, split, notes, and the quality of each log where it was inspected."""
     about = run.findings.data
     counts = run.series["part"].value_counts()
@@ -96,7 +95,7 @@ def data(run: RunFolder) -> Html:
         inner.append(_quality(run.inspections))
     for inspection in run.inspections:
         inner.append(element("details", element("summary", f"inspection of {inspection.path}"), *_tree(inspection)))
-    return render(element("h2", "The log"), element("div", *inner, cls="card"))
+    return Section("The log", element("div", *inner, cls="card"))
 
 
 def _unit(vehicle: Vehicle, symbol: str) -> str:
@@ -164,7 +163,7 @@ def _tree(inspection: Inspection) -> list[Html]:
     return [*([table(("", ""), facts, "ll")] if facts else []), *tables]
 
 
-PARAMETER_TABLE = Chapter(70, parameter_table)
-CALIBRATED = Chapter(80, calibrated)
-ENERGY = Chapter(90, energy)
-DATA = Chapter(130, data)
+PARAMETER_TABLE = Chapter(90, parameter_table, folded=True)
+CALIBRATED = Chapter(100, calibrated, folded=True)
+ENERGY = Chapter(110, energy, folded=True)
+DATA = Chapter(140, data, folded=True)

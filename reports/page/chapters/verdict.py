@@ -10,10 +10,15 @@ from ...wording import step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
 from ..outcome import hero, outcome
-from .base import Chapter
+from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
-LEGEND = (("measured", "measured"), ("before", "before: the nominal model"), ("after", "after: the corrected model"))
+LEGEND = (
+    ("measured", "measured"),
+    ("before", "before: the nominal model"),
+    ("after", "after: the corrected model"),
+    ("yours", "with your values"),
+)
 LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 
 
@@ -64,7 +69,7 @@ def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
     return before, after, horizon, metric, ROLLOUT_UNITS[metric]
 
 
-def falling_error(run: RunFolder) -> Html:
+def falling_error(run: RunFolder) -> Section:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings.steps
     horizon, _ = hero(steps)
@@ -100,9 +105,7 @@ def falling_error(run: RunFolder) -> Html:
         ),
         cls="card",
     )
-    return render(
-        element("h2", "The error, step by step" if len(steps) > 1 else "The error of the nominal model"), drawing
-    )
+    return Section("The error, step by step" if len(steps) > 1 else "The error of the nominal model", drawing)
 
 
 def legend(roles: Sequence[str] = ("measured", "before", "after")) -> Html:
@@ -116,5 +119,5 @@ def _big(value: float, unit: str, cls: str, label: str) -> Html:
     return element("div", element("b", f"{typeset(value, 2)} {unit}"), element("small", label), cls=f"big {cls}")
 
 
-HEADLINE = Chapter(10, headline)
+HEADLINE = Chapter(10, lambda run: Section("", headline(run)))
 FALLING_ERROR = Chapter(20, falling_error)

@@ -2,21 +2,21 @@
 
 from ...run_contents import RunFolder
 from ..figures.missing_force import convincing, force_drawings
-from ..markup import Html, element, figure, render
-from .base import Chapter
+from ..markup import figure
+from .base import Chapter, Section
 
 
-def what_convinces(run: RunFolder) -> Html:
+def what_convinces(run: RunFolder) -> Section | None:
     """The force that the nominal model lacks over what it depends on, and what was added, axis by axis."""
     found = convincing(run.findings, run.series, run.nominal)
     if not found:
-        return render()
+        return None
     caption = (
         "Grey: the measured force less that of the nominal model, a dot a row; discs: its means. Line: what was added "
         "to the model, averaged over the same rows. Where the line runs through the discs, the model has what it "
         "lacked. Each is drawn over the signal that tells most of it; what depends on several signals scatters."
     )
-    return render(element("h2", "The force that is missing"), figure(force_drawings(found), caption, cls="three"))
+    return Section("The force that is missing", figure(force_drawings(found), caption, cls="three"))
 
 
 WHAT_CONVINCES = Chapter(15, what_convinces)

@@ -20,13 +20,13 @@ from ..figures.figures import regime_bars
 from ..figures.regimes import regime_table
 from ..figures.svg import HEAT
 from ..markup import Html, element, figure, lines, render, table
-from .base import Chapter
+from .base import Chapter, Section
 from .verdict import legend
 
 _LOOKS = ("Fast or slow", "Early or late", "With the heading", "Over time")
 
 
-def where_it_fails(run: RunFolder) -> Html:
+def where_it_fails(run: RunFolder) -> Section:
     """Where the error gathers before and after: from above, by regime, in time, by frequency and heading."""
     places, structure = run.comparison.failures or run.findings.failures, run.comparison.structure
     rows, held_out = regime_rows(run.series)
@@ -40,8 +40,7 @@ def where_it_fails(run: RunFolder) -> Html:
         "The percentage under each bin is its share of the time.",
         cls="pair",
     )
-    return render(
-        element("h2", "Where it fails"),
+    drawn = render(
         _maps(run.series, places),
         _worst(places, told_of(run.comparison.models, structure)),
         legend(("before", "after")),
@@ -49,6 +48,7 @@ def where_it_fails(run: RunFolder) -> Html:
         _times(structure),
         _structure(structure),
     )
+    return Section("Where it fails", drawn)
 
 
 def _maps(series: pd.DataFrame, places: Sequence[FailingPlace]) -> Html:
@@ -210,4 +210,4 @@ def _removed(place: FailingPlace | FailingSeconds) -> Html:
     return render(*lines(f"{words(one.effect)} ({share_removed(one.share_removed)})" for one in place.removed_by))
 
 
-WHERE_IT_FAILS = Chapter(40, where_it_fails)
+WHERE_IT_FAILS = Chapter(70, where_it_fails, folded=True)

@@ -1,0 +1,59 @@
+"""A vehicle in JavaScript: its numbers as data, and the force equation that reads them, without any library."""
+
+import json
+from importlib import resources
+
+import numpy as np
+
+from ..physics.effects import PARAMETERS
+from ..physics.frames import AXES
+from ..physics.matrices import HYDRODYNAMIC
+from ..physics.momentum_balance import AROUND
+from ..physics.reading import Plain
+from ..physics.terms import parse_form
+from ..physics.thrusters import GAINS, Thruster
+from ..physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
+
+FUNCTION = "undertowVehicle"
+"""Name of the JavaScript function that makes a vehicle of `vehicle_data`."""
+
+
+def force_equation() -> str:
+    """The source of the force equation and its rollouts: a function `undertowVehicle(data)`."""
+    return (resources.files(__package__ or "undertow.exports") / "force_equation.js").read_text("utf-8")
+
+
+def vehicle_data(vehicle: Vehicle) -> Plain:
+    """All that the JavaScript function needs of a vehicle, as JSON has it [SI units].
+
+    Parameters and the catalogue's products of speeds come along, so that the function builds the momentum balance anew
+    for any values.
+    """
+    named = [
+        [symbol, axis, list(form.factors), PARAMETERS[symbol].section == "damping"]
+        for symbol, axis, form in HYDRODYNAMIC
+    ]
+    unnamed = [[t.symbol, AXES.index(t.axis), list(parse_form(t.form).factors), False] for t in vehicle.terms]
+    return {
+        "name": vehicle.name,
+        "values": dict(vehicle.values),
+        "thrusters": [_thruster(thruster) for thruster in vehicle.thrusters],
+        "hydrodynamic": [*named, *unnamed],
+        "around": [[axis, sign, list(factors), symbol] for axis, sign, factors, symbol in AROUND],
+        "shared": list(SHARED_THRUSTER_KEYS),
+        "gains": list(GAINS),
+    }
+
+
+def javascript(vehicle: Vehicle) -> str:
+    """A script that stands alone: the force equation, and `vehicle`, which has `set` and `rollouts`."""
+    data = json.dumps(vehicle_data(vehicle), allow_nan=False, separators=(",", ":"))
+    return f"{force_equation()}\nconst vehicle = {FUNCTION}({data});\n"
+
+
+def _thruster(thruster: Thruster) -> Plain:
+    """A thruster's fields, and the commands in its own unit whose normalised values are zero and one."""
+    at = np.array([0.0, 1.0])
+    low, high = (float(thruster.curve.normalised(np.array(c), thruster.command)) for c in at)
+    zero, one = ((share - low) / (high - low) for share in at)
+    return {**thruster.model_dump(mode="json"), "at_zero": float(zero), "at_one": float(one)}
