@@ -199,6 +199,7 @@
 
   if (rows * step <= 60) span.value = "all";
   box.hidden = false;
+  document.getElementById("play-note").hidden = true;
   knobs.forEach(({ put, knob }) => put(knob.after));
   roll();
 })();

@@ -207,7 +207,7 @@ footer {{ color: var(--muted); font-size: .9rem; }}
 @media print {{
   .play, .contents {{ display: none; }}
   body:has(> .contents) {{ display: block; }}
-  details::details-content {{ content-visibility: visible; block-size: auto; }}
+  .folded::details-content, details.card::details-content {{ content-visibility: visible; block-size: auto; }}
   .folded > summary {{ list-style: none; padding: 1.2em 0 0; }}
   body {{ font-size: 9.5pt; }}
   main {{ max-width: none; padding: 0; }}

@@ -64,8 +64,8 @@ def play(run: RunFolder) -> Section | None:
         "log": log,
         "horizon": _HORIZON,
     }
-    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    stored = element("script", Html(text), attributes={"type": "application/json", "id": "play-data"})
+    numbers = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    stored = element("script", Html(numbers), attributes={"type": "application/json", "id": "play-data"})
     part = "" if len(rows) == len(run.series) else f" They run over {len(rows) * step:.0f} s of the logs."
     caption = (
         f"Move a slider and all predictions are made anew by the force equation, {_HORIZON:g} s each and open loop "
@@ -88,9 +88,10 @@ def play(run: RunFolder) -> Section | None:
         cls="desk",
     )
     box = element("figure", element("div", side, stage, cls="board"), element("figcaption", caption), cls="card")
-    without = element("p", "Sliders for what was added stand here where scripts may run.", cls="facts")
+    text = "Sliders for what was added stand here where scripts may run."
+    without = element("p", text, cls="facts", attributes={"id": "play-note"})
     shown = element("div", box, attributes={"id": "play", "hidden": ""})
-    body = render(shown, element("noscript", without), stored, element("script", Html(script())))
+    body = render(shown, without, stored, element("script", Html(script())))
     return Section("Try it", body, "play")
 
 

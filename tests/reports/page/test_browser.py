@@ -148,6 +148,7 @@ def test_a_letter_without_a_glyph_would_be_seen(pages, looked, letter):
 @pytest.mark.parametrize("font", ["var(--math)", "monospace"])  # the page's own, and one without mathematical measures
 def test_formulas_are_typeset(pages, looked, font):
     tab = looked(pages["one"], "light", 1280)
+    tab.evaluate(OPEN_ALL)
     tab.add_style_tag(content=f"math {{ font-family: {font} !important; }}")
     drag = tab.locator(".term.new > math", has_text="7.8").first
     assert drag.evaluate("one => getComputedStyle(one).display").endswith("math")
@@ -172,6 +173,8 @@ def test_print_is_light_and_fits_the_paper(pages, looked):
     tab.emulate_media(media="print", color_scheme="dark")
     assert tab.evaluate("() => getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     assert tab.evaluate(OVERFLOW)[0] <= A4_WIDTH
+    assert tab.get_by_text("Blue terms are new or changed").is_visible()  # folded away on a screen
+    assert not tab.locator("#play").is_visible()
 
 
 def test_the_pdf_has_pages(pages, executable, tmp_path):
@@ -180,3 +183,38 @@ def test_the_pdf_has_pages(pages, executable, tmp_path):
     counted = re.search(rb"/Type\s*/Pages.{0,200}?/Count\s+(\d+)", content, re.DOTALL)
     assert counted is not None
     assert 5 <= int(counted[1]) <= 25
+
+
+def test_the_page_plays(pages, looked):
+    """Sliders move the error, and the quickest of a few new predictions of five minutes takes less than 50 ms."""
+    tab = looked(pages["one"], "light", 1280)
+    told, knob = tab.locator("[data-play=told]"), tab.locator(".knob input").first
+    after = float(told.inner_text().removesuffix(" m"))
+    tab.locator("[data-play=all-before]").click()
+    before = float(told.inner_text().removesuffix(" m"))
+    assert after < 0.5 * before
+    spent = []
+    for value in ("40", "60", "80", "100", "120"):
+        knob.evaluate("(one, x) => { one.value = x; one.dispatchEvent(new Event('input')); }", value)
+        tab.wait_for_timeout(100)
+        spent.append(float(tab.locator("#play").get_attribute("data-milliseconds")))
+    assert min(spent) < 50.0
+    assert float(told.inner_text().removesuffix(" m")) not in (before, after)
+    tab.locator("[data-play=all-after]").click()
+    assert float(told.inner_text().removesuffix(" m")) == after
+
+
+@pytest.mark.parametrize(("width", "most"), [(1280, 6), (390, 10)])
+def test_the_story_takes_few_screens(pages, looked, width, most):
+    tab = looked(pages["one"], "light", width)
+    height = {1280: 900, 390: 844}[width]
+    assert tab.evaluate("() => document.documentElement.scrollHeight") < most * height
+
+
+def test_without_scripts_the_page_says_what_is_not_there(pages, browser):
+    tab = browser.new_page(java_script_enabled=False)
+    tab.goto(pages["one"].as_uri())
+    assert tab.get_by_text("Sliders for what was added stand here where scripts may run.").is_visible()
+    assert not tab.locator("#play").is_visible()
+    assert tab.get_by_text("Which model to trust").last.is_visible()
+    tab.close()

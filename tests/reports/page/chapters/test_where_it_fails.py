@@ -29,7 +29,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
 
 @pytest.fixture(scope="module")
 def section(run: RunFolder) -> str:
-    return where_it_fails(run)
+    return where_it_fails(run).body
 
 
 def printed(part: object, width: int) -> str:
@@ -70,7 +70,7 @@ def test_noise_stays_pale_where_nothing_was_added_and_there_is_one_map(run: RunF
         noisy = series[name] + 0.05 * series[name].std() * rng.normal(size=len(series))
         series[f"{name}_before"] = series[f"{name}_after"] = noisy
     quiet = run.comparison.but(failures=(), structure=())
-    told = where_it_fails(replace(run, series=series, comparison=quiet, findings=run.findings.but(failures=())))
+    told = where_it_fails(replace(run, series=series, comparison=quiet, findings=run.findings.but(failures=()))).body
     figure = told.split("<figcaption>")[0]
     assert figure.count("<svg") == 1
     assert set(re.findall(r"stroke: var\(--(heat\d)\)", figure)) == {"heat1"}
@@ -80,7 +80,7 @@ def test_noise_stays_pale_where_nothing_was_added_and_there_is_one_map(run: RunF
 def test_no_number_of_a_place_can_be_cut(run: RunFolder):
     """Before and after stand below each other, each with its unit, and words may wrap."""
     places = (PLACE.but(rmse=1.51, rmse_after=0.0123, unit="m/s^2"),)
-    told = where_it_fails(replace(run, comparison=run.comparison.but(failures=places)))
+    told = where_it_fails(replace(run, comparison=run.comparison.but(failures=places))).body
     assert "<div>1.5 m/s\u00b2</div><div>\N{RIGHTWARDS ARROW} 0.012 m/s\u00b2</div></td>" in told
     assert f'<td class="text">{PLACE.where}</td>' in told
 
@@ -114,14 +114,14 @@ def test_the_section_tells_places_times_and_effects(run: RunFolder, section: str
 def test_a_run_of_an_earlier_version_has_a_section_too(run: RunFolder):
     old = {key: value for key, value in run.comparison.to_dict().items() if key != "structure"}
     old["failures"] = [{"where": "surge speed 1 to 2 m/s", "axis": "surge", "share_of_error": 0.4, "rows": 12}]
-    text = where_it_fails(replace(run, comparison=Comparison.read(old, "comparison.json", "write it anew")))
+    text = where_it_fails(replace(run, comparison=Comparison.read(old, "comparison.json", "write it anew"))).body
     assert "surge speed 1 to 2 m/s" in text
     assert "What the error is like" not in text
 
 
 def test_an_even_error_is_said_to_be_even(run: RunFolder):
     comparison, findings = run.comparison.but(failures=()), run.findings.but(failures=())
-    text = where_it_fails(replace(run, comparison=comparison, findings=findings))
+    text = where_it_fails(replace(run, comparison=comparison, findings=findings)).body
     assert "No regime stands out" in text
 
 
