@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from ..comparison.comparison import BASELINE, Judged, comparison, judge, reference_models, score_step
+from ..comparison.comparison import BASELINE, CALIBRATED, Judged, comparison, judge, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
 from ..comparison.what_decides import loses
 from ..discovery.add_effects import add_effects
@@ -134,18 +134,16 @@ def assess(
         errors = {model: evaluate(model, inputs.parts.judged) for model in models if model not in ends}
         nominal, *own = both()
     hand_back()
-    # Calibrated to a short log, a model errs more elsewhere by much, and few rows cannot tell that from chance.
-    fitted_alone = not found.findings.missing
-    if earned and own and (why := loses(own[0].errors, nominal.errors, by_chance_too=fitted_alone)):
+    others, notes = known()
+    hand_back()
+    if earned and own and (why := _lost(own[0], nominal, others, calibrated_only=not found.findings.missing)):
         if progress is not None:
             progress(f"taken back: on parts of the log that it did not see, the model {why}")
-        return assess(given, withdrawn(taken, why), settings, known, progress)
+        return assess(given, withdrawn(taken, why), settings, lambda: (others, notes), progress)
     if progress is not None:
         progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     corrected = own[0] if own else nominal.called(last)
     assert corrected.audit is not None, "the laws judge all models but baselines"
-    others, notes = known()
-    hand_back()
     errors |= {model: found.errors for model, found in zip(ends, (nominal, corrected), strict=False)}
     scored = zip(found.steps, models, strict=True)
     steps = tuple(score_step(errors[model], *_added(label)) for (label, _), model in scored)
@@ -172,6 +170,21 @@ def assess(
         sensors=_sensors(found.findings.sensors, inputs),
     )
     return Run(inputs, found, findings, compared, table, settings, corrected.audit)
+
+
+def _lost(corrected: Judged, nominal: Judged, others: Sequence[Judged], *, calibrated_only: bool) -> str:
+    """Against which model that adds nothing the corrected one loses on rows that none saw, in words; empty for none.
+
+    Parameters
+    ----------
+    calibrated_only : nothing is missing; calibrated to a short log, a model errs more elsewhere by much, and few rows
+        cannot tell that from chance
+    """
+    if lost := loses(corrected.errors, nominal.errors, by_chance_too=calibrated_only):
+        return f"{lost} than as it is"
+    fitted = next((other for other in others if other.name == CALIBRATED), None)
+    lost = "" if fitted is None or calibrated_only else loses(corrected.errors, fitted.errors)
+    return f"{lost} than with nothing added and its own numbers fitted" if lost else ""
 
 
 def _split_of(inputs: Inputs, found: Discovery) -> str:

@@ -5,6 +5,7 @@ from functools import partial
 
 import pytest
 
+from undertow.comparison.comparison import CALIBRATED, judge
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.reason import Reason
@@ -12,7 +13,8 @@ from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.discover_and_add import assess, references
+from undertow.residuals.models.base import VehicleModel
+from undertow.workflows.discover_and_add import References, assess, references
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.run import Run
 
@@ -65,6 +67,19 @@ def test_what_errs_more_on_unseen_parts_is_taken_back(inputs: Inputs, found: Dis
     assert run.discovery.corrected.values == HULL.values
     assert [step.added for step in findings.steps] == [None]
     assert findings.data.unexplained["surge"].force > 5.0 * found.force_error[0]
+
+
+def test_where_fitted_numbers_do_better_nothing_new_is_named(inputs: Inputs, found: Discovery):
+    """Drag of a false size is better than none, and worse than a linear drag that stands in for it."""
+    said: list[str] = []
+    linear = HULL.with_values({"X_uu": -14.0, "X_u": 0.9 * HULL.value("X_u")})
+    folds = found.unseen.folds
+    folded = inputs.in_folds(folds)
+    fitted = VehicleModel(HULL, CALIBRATED, "physics", 1, 0.0, tuple((fold, linear) for fold in folds))
+    known: References = ([judge(fitted, folded.parts)], [])
+    run = assess(folded, failing(found, -11.0), SETTINGS, lambda: known, said.append, earned=True)
+    assert run.findings.missing == ()
+    assert "than with nothing added and its own numbers fitted" in run.findings.headline
 
 
 def test_what_may_be_chance_stays_where_an_effect_is_missing(inputs: Inputs, found: Discovery):
