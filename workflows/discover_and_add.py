@@ -134,14 +134,14 @@ def assess(
         errors = {model: evaluate(model, inputs.parts.judged) for model in models if model not in ends}
         nominal, *own = both()
     hand_back()
+    if progress is not None:
+        progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     others, notes = known()
     hand_back()
     if earned and own and (why := _lost(own[0], nominal, others, calibrated_only=not found.findings.missing)):
         if progress is not None:
             progress(f"taken back: on parts of the log that it did not see, the model {why}")
         return assess(given, withdrawn(taken, why), settings, lambda: (others, notes), progress)
-    if progress is not None:
-        progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
     corrected = own[0] if own else nominal.called(last)
     assert corrected.audit is not None, "the laws judge all models but baselines"
     errors |= {model: found.errors for model, found in zip(ends, (nominal, corrected), strict=False)}

@@ -42,6 +42,10 @@ _LAGS = 3.0
 _ANSWERS = 0.12
 """Share of quick accelerations that commands must explain at some delay within 3 s; those of another run explain up to
 0.09 by chance, the right ones 0.3 or more."""
+_ANSWERS_BESIDE = 0.3
+"""The same of what hull forces leave: a boat that drifts and turns freely owes most of its quick motion to its hull.
+Where commands explain less than `_ANSWERS` of the whole, the right ones explain 0.6 or more of that, and those of
+another run up to 0.19."""
 _LEAST_ANSWERED = 60.0
 """Motion that is needed [s]: over less, commands of another run explain more by chance."""
 _MOST = 0.5
@@ -204,6 +208,8 @@ def _of_another_run(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     explained = max(_answered(parts, driven, lag) for lag in lags)
     if explained > _ANSWERS or all(part.long.all(axis=1).mean() > 0.5 for part in parts):
         return []
+    if max(_answered(parts, driven, lag, beside_hull=True) for lag in lags) > _ANSWERS_BESIDE:
+        return []
     text = (
         f"the boat does not answer {', '.join(names)} at any delay within {_LAGS:g} s: they explain "
         f"{100.0 * explained:.0f} % of its quick motion; they are of another run, or of another boat"
@@ -211,18 +217,26 @@ def _of_another_run(parts: Sequence[Part], names: list[str]) -> list[Finding]:
     return [_broken(text, explained, tuple(names), "the boat does not answer its commands")]
 
 
-def _answered(parts: Sequence[Part], driven: Sequence[Array], lag: int) -> float:
+def _answered(parts: Sequence[Part], driven: Sequence[Array], lag: int, *, beside_hull: bool = False) -> float:
     """Share of the quick accelerations, of the axis that answers more, that commands explain at a delay in rows.
 
     Parameters
     ----------
     driven : of each part, its commands and their squares in the band (n, 2 c)
+    beside_hull : the share of what hull forces leave, and by what they leave of the commands
     """
     kept = [part.rates.shape[0] - abs(lag) for part in parts]
     table = np.concatenate([one[max(0, -lag) : max(0, -lag) + n] for one, n in zip(driven, kept, strict=True)])
-    wanted = np.concatenate([part.rates[max(0, lag) : max(0, lag) + n] for part, n in zip(parts, kept, strict=True)])
-    left = wanted - table @ np.linalg.lstsq(table, wanted, rcond=1e-9)[0]
-    return float(np.max(1.0 - (left**2).sum(axis=0) / (wanted**2).sum(axis=0)))
+    ends = [(part, slice(max(0, lag), max(0, lag) + n)) for part, n in zip(parts, kept, strict=True)]
+    shares = []
+    for axis in range(2):
+        wanted, columns = np.concatenate([part.rates[rows, axis] for part, rows in ends]), table
+        if beside_hull:
+            hull = np.linalg.qr(np.concatenate([part.states[axis][rows] for part, rows in ends]))[0]
+            wanted, columns = wanted - hull @ (hull.T @ wanted), table - hull @ (hull.T @ table)
+        left = wanted - columns @ np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]
+        shares.append(1.0 - float(left @ left) / float(wanted @ wanted))
+    return max(shares)
 
 
 def _turn(records: Sequence[Record], name: str) -> int:

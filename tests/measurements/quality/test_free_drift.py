@@ -1,0 +1,38 @@
+"""A boat that drifts and turns freely owes its quick motion to its hull, and answers its commands all the same."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from undertow.measurements.alignment import band_passed
+from undertow.measurements.log import read_log
+from undertow.measurements.quality.checks.drive import _ANSWERS, Drive, _answered
+from undertow.measurements.quality.quick_motion import QUICK, STEP, parts_of
+from undertow.measurements.quality.record import Record
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+
+HULL = {"mass": 15.59, "inertia_z": 5.58, "X_udot": -3.4, "Y_vdot": -23.07, "N_rdot": -1.8, "X_u": -9.0, "N_r": -7.65}
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+    """Two minutes of a hull with little damping in sway."""
+    hull = load_vehicle("blueboat_paper").with_values({**HULL, "Y_v": -10.7})
+    path = tmp_path_factory.mktemp("log") / "drifting.csv"
+    return Record.of(read_log(simulate_world(hull, {}, duration=120.0, seed=4).write(path)), hull)
+
+
+def test_it_is_not_taken_for_another_run(record: Record):
+    parts = parts_of([record])[2]
+    driven = [band_passed(np.column_stack([p.commands, p.commands * np.abs(p.commands)]), STEP, QUICK) for p in parts]
+    assert max(_answered(parts, driven, lag) for lag in range(-60, 61, 2)) < _ANSWERS, "the case that this is about"
+    assert [finding.verdict for finding in Drive().examine([record])] == ["ok"]
+
+
+def test_commands_of_another_run_are_still_told(record: Record):
+    mirrored = tuple(replace(s, commands=s.commands[::-1].copy()) for s in record.stretches)
+    found = Drive().examine([replace(record, stretches=mirrored, vehicle=None)])
+    assert [finding.verdict for finding in found] == ["defect"]
+    assert "does not answer" in found[0].sentence
