@@ -1,0 +1,38 @@
+"""What the logs do not show of the thrusters' places is said before anything else."""
+
+from pathlib import Path
+
+import pytest
+
+from undertow.measurements.inspection import Inspection, inspect_log
+from undertow.measurements.log import read_log
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
+from undertow.workflows.soundness import sound
+
+HULL = load_vehicle("blueboat")
+PLACES = ("direction", "sides")
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Inspection:
+    """A log in which each thruster works for itself."""
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    return inspect_log(read_log(simulate_world(HULL, {}, duration=60.0, seed=2).write(path)), HULL)
+
+
+def test_places_that_show_are_not_doubted(shown: Inspection):
+    assert {f.check for f in shown.quality if f.verdict == "ok"} >= set(PLACES)
+    assert sound([shown], (), HULL, as_is=False) == ()
+
+
+def test_places_that_do_not_show_are_the_files_word(shown: Inspection):
+    hidden = [f.but(verdict="cannot tell") if f.check in PLACES else f for f in shown.quality]
+    (told,) = sound([shown.but(quality=tuple(hidden))], (), HULL, as_is=False)
+    assert "does not show on which side each is" in told
+
+
+def test_logs_that_show_it_together_are_believed(shown: Inspection):
+    hidden = tuple(f.but(verdict="cannot tell") if f.check in PLACES else f for f in shown.quality)
+    together = [f for f in shown.quality if f.check in PLACES]
+    assert sound([shown.but(quality=hidden)] * 2, together, HULL, as_is=False) == ()
