@@ -1,7 +1,5 @@
 """What the logs do not show of the thrusters' places is said before anything else."""
 
-from pathlib import Path
-
 import pytest
 
 from undertow.measurements.inspection import Inspection, inspect_log
