@@ -2,12 +2,13 @@
 # the demo what reads tables and finds effects, the tests everything.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench clean
+.PHONY: help demo test lint bench docs clean
 
 PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
 BIN := .venv/bin
 RUNS := .venv/undertow-runs
 READY := .venv/undertow-is-set-up
+SITE := .venv/undertow-site-is-set-up
 # What is not compiled here is when it is first imported, which most of it never is: a minute of the set-up less.
 PIP := $(BIN)/python -m pip install -qq --no-compile --disable-pip-version-check -c constraints.txt
 # The quick one first: the study of hidden effects takes half an hour.
@@ -18,6 +19,7 @@ help:
 	@echo "make test   run the tests"
 	@echo "make lint   check style, format and types"
 	@echo "make bench  run all tests, the long ones too, and the benchmarks, one after the other"
+	@echo "make docs   build the site of the documents, warnings are errors: build/site/index.html"
 	@echo "make clean  remove .venv, build leftovers and caches"
 
 demo: $(RUNS)
@@ -36,6 +38,12 @@ bench: $(READY)
 	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --all --cov --cov-report=
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
 
+# Pictures are drawn anew, notebooks executed, docstrings read; a link that leads nowhere is an error.
+docs: $(SITE)
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/gallery.py build/drawn
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -q -W --keep-going -E -d build/doctrees docs build/site
+	@echo "build/site/index.html"
+
 # A venv that works is kept and brought up to date; one that is missing, broken or too old is made anew.
 # .venv/typing shows type checkers the repository root under its package name (pyright's extraPaths).
 $(RUNS): pyproject.toml constraints.txt
@@ -52,6 +60,12 @@ $(READY): $(RUNS)
 	@echo "Adding what the tests need (torch, pyright, a browser's driver ...): some minutes"
 	@$(PIP) -e '.[dev,logs,neural,export]'
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
+	@touch $@
+
+$(SITE): $(READY)
+	@rm -f $@
+	@echo "Adding what the site needs (Sphinx, a kernel for notebooks ...)"
+	@$(PIP) -e '.[docs]'
 	@touch $@
 
 clean:

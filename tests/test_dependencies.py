@@ -11,8 +11,8 @@ from sources import absolute_imports, source_files
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 STANDARD = sys.stdlib_module_names | {"compression"}
 """Modules of Python itself, of its newer versions too."""
-NOT_OURS = {"dev", "all"}
-"""Extras that hold no dependency of the package: tools, and the other extras once more."""
+NOT_OURS = {"dev", "docs", "all"}
+"""Extras that hold no dependency of the package: tools, what makes the site, and the other extras once more."""
 
 
 def distribution(name: str) -> str:

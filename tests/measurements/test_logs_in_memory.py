@@ -1,12 +1,10 @@
 """Logs of arrays and data frames are read as the same table in a file would be, and go all the way to a run."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from places import ROOT
 
 import undertow
 from undertow.measurements.log import Log, read_log
@@ -104,18 +102,6 @@ def test_it_goes_all_the_way_to_a_run(table: pd.DataFrame, tmp_path: Path) -> No
     read = undertow.load_run(folder)
     assert read.findings.missing == ("surge_quadratic_damping",)
     assert [log.path for log in read.record.log_sha256] == ["monday"]
-
-
-def test_the_readme_goes_from_a_data_frame_to_a_run(
-    table: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text("utf-8"), re.DOTALL | re.MULTILINE)
-    assert "from_dataframe" in blocks[1]
-    known = {"undertow": undertow, "table": table.assign(psi=np.degrees(table.psi))}
-    exec(blocks[1], known)
-    assert known["again"].folder.name == "monday-run"
-    assert "verdict" in capsys.readouterr().out
 
 
 def test_two_of_one_name_are_refused(table: pd.DataFrame) -> None:

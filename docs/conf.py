@@ -1,0 +1,97 @@
+"""How Sphinx makes the site of these pages; `make docs` calls it.
+
+The pages are plain Markdown and are read in the repository as they are. Two things are put in when the site is built:
+its contents, which are the lists of `index.md`, and the docstrings of the names that `reference.md` lists.
+"""
+
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+from reference import PACKAGES, directive, public_names  # noqa: E402  (it lies beside this file)
+
+project = "undertow"
+author = "the developers of undertow"
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+root_doc = "index"
+exclude_patterns: list[str] = []
+language = "en"
+
+html_theme = "furo"
+html_title = "undertow"
+html_show_sphinx = False
+html_copy_source = False
+html_static_path = ["site"]
+html_css_files = ["site.css"]
+
+myst_heading_anchors = 4
+nb_execution_mode = "force"
+nb_execution_timeout = 120
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True  # what a notebook writes is no page
+
+suppress_warnings = ["ref.python"]  # `name` is an attribute of many
+default_role = "literal"  # our docstrings quote code with single backticks
+autodoc_typehints = "none"  # the signature has them
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+
+DRAWN = HERE.parent / "build" / "drawn"
+"""Where `make docs` draws the pictures of the gallery anew."""
+
+
+def contents(text: str) -> str:
+    """The contents of the site: a caption for each heading of the index, and the pages of the list below it."""
+    parts = []
+    for section in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
+        caption, _, body = section.partition("\n")
+        pages = re.findall(r"^- \[[^\]]+\]\(([^)#]+)\.(?:md|ipynb)\)", body, re.MULTILINE)
+        parts += ["```{toctree}", ":hidden:", f":caption: {caption}", "", *pages, "```", ""]
+    return "\n".join(parts)
+
+
+def docstrings() -> str:
+    """What stands in the code of every public name, and of the files that people extend."""
+    names = "\n\n".join(directive(name) for name in public_names())
+    modules = "\n\n".join(f".. automodule:: undertow.{name}\n   :members:" for name in PACKAGES)
+    told = ("## In full", names, "## In full: where to extend", modules)
+    return "\n\n".join(part if part.startswith("##") else f"```{{eval-rst}}\n{part}\n```" for part in told)
+
+
+def complete(app: Any, page: str, source: list[str]) -> None:
+    """Put contents and docstrings into the two pages that have them on the site alone."""
+    if page == "index":
+        source[0] += "\n\n" + contents(source[0])
+    elif page == "reference":
+        source[0] += "\n\n" + docstrings()
+
+
+def plain(app: Any, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
+    """Bars in docstrings are moduli, |u|, and no substitutions."""
+    for number, line in enumerate(lines):
+        parts = re.split(r"(`[^`]*`)", line)
+        lines[number] = "".join(p if p.startswith("`") else re.sub(r"(?<!\\)\|", r"\\|", p) for p in parts)
+
+
+def fresh_pictures(app: Any, error: Exception | None) -> None:
+    """Put the pictures that were drawn for this build in the place of those in the repository."""
+    if error is None and DRAWN.is_dir():
+        for picture in DRAWN.glob("*.svg"):
+            target = Path(app.outdir) / "_images" / picture.name
+            assert target.is_file(), f"{picture.name} is drawn, and no page shows it"
+            shutil.copy(picture, target)
+
+
+def setup(app: Any) -> None:
+    """Connect the above."""
+    app.connect("source-read", complete)
+    app.connect("autodoc-process-docstring", plain)
+    app.connect("build-finished", fresh_pictures)
