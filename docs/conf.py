@@ -75,10 +75,16 @@ def complete(app: Any, page: str, source: list[str]) -> None:
 
 
 def plain(app: Any, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
-    """Bars in docstrings are moduli, |u|, and no substitutions."""
-    for number, line in enumerate(lines):
-        parts = re.split(r"(`[^`]*`)", line)
-        lines[number] = "".join(p if p.startswith("`") else re.sub(r"(?<!\\)\|", r"\\|", p) for p in parts)
+    """Say to Sphinx what our docstrings mean: `name : words` has no type in it, and bars are moduli, |u|."""
+    section, told = "", []
+    for line, below in zip(lines, [*lines[1:], ""], strict=True):
+        section = line.strip() if set(below.strip()) == {"-"} else section
+        if section in ("Parameters", "Attributes") and (found := re.fullmatch(r"(\*{0,2}\w[\w, *]*) : (.+)", line)):
+            told += [found[1], f"    {found[2]}"]
+        else:
+            told.append(line)
+    quoted = (re.split(r"(`[^`]*`)", line) for line in told)
+    lines[:] = ["".join(p if p.startswith("`") else re.sub(r"(?<!\\)\|", r"\\|", p) for p in parts) for parts in quoted]
 
 
 def fresh_pictures(app: Any, error: Exception | None) -> None:
@@ -93,5 +99,5 @@ def fresh_pictures(app: Any, error: Exception | None) -> None:
 def setup(app: Any) -> None:
     """Connect the above."""
     app.connect("source-read", complete)
-    app.connect("autodoc-process-docstring", plain)
+    app.connect("autodoc-process-docstring", plain, priority=400)  # before napoleon
     app.connect("build-finished", fresh_pictures)

@@ -3,6 +3,8 @@
 import json
 import re
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -153,3 +155,20 @@ def test_notebooks_are_kept_without_what_they_print():
         for cell in json.loads((ROOT / page).read_text(encoding="utf-8"))["cells"]:
             assert cell.get("outputs", []) == []
             assert cell.get("execution_count") is None
+
+
+def test_the_gallery_shows_what_is_drawn_today(tmp_path: Path):
+    command = [sys.executable, str(ROOT / "docs" / "gallery.py"), str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True, cwd=tmp_path)
+    drawn = {path.name for path in tmp_path.glob("plot_*.svg")}
+    assert drawn == {path.name for path in (ROOT / "docs" / "gallery").glob("*.svg")} != set()
+    for name in drawn:
+        shown, today = (lettering(folder / name) for folder in (ROOT / "docs" / "gallery", tmp_path))
+        assert shown == today, "run python docs/gallery.py"
+        assert f"gallery/{name}" in links("docs/gallery.md")
+
+
+def lettering(picture: Path) -> list[str]:
+    """The words in a picture, without its numbers."""
+    texts = re.findall(r">([^<>]+)</text>", picture.read_text(encoding="utf-8"))
+    return [words for text in texts if (words := re.sub(r"[-−]?\d+\.?\d*", "#", text).strip()) != "#"]

@@ -19,7 +19,7 @@ from places import ROOT
 from verbs import call, done
 
 from undertow.measurements.channels.channel_map import read_channel_map
-from undertow.physics.vehicle import Vehicle, vehicle_from_dict
+from undertow.physics.vehicle import Vehicle, shipped_vehicles, vehicle_from_dict
 
 PLACEHOLDERS = {
     "LOG": ("log.csv", "stands for a log of the reader's"),
@@ -96,7 +96,8 @@ class Reader:
         for name, (stand_in, _) in PLACEHOLDERS.items():
             if stand_in in words and not Path(stand_in).exists():
                 seed = str(sorted({s for s, _ in PLACEHOLDERS.values()}).index(stand_in))
-                simulate = ("simulate", "-v", "blueboat", "--duration", "60", "--seed", seed, "--out", stand_in)
+                boat = next((word for word in words if word in shipped_vehicles()), "blueboat")
+                simulate = ("simulate", "-v", boat, "--duration", "60", "--seed", seed, "--out", stand_in)
                 assert done(*simulate), name
         words = words[1:]
         verb = words[0]
