@@ -25,6 +25,7 @@ language = "en"
 html_theme = "furo"
 html_title = "undertow"
 html_show_sphinx = False
+html_show_copyright = False
 html_copy_source = False
 html_static_path = ["site"]
 html_css_files = ["site.css"]
@@ -37,7 +38,8 @@ nb_execution_in_temp = True  # what a notebook writes is no page
 
 suppress_warnings = ["ref.python"]  # `name` is an attribute of many
 default_role = "literal"  # our docstrings quote code with single backticks
-autodoc_typehints = "none"  # the signature has them
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 napoleon_google_docstring = False
