@@ -14,6 +14,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background
 
 LONG = (
     "tests/cli/test_command_line.py",
+    "tests/test_documents.py",
     "tests/comparison/test_audit.py",
     "tests/comparison/test_planted_and_honest.py",
     "tests/discovery/test_field_logs.py",
