@@ -171,3 +171,13 @@ def test_the_held_out_error_of_an_added_effect_is_that_of_fits_without_each_fold
     assert len(set(values)) == 4
     before, after = (step.acceleration_rmse.surge for step in run.findings.steps)
     assert after < 0.8 * before
+
+
+def test_a_wake_that_remembers_is_fitted_in_every_fold():
+    """In another shape an effect begins without its amplitude: what stands is taken out first."""
+    world = simulate_world(HULL, {"wake_memory": (20.0, 4.0, 1.2)}, duration=150.0, noise="field", seed=3)
+    found = find_missing([world.motion()], HULL)
+    assert found.findings.missing == ("wake_memory",)
+    for vehicle in found.unseen.steps[-1]:
+        told = [vehicle.value(symbol) for symbol in ("memory_sway", "memory_yaw", "memory_time")]
+        assert told == pytest.approx([20.0, 4.0, 1.2], rel=0.1)
