@@ -16,6 +16,7 @@ from .options import (
     JsonOption,
     MapOption,
     NamespaceOption,
+    RunLogs,
     VehicleOut,
     earlier_files,
     read_logs,
@@ -39,6 +40,7 @@ def add(
         Path | None, typer.Option("--run", help="Run folder whose logs and nominal vehicle are used.")
     ] = None,
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
+    log: RunLogs = None,
     out: VehicleOut = None,
     force: ForceOption = False,
     frame: FrameOption = None,
@@ -51,23 +53,26 @@ def add(
     with failing_clearly():
         from ..physics.errors import RequestError
         from ..workflows.discover_and_add import add as add_named
+        from ..workflows.run_folder.moved_files import Moved
         from ..workflows.run_folder.read import read_run_inputs
 
         if (run is None) == (vehicle is None):
             raise RequestError("add: expected either --run RUN, or --vehicle V and a LOG after the effects")
-        read = (run, effects if run is None else (), vehicle, channels)
+        if run is None and log:
+            raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
+        read = (run, effects if run is None else (), vehicle, channels, log)
         earlier = earlier_files((("--out", "add", out),), read, force=force)
         names, paths, nominal = effects, [], vehicle
         if run is not None:
             given = [word for word in effects if _is_log(word)]
-            options = (("--frame", frame), ("--map", channels), ("--namespace", namespace))
+            options = (("--frame", frame), ("--namespace", namespace))
             given += [name for name, value in options if value is not None]
             if given:
                 raise RequestError(
                     f"add: --run takes the logs, and how they are read, from the run; leave out {' '.join(given)}, "
-                    "or give --vehicle V in place of --run"
+                    "or give --vehicle V in place of --run. Where they were moved, --log LOG and --map MAP say where to"
                 )
-            record = read_run_inputs(run)
+            record = read_run_inputs(run, Moved(tuple(log or ()), channels))
             paths, nominal = record.logs, record.vehicle
             reading = replace(record.reading, as_is=as_is or record.reading.as_is)
         else:

@@ -7,7 +7,16 @@ import typer
 
 from ..measurements.log_options import Reading
 from .console import failing_clearly, print_json, progress, prose, quiet, say, show, tell_replaced
-from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, SeedOption, earlier_files
+from .options import (
+    ForceOption,
+    FrameOption,
+    JsonOption,
+    MapOption,
+    NamespaceOption,
+    RunLogs,
+    SeedOption,
+    earlier_files,
+)
 
 
 def check(
@@ -27,6 +36,7 @@ def check(
         str | None, typer.Option("--vehicle", "-v", help="Vehicle of a model that carries none (ONNX, function).")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="audit.json to write.")] = None,
+    log: RunLogs = None,
     force: ForceOption = False,
     seed: SeedOption = 0,
     frame: FrameOption = None,
@@ -39,10 +49,13 @@ def check(
         from ..physics.files import write_json
         from ..reports.terminal.reading_progress import reading_progress
         from ..workflows.check import check as judge
+        from ..workflows.run_folder.moved_files import Moved
 
-        earlier = earlier_files((("--out", "check", out),), (model, logs, vehicle, channels), force=force)
+        earlier = earlier_files((("--out", "check", out),), (model, logs, log, vehicle, channels), force=force)
         with reading_progress(progress, quiet()) as told:
-            found = judge(model, logs or [], vehicle, Reading(frame, channels, namespace), seed=seed, progress=told)
+            reading = Reading(frame, channels, namespace)
+            moved = Moved(tuple(log or ()), None if logs else channels)
+            found = judge(model, logs or [], vehicle, reading, moved=moved, seed=seed, progress=told)
         if out is not None:
             write_json(out, found.to_dict())
         tell_replaced(earlier)

@@ -26,6 +26,10 @@ NamespaceOption = Annotated[
 AsIsOption = Annotated[
     bool, typer.Option("--as-is", help="Take logs that are known to be broken as they are, and be warned.")
 ]
+RunLogs = Annotated[
+    list[Path] | None,
+    typer.Option("--log", metavar="LOG", help="Where a log of the run is now, if it was moved; it is checked."),
+]
 VehicleOut = Annotated[Path | None, typer.Option("--out", "-o", help="Vehicle file to write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
 ForceOption = Annotated[

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from .console import failing_clearly, progress, say
-from .options import ForceOption
+from .options import ForceOption, RunLogs
 
 
 def report(
@@ -22,11 +22,19 @@ def report(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Page of several runs (./report.html), or a copy of the one.")
     ] = None,
+    log: RunLogs = None,
+    channels: Annotated[
+        Path | None, typer.Option("--map", help="Where the channel map of the run is now, if it was moved.")
+    ] = None,
     force: ForceOption = False,
 ) -> None:
     """Write the HTML page of run folders, one page of several, and PDF."""
     with failing_clearly():
         from ..workflows.report import report as report_runs
+        from ..workflows.run_folder.moved_files import Moved
 
-        for path in report_runs(runs, models=model or [], pdf=pdf, out=out, force=force, progress=progress):
+        moved = Moved(tuple(log or ()), channels)
+        models = model or []
+        done = report_runs(runs, models=models, pdf=pdf, out=out, moved=moved, force=force, progress=progress)
+        for path in done:
             say(f"{path}")

@@ -22,7 +22,9 @@ from ..physics.vehicle import Vehicle, load_vehicle
 from ..residuals.models.base import Model
 from ..residuals.models.neural import is_network_folder
 from .inputs import read_inputs
+from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import RunRecord, read_run_inputs
+from .run_folder.run_files import is_run
 
 _LEAST = 0.05
 """Least reach of an envelope that a network's standardisation gives [m/s, m/s, rad/s]: a boat that went only ahead
@@ -35,6 +37,7 @@ def check(
     vehicle: Vehicle | PathLike | None = None,
     reading: Reading = AS_GUESSED,
     *,
+    moved: Moved = UNMOVED,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Audit:
@@ -46,7 +49,8 @@ def check(
         `package.module:function`, which is imported
     logs : whose speeds are the envelope, and along which the energy is counted; without, a run folder's own
     vehicle : of the mass and commands of a model that carries none (ONNX, function)
-    reading : how logs are read; broken ones are taken as they are
+    reading : how logs are read; broken ones are taken as they are. Of a run's own logs the run knows it
+    moved : where a run folder's own logs and map are now
     seed : of everything random
     progress : told bytes done and bytes in all of each large log
 
@@ -62,7 +66,9 @@ def check(
         own = vehicle if isinstance(vehicle, Vehicle) or vehicle is None else load_vehicle(vehicle, judged=True)
         found = load_model(path, own, judged=True)
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
-    record, note = (None, "") if paths or path is None else _own_logs(Path(path))
+    if moved.logs and (paths or path is None or not is_run(path)):
+        raise RequestError("check: --log says where the logs of a run folder are now; give a run folder, and no LOG")
+    record, note = (None, "") if paths or path is None else _own_logs(Path(path), moved)
     if mass_margin(found.vehicle) <= 0.0:  # a log prepared for a mass that cannot be tells nothing
         paths, record, note = [], None, "Judged without a log: nothing means anything without a positive mass."
     motions: tuple[Motion, ...] = ()
@@ -86,13 +92,21 @@ def check(
     return replace(done, notes=(*done.notes, note)) if note else done
 
 
-def _own_logs(folder: Path) -> tuple[RunRecord | None, str]:
-    """What a run folder was made from, so that it is judged as in its `audit.json`; or why that cannot be read."""
+def _own_logs(folder: Path, moved: Moved) -> tuple[RunRecord | None, str]:
+    """What a run folder was made from, so that it is judged as in its `audit.json`; or why that cannot be read.
+
+    Raises
+    ------
+    RequestError, VehicleError
+        when that cannot be read where the user says that it is.
+    """
     if not folder.is_dir() or is_network_folder(folder):
         return None, ""
     try:
-        return read_run_inputs(folder), ""
+        return read_run_inputs(folder, moved), ""
     except (RequestError, VehicleError) as error:
+        if moved != UNMOVED:
+            raise
         return None, f"Judged without the logs of the run: {error}."
 
 

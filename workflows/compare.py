@@ -16,6 +16,7 @@ from ..physics.errors import RequestError, expect
 from ..physics.vehicle import load_vehicle
 from ..residuals.models.base import Model, VehicleModel
 from .inputs import read_inputs
+from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
 
 
@@ -47,13 +48,14 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLi
     return _compared(inputs.parted("compare"), (), models, series_file)
 
 
-def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
+def compare_run(run: PathLike, models: Sequence[PathLike] = (), moved: Moved = UNMOVED) -> Comparison:
     """The models of a run folder and any others, on the rows that the run was judged on; its logs are read again.
 
     Parameters
     ----------
     run : the run folder
     models : see `compare`
+    moved : where the run's logs and map are now
 
     Returns
     -------
@@ -63,10 +65,10 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = ()) -> Comparison:
     Raises
     ------
     RequestError, VehicleError, LogError
-        when the folder is no run folder or its logs are gone, and as `compare` does.
+        when the folder is no run folder, its logs are gone or others, and as `compare` does.
     """
     folder = Path(run)
-    record = read_run_inputs(folder)
+    record = read_run_inputs(folder, moved)
     made = record.folds
     inputs = read_inputs(record.logs, record.vehicle, record.reading, judge=FOLDS if made else "test")
     sources = list(inputs.starts)

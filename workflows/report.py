@@ -12,6 +12,7 @@ from ..physics.folders import check_folder, replace_folder
 from ..reports.page.fleet_page import fleet_page
 from ..reports.page.page import page
 from ..reports.page.pdf import find_browser, print_pdf
+from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run
 from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, own_report, reseal
 from .run_folder.targets import Kind, check_targets, same_place
@@ -29,6 +30,7 @@ def report(
     models: Sequence[PathLike] = (),
     pdf: bool = False,
     out: PathLike | None = None,
+    moved: Moved = UNMOVED,
     force: bool = False,
     progress: Say | None = None,
 ) -> list[Path]:
@@ -40,6 +42,7 @@ def report(
     models : to compare with the run's own, on the run's logs, before the page is written; `comparison.json` then has
         them
     pdf : print every page to a PDF file beside it
+    moved : where the logs and the map of the runs are now, on which models are compared
     force : replace also pages that undertow did not write, or that were changed since
     out : the page of several runs (report.html in the working folder when None); of one run, a second copy of its page
 
@@ -71,8 +74,8 @@ def report(
             raise RequestError(f"--out {target}: expected a name that ends in .html; --pdf writes the PDF beside it")
         printed = target.with_suffix(".pdf") if pdf else None
         files = (("--out", Kind.PAGE, target), ("--pdf", Kind.PDF, printed))
-        check_targets(files, (folders, models), force=force)
-    found = _compared(folders, models, progress)
+        check_targets(files, (folders, models, moved.logs, moved.channel_map), force=force)
+    found = _compared(folders, models, moved, progress)
     for folder in folders:
         if folder in found or browser is not None:
             _replace(folder, seen[folder], found.get(folder), browser, force)
@@ -145,9 +148,13 @@ def _replace(
         raise RequestError(f"cannot write into {folder}: {error.strerror or error}") from None
 
 
-def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say | None) -> dict[Path, Comparison]:
+def _compared(
+    folders: Sequence[Path], models: Sequence[PathLike], moved: Moved, progress: Say | None
+) -> dict[Path, Comparison]:
     """The new comparison of each run, before any is written; none without models."""
     if not models:
+        if moved != UNMOVED:
+            raise RequestError("report: --log and --map are where a --model is compared; give one, or leave them out")
         return {}
     from .compare import compare_run  # reads logs and models, which a page alone does not need
 
@@ -155,7 +162,7 @@ def _compared(folders: Sequence[Path], models: Sequence[PathLike], progress: Say
     for folder in folders:
         if progress is not None:
             progress(f"comparing models on the logs of {folder}")
-        found[folder] = compare_run(folder, models)
+        found[folder] = compare_run(folder, models, moved)
     return found
 
 

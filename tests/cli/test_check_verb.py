@@ -103,7 +103,7 @@ def test_a_run_folder_is_judged_along_its_own_logs(log: Path, here: Path):
     stored, found = strict((here / "run" / "audit.json").read_text()), strict(call("check", "run", "--json").stdout)
     assert {**found, "model": stored["model"]} == stored
     record = json.loads((here / "run" / "run.json").read_text())
-    (here / "run" / "run.json").write_text(json.dumps({**record, "logs": ["gone.csv"]}))
+    (here / "run" / "run.json").write_text(json.dumps({**record, "logs": ["gone.csv"], "from_run": None}))
     without = undertow.check("run")
     assert without.envelope_from == "the run folder: the speeds of its log"
     assert without.ruling("energy balance").verdict == "not applicable"

@@ -128,14 +128,14 @@ def test_a_network_is_no_run_to_add_to(here: Path) -> None:
 
 def test_a_run_whose_log_is_gone(copy: Path) -> None:
     spoil(copy / "run.json", "logs", value=["gone.csv"])
-    match = (
-        r"run was made from 'gone\.csv', which is not there \(seen from .*\); run this where 'undertow discover' was"
-    )
+    spoil(copy / "run.json", "from_run", value=None)
+    match = r"run was made from 'gone\.csv', which is not there \(seen from .*\); put it beside .* now with --log"
     refused("add", HIDDEN, "--run", "run", match=match)
 
 
 def test_a_run_whose_log_has_a_name_too_long_for_any_file(copy: Path) -> None:
     spoil(copy / "run.json", "logs", value=["x" * 5000])
+    spoil(copy / "run.json", "from_run", value=None)
     refused("add", HIDDEN, "--run", "run", match=r"run was made from 'xxxx.*', which is not there")
 
 

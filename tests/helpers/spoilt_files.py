@@ -14,6 +14,7 @@ import yaml
 from log_samples import broken, small_world
 from sample_run import compare_many, edit, law, write_sample
 
+from undertow.measurements.log_digests import log_digests
 from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 
@@ -162,7 +163,7 @@ def _run(name: str, folder: Path) -> Path:
     (run / "audit.json").write_text(json.dumps({**audit, "envelope_from": "the log", "notes": ["n"]}))
     log = str(small_world().write(folder / "log.csv"))
     record = {"schema": "undertow.run/1", "logs": [log], "frame": None, "channel_map": None, "namespace": None}
-    told = {"versions": {"python": "3.11"}, "log_sha256": [{"path": log, "sha256": "0" * 64}], "command": "undertow"}
+    told = {"versions": {"python": "3.11"}, "log_sha256": log_digests([log]), "command": "undertow"}
     (run / "run.json").write_text(json.dumps({**record, **told, "seed": 0, "as_is": False}))
     worst = {"value": -1.0, "at": {"u": 0.1, "v": 0.0, "r": 0.0}}
     law_held = {"verdict": "pass", "proof": "vertex LMI", "price": 0.0, "sentence": "It holds.", "worst": worst}

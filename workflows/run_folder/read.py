@@ -1,7 +1,6 @@
 """Read a run folder whole, and say clearly what is wrong with it when it cannot be shown."""
 
 import hashlib
-import os
 import re
 import warnings
 from collections.abc import Iterable, Mapping
@@ -16,6 +15,7 @@ from ...discovery.findings import Findings
 from ...discovery.fold_findings import FoldRecord
 from ...measurements.inspection import Inspections
 from ...measurements.log_options import Reading
+from ...measurements.prepared_logs import PathLike
 from ...physics.errors import RequestError, VehicleError
 from ...physics.file_records import Record
 from ...physics.folders import finish
@@ -24,6 +24,7 @@ from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, re
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from ...reports.run_contents import RunFolder
 from ...residuals.models.neural import is_network_folder
+from .moved_files import UNMOVED, Moved, logs_now, made_logs, made_map, map_now
 from .sizes import LARGEST, check_bounds
 
 MEASURED = ("u_dot", "v_dot", "r_dot", "u", "v", "r", "north", "east")
@@ -46,7 +47,7 @@ _LONGEST_HEADER = 65536
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from: paths of the logs, how they were read, the vehicle; and the folds that judged it."""
+    """What a run was made from: logs where they are now, how they were read, vehicle; and the folds that judged it."""
 
     logs: list[str]
     reading: Reading
@@ -174,13 +175,18 @@ def _series(content: bytes, path: Path) -> pd.DataFrame:
     return series
 
 
-def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
+def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
     """What a run folder was made from.
+
+    Parameters
+    ----------
+    run : the run folder, wherever it was moved
+    moved : where its logs and its map are now, where they are found nowhere by themselves
 
     Raises
     ------
     RequestError
-        when the folder is not a run folder, or its logs are not where they were.
+        when the folder is not a run folder, or its logs are nowhere, or not the same files.
     VehicleError
         when its nominal vehicle cannot be read.
     """
@@ -194,29 +200,25 @@ def read_run_inputs(run: str | os.PathLike[str]) -> RunRecord:
         )
     try:
         record = read_json(folder / "run.json")
-        logs, frame, channel_map = record["logs"], record["frame"], record["channel_map"]
+        paths, frame, mapped = record["logs"], record["frame"], record["channel_map"]
         namespace = record.get("namespace")  # a run of an earlier version has none
     except (OSError, ValueError, KeyError, TypeError):
         raise RequestError(
             f"{folder} is not a run folder (no readable run.json in it); write one with "
             "'undertow discover LOG --vehicle V --out RUN'"
         ) from None
-    how = [text for text in (frame, channel_map, namespace) if text is not None]
-    texts = [*logs, *how] if isinstance(logs, list) else [logs]
-    if not isinstance(logs, list) or not logs or not all(isinstance(text, str) for text in texts):
+    how = [text for text in (frame, mapped, namespace) if text is not None]
+    texts = [*paths, *how] if isinstance(paths, list) else [paths]
+    if not isinstance(paths, list) or not paths or not all(isinstance(text, str) for text in texts):
         raise RequestError(
             f"{folder / 'run.json'}: expected paths under 'logs', a text or null under 'frame', 'channel_map' and "
-            f"'namespace', got {shown(logs)}, {shown(frame)}, {shown(channel_map)}, {shown(namespace)}; run "
+            f"'namespace', got {shown(paths)}, {shown(frame)}, {shown(mapped)}, {shown(namespace)}; run "
             "'undertow discover' to write the folder anew"
         )
-    for path in logs:
-        if not os.path.exists(path):  # a name too long for any file is none, where Path raises
-            raise RequestError(
-                f"{folder} was made from {shown(path)}, which is not there (seen from {Path.cwd()}); run this where "
-                "'undertow discover' was run, or put the log back"
-            )
-    reading = Reading(frame, channel_map, namespace, record.get("as_is") is True)
-    return RunRecord(logs, reading, load_vehicle(folder / "nominal.yaml"), _folds(folder / "findings.json"))
+    there = logs_now(folder, made_logs(record), moved.logs)
+    map_there = map_now(folder, made_map(record), moved.channel_map)
+    reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
+    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), _folds(folder / "findings.json"))
 
 
 def _folds(path: Path) -> tuple[FoldRecord, ...]:

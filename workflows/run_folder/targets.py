@@ -18,6 +18,7 @@ from ...physics.reading import read_json
 from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES
 from ...residuals.models.neural import is_network_folder
+from .moved_files import made_logs, made_map, places
 from .run_files import RUN_FILES, is_run
 
 _MCAP = b"\x89MCAP0\r\n"
@@ -156,11 +157,12 @@ def _inputs(name: str) -> Iterator[Path]:
 
 
 def _of_run(folder: Path) -> Iterator[Path]:
-    """Logs and channel map of a run, as far as its record can be read."""
+    """Logs and channel map of a run, wherever they may be now, as far as its record can be read."""
     with suppress(OSError, ValueError, AttributeError):
         record = read_json(folder / "run.json")
-        logs = record.get("logs")
-        yield from inputs_of([*(logs if isinstance(logs, list) else ()), record.get("channel_map")])
+        mapped = made_map(record)
+        made = [*made_logs(record), *([] if mapped is None else [mapped])]
+        yield from inputs_of([place for one in made for place in places(folder, one) if os.path.exists(place)])
 
 
 def _check(option: str, kind: Kind, path: Path, inputs: list[Path], force: bool) -> None:

@@ -19,6 +19,7 @@ from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
 from ...physics.freed_memory import hand_back
 from ...reports.terminal.pace import Pace
+from .moved_files import paths_from
 from .provenance import command, seen_from, versions
 from .read import read_run
 from .run import Run, Say
@@ -126,6 +127,7 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
         "command": command(run.verb, seen, there, seed=run.settings.seed, refit=run.settings.refit, judge=judge),
         "versions": versions(),
         "log_sha256": log_digests(paths),
+        **paths_from(target, paths, reading.channel_map),
     }
 
 

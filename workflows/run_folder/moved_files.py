@@ -1,0 +1,183 @@
+"""Where the logs and the channel map of a run lie now, wherever all were moved, and that they are still the same."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ...measurements.collection import find_logs
+from ...measurements.log_digests import log_digests
+from ...measurements.prepared_logs import PathLike
+from ...physics.errors import RequestError
+from ...physics.printable import shown
+from .provenance import seen_from
+
+FROM_RUN = "from_run"
+"""Key of `run.json` under which the paths stand as they read from the run folder."""
+MAP_DIGEST = "channel_map_sha256"
+_TOLD = 12
+"""Digits of a SHA-256 in a message: two files agree in them by chance in one of 2^48 cases."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """Where the logs and the channel map of a run are now, as the user says it; which is which, their content says."""
+
+    logs: tuple[PathLike, ...] = ()
+    channel_map: PathLike | None = None
+
+
+UNMOVED = Moved()
+"""Wherever they are found: where they were, where they were as seen from the run folder, beside it, or in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class MadeFile:
+    """A file that a run was made from.
+
+    Attributes
+    ----------
+    path : as it was given, where the run was made
+    from_run : as it reads from the run folder; None in a run of an earlier version
+    sha256 : its digest; None where nobody knows it, as of a log in memory
+    """
+
+    path: str
+    from_run: str | None = None
+    sha256: str | None = None
+
+
+def paths_from(target: Path, logs: Sequence[str], channel_map: PathLike | None) -> dict[str, Any]:
+    """What `run.json` has of where the logs and the map lie, seen from the run folder, and of the map's digest."""
+    given = None if channel_map is None else os.fspath(channel_map)
+    seen = {
+        "logs": [seen_from(target, path) for path in logs],
+        "channel_map": None if given is None else seen_from(target, given),
+    }
+    return {FROM_RUN: seen, MAP_DIGEST: None if given is None else log_digests([given])[0]["sha256"]}
+
+
+def made_logs(record: Mapping[str, Any]) -> list[MadeFile]:
+    """The logs of a `run.json`, one a path under `logs`."""
+    paths = [path for path in _list(record.get("logs")) if isinstance(path, str)]
+    seen = _list(_mapping(record.get(FROM_RUN)).get("logs"))
+    digests = _list(record.get("log_sha256"))
+    known = {_text(_mapping(item).get("path")): _text(_mapping(item).get("sha256")) for item in digests}
+    seen = seen if len(seen) == len(paths) else [None] * len(paths)
+    return [MadeFile(path, _text(here), known.get(path)) for path, here in zip(paths, seen, strict=True)]
+
+
+def made_map(record: Mapping[str, Any]) -> MadeFile | None:
+    """The channel map of a `run.json`; None of a run without one."""
+    path = _text(record.get("channel_map"))
+    seen = _text(_mapping(record.get(FROM_RUN)).get("channel_map"))
+    return None if path is None else MadeFile(path, seen, _text(record.get(MAP_DIGEST)))
+
+
+def places(folder: Path, made: MadeFile) -> Iterator[str]:
+    """Where a file may be, the likeliest first: as it was given, as seen from the run folder, beside it, in it."""
+    yield made.path
+    if made.from_run is not None:
+        yield _joined(folder, made.from_run)
+    if made.sha256 is not None:  # a mere name is no proof
+        name = os.path.basename(made.path)
+        yield from (_joined(folder, os.path.join(up, name)) for up in (os.pardir, os.curdir))
+
+
+def logs_now(folder: Path, made: Sequence[MadeFile], given: Sequence[PathLike] = ()) -> list[str]:
+    """The logs of a run where they are now, in the order of the run.
+
+    Parameters
+    ----------
+    folder : the run folder
+    given : files, folders or patterns, see `Moved`
+
+    Raises
+    ------
+    RequestError, LogError
+        when one is nowhere, or what is in its place is another file.
+    """
+    named = find_logs([os.fspath(path) for path in given])[0] if given else ()
+    digest = cache(_digest)  # of many logs in a folder each is asked for many times
+    return [_found(folder, one, named, digest, others=len(made) > 1) for one in made]
+
+
+def map_now(folder: Path, made: MadeFile | None, given: PathLike | None = None) -> str | None:
+    """The channel map of a run where it is now; see `logs_now`. One that is nowhere is left for its reader to say."""
+    if made is None:
+        if given is not None:
+            raise RequestError(
+                f"{folder} was made without a channel map, and {given} would make another log of it; leave out --map, "
+                "or give --vehicle V and the LOG in place of the run"
+            )
+        return None
+    if given is None and not any(os.path.exists(place) for place in places(folder, made)):
+        return made.path
+    return _found(folder, made, () if given is None else (os.fspath(given),), _digest, option="--map")
+
+
+def _found(
+    folder: Path,
+    made: MadeFile,
+    given: Sequence[str],
+    digest: Callable[[str], str | None],
+    *,
+    option: str = "--log",
+    others: bool = False,
+) -> str:
+    """The first place in which the very file is; that which the user names, or, of `others` in the run, might name."""
+    unlike: list[str] = []
+    for place in (*given, *(places(folder, made) if others or not given else ())):
+        if not os.path.exists(place):  # a name too long for any file is none, where Path raises
+            continue
+        if made.sha256 is None:
+            if place not in given or len(given) == 1 or os.path.basename(place) == os.path.basename(made.path):
+                return place
+            continue
+        if digest(place) == made.sha256:
+            return place
+        unlike.append(place)
+    if not unlike:
+        missing = next((path for path in given if not os.path.exists(path)), None)
+        if missing is not None:
+            raise RequestError(f"{missing} is not there; give the place where {made.path} of {folder} is now")
+        raise RequestError(
+            f"{folder} was made from {shown(made.path)}, which is not there (seen from {Path.cwd()}, and from the run "
+            f"folder); put it beside the run folder, or say where it is now with {option}"
+        )
+    came = digest(unlike[0])
+    told = "cannot be read" if came is None else f"has SHA-256 {came[:_TOLD]}..."
+    expected = f"{shown(made.path)} with SHA-256 {(made.sha256 or '')[:_TOLD]}..."
+    raise RequestError(
+        f"{folder} was made from {expected}, and {unlike[0]} {told}: another file, or one that was changed since. Say "
+        f"where the one that is meant is, with {option}, or make a run of this one with 'undertow discover'"
+    )
+
+
+def _digest(path: str) -> str | None:
+    return log_digests([path])[0]["sha256"]
+
+
+def _joined(folder: Path, path: str) -> str:
+    """A path seen from a folder, without the steps back unless the folder is a link and they lead elsewhere."""
+    whole = os.path.join(folder, path)
+    short = os.path.normpath(whole)
+    try:
+        elsewhere = os.path.exists(whole) and not os.path.samefile(short, whole)
+    except OSError:
+        elsewhere = True
+    return whole if elsewhere else short
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []
+
+
+def _mapping(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}
+
+
+def _text(value: Any) -> str | None:
+    return value if isinstance(value, str) else None
