@@ -15,6 +15,7 @@ import typer
 
 from .cli.add_verb import add, catalogue
 from .cli.check_verb import check
+from .cli.ci_verb import ci
 from .cli.compare_verb import compare
 from .cli.console import Verbs, check_here, open_streams, say, sending, telling
 from .cli.demo_verb import demo
@@ -54,7 +55,7 @@ def options(
     """Find the physics your boat model is missing."""
 
 
-for verb in (demo, init, inspect, compare, check, discover, fit, add, train, explain, effects, simulate, report):
+for verb in (demo, init, inspect, compare, check, ci, discover, fit, add, train, explain, effects, simulate, report):
     more = {add: catalogue, simulate: amounts}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 

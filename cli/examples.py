@@ -15,6 +15,10 @@ EXAMPLES = {
         "undertow compare boat.csv --vehicle boat.yaml --split all --out comparison.json --json",
     ),
     "check": ("undertow check run", "undertow check lstm boat.csv --vehicle boat.yaml --out audit.json"),
+    "ci": (
+        "undertow ci logs/ --vehicle boat.yaml --limits limits.yaml",
+        "undertow ci boat.csv --vehicle boat.yaml --write-limits limits.yaml --margin 0.3",
+    ),
     "discover": (
         "undertow discover boat.csv --vehicle boat.yaml --out run",
         "undertow discover logs/*.bin --vehicle vehicle.yaml --map channels.yaml --refit --out run",

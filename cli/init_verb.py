@@ -8,12 +8,10 @@ import typer
 
 from ..measurements.log_options import Reading
 from .console import failing_clearly, progress, quiet, say, show, tell_replaced
-from .options import ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
+from .options import FEW_LOGS, ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
 """Files that are written unless an option names others."""
-_FEW = 3
-"""Logs that are named in the next command."""
 _ASKED = {
     "length": "Length of the hull [m]",
     "mass": "Mass with payload [kg]",
@@ -64,7 +62,7 @@ def init(
         draft.write(out, channels_out)
         tell_replaced(earlier)
         show(*init_screen(draft.vehicle, draft.thrusters, [doubt.value for doubt in draft.doubts]))
-        named = " ".join(map(str, logs)) if len(logs) <= _FEW else "LOG..."
+        named = " ".join(map(str, logs)) if len(logs) <= FEW_LOGS else "LOG..."
         say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
         say(f"  undertow discover {named} --vehicle {out} --map {channels_out} --refit --out run")
 

@@ -12,6 +12,8 @@ from .console import progress, quiet
 if TYPE_CHECKING:
     from ..measurements.prepared_logs import Inputs
 
+FEW_LOGS = 3
+"""Logs that are named in a command that is told as the next one: more would not fit on a line."""
 
 Logs = Annotated[
     list[Path],

@@ -20,6 +20,7 @@ _TOLD = {
     "float_type": "expected a number",
     "string_type": "expected a word",
     "dict_type": "expected lines of 'key: value'",
+    "model_type": "expected lines of 'key: value'",
     "tuple_type": "expected a list",
     "too_short": "expected a list of at least {min_length}",
     "too_long": "expected at most {max_length} letters or entries",

@@ -171,11 +171,11 @@ class Errors:
         return {name: found.score for name, found in self.rollouts.items()}
 
 
-def evaluate(model: Model, data: DataSet) -> Errors:
-    """All errors of a model on a data set."""
+def evaluate(model: Model, data: DataSet, horizons: Sequence[float] = HORIZONS) -> Errors:
+    """All errors of a model on a data set, predictions over some horizons [s] among them."""
     begun = perf_counter()
     measured, error = acceleration_errors(model, data)
-    rollouts = rollout_errors(model, data)
+    rollouts = rollout_errors(model, data, horizons)
     step = tuple(motion.time_step for motion in data.motions)
     return Errors(measured, error, step, rollouts, perf_counter() - begun)
 

@@ -40,6 +40,7 @@ class Kind(Enum):
     STARTED = "init"
     CHANNELS = "init --channels"
     ADDED = "add"
+    LIMITS = "ci --write-limits"
     SIMULATED = "simulate"
     PAGE = "report"
     PDF = "report --pdf"

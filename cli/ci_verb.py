@@ -1,0 +1,89 @@
+"""The verb `ci`: whether a vehicle is still the boat of its logs; exit code 1 when it breaks a limit."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..measurements.log_options import Reading
+from .console import failing_clearly, print_json, prose, say, show, tell_replaced, warn
+from .options import (
+    FEW_LOGS,
+    AsIsOption,
+    ForceOption,
+    FrameOption,
+    JsonOption,
+    Logs,
+    MapOption,
+    NamespaceOption,
+    VehicleOption,
+    earlier_files,
+    read_logs,
+)
+
+
+def ci(
+    logs: Logs,
+    vehicle: VehicleOption,
+    limits: Annotated[
+        Path | None, typer.Option("--limits", "-l", help="Limits file: the errors that are allowed.")
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option("--model", help="Judge this in the vehicle's place; as in compare.")
+    ] = None,
+    write: Annotated[
+        Path | None, typer.Option("--write-limits", metavar="OUT.yaml", help="Write limits from today's errors.")
+    ] = None,
+    margin: Annotated[
+        float | None, typer.Option("--margin", help="Share of today's errors that --write-limits leaves free; 0.2.")
+    ] = None,
+    force: ForceOption = False,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Judge a vehicle as it is by limits of its errors on logs; exit code 1 when it breaks one."""
+    with failing_clearly():
+        from ..comparison.error_limits import WRITTEN_BY, load_limits
+        from ..physics.errors import RequestError
+        from ..physics.in_words import percent
+        from ..workflows.ci import MARGIN, first_limits
+        from ..workflows.ci import ci as judge
+
+        if (limits is None) == (write is None):
+            raise RequestError(
+                "ci: expected either --limits FILE to judge by, or --write-limits FILE to write first limits"
+            )
+        if margin is not None and write is None:
+            raise RequestError("ci: --margin belongs to --write-limits; leave it out, or edit the limits file")
+        if as_json and write is not None:
+            raise RequestError("ci: --write-limits judges nothing that --json could print; leave one of them out")
+        earlier = earlier_files(
+            (("--write-limits", WRITTEN_BY, write),), (logs, vehicle, limits, model, channels), force=force
+        )
+        wanted = None if limits is None else load_limits(limits)  # before the logs, which take long
+        inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is), "all")
+        if wanted is None:
+            share = MARGIN if margin is None else margin
+            made = first_limits(inputs, share, model)
+            judged = inputs.vehicle.name if model is None else model
+            made.save(write or "", f"errors of {judged} on {inputs.log_names}, and {percent(share)} more")
+            tell_replaced(earlier)
+            warn(inputs.warnings)
+            named = " ".join(map(str, logs)) if len(logs) <= FEW_LOGS else "LOG..."
+            say(f"Limits: {write}. Look at them, then:")
+            say(f"  undertow ci {named} --vehicle {vehicle} --limits {write}")
+            return
+        found = judge(inputs, wanted, model)
+        if as_json:
+            print_json(found.to_dict())
+        else:
+            from ..reports.terminal.limits_screen import limits_table, verdict_text
+
+            warn(found.warnings)
+            prose(verdict_text(found))
+            show(limits_table(found))
+    if found.verdict == "broken":
+        raise typer.Exit(1)
