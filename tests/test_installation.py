@@ -1,0 +1,71 @@
+"""What is installed from the wheel is the whole package, and works far from any clone."""
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+from places import ROOT
+from sources import NOT_PACKAGES
+
+BESIDE = ("README.md", "CHANGELOG.md", "LICENSE", "Makefile", "Containerfile", "pyproject.toml", "constraints.txt")
+"""What lies in the root and is no part of the package."""
+LEFT = (".*", "__pycache__", "*.egg-info", *sorted(NOT_PACKAGES))
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from a copy, for a build leaves its own folders behind."""
+    place = tmp_path_factory.mktemp("wheel")
+    shutil.copytree(ROOT, place / "source", ignore=shutil.ignore_patterns(*LEFT))
+    build = f"from setuptools.build_meta import build_wheel; build_wheel({str(place)!r})"
+    subprocess.run([sys.executable, "-c", build], cwd=place / "source", capture_output=True, check=True)
+    (found,) = place.glob("*.whl")
+    return found
+
+
+def test_the_wheel_holds_every_file_of_the_package_and_no_other(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as held:
+        names = {name for name in held.namelist() if ".dist-info/" not in name}
+    source = wheel.parent / "source"
+    built = {"build", "undertow.egg-info", *BESIDE}
+    files = (path.relative_to(source) for path in source.rglob("*") if path.is_file())
+    assert names == {f"undertow/{path.as_posix()}" for path in files if path.parts[0] not in built}
+    for name in ("py.typed", "data/demo.yaml", "data/gazebo_blueboat.csv.gz", "physics/vehicles/otter.yaml"):
+        assert f"undertow/{name}" in names
+
+
+def test_what_is_installed_works_outside_the_clone(wheel: Path, tmp_path: Path) -> None:
+    """In a venv with this one's dependencies but not its undertow, for what a .pth file names is not asked for more."""
+    place, work = tmp_path / "installed", tmp_path / "work"
+    work.mkdir()
+    venv.create(place)
+    home = Path(sysconfig.get_path("purelib", vars={"base": str(place)}))
+    dependencies = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
+    (home / "dependencies.pth").write_text("\n".join(sorted(dependencies)) + "\n", "utf-8")
+    scripts = Path(sysconfig.get_path("scripts", vars={"base": str(place)}))
+    pip = [sys.executable, "-m", "pip", f"--python={scripts / 'python'}", "install", "--no-deps", "--no-index", wheel]
+    subprocess.run(pip, capture_output=True, check=True)
+
+    def undertow(*words: str) -> str:
+        done = subprocess.run([scripts / "undertow", *words], cwd=work, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    where = subprocess.run(
+        [scripts / "python", "-c", "import undertow; print(undertow.__file__)"],
+        cwd=work, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(where.stdout.strip()).parent == home / "undertow"
+    assert "surge quadratic damping" in undertow("demo")
+    assert "munk_moment" in undertow("effects")
+    assert "Munk" in undertow("effects", "munk_moment")
+    undertow("simulate", "-v", "otter", "--effect", "steady_current=0.2,-0.1", "--duration", "60", "-o", "log.csv")
+    undertow("init", "log.csv", "--mass", "55", "--length", "2")
+    undertow("discover", "log.csv", "-v", "otter", "-o", "run")
+    written = {path.name for path in (work / "run").iterdir()}
+    assert {"findings.json", "model.yaml", "report.html", "series.csv"} <= written
