@@ -2,7 +2,7 @@
 # the demo what reads tables and finds effects, the tests everything.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench docs clean
+.PHONY: help demo shell test lint bench docs clean
 
 PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
 BIN := .venv/bin
@@ -16,6 +16,7 @@ BENCHMARKS := benchmarks/speed.py $(filter-out benchmarks/speed.py,$(wildcard be
 
 help:
 	@echo "make demo   read a real Gazebo log, find the missing physics, add it, and watch the error fall"
+	@echo "make shell  open a shell in which 'undertow' is a command"
 	@echo "make test   run the tests"
 	@echo "make lint   check style, format and types"
 	@echo "make bench  run all tests, the long ones too, and the benchmarks, one after the other"
@@ -24,6 +25,11 @@ help:
 
 demo: $(RUNS)
 	@$(BIN)/undertow demo
+
+# The shell of the user, or sh, with the venv first in its path. A prompt that the shell's own files set stays as it is.
+shell: $(RUNS)
+	@echo "'undertow' is a command here, and 'exit' or Ctrl-D leaves. Begin with: undertow init LOG --mass KG"
+	@VIRTUAL_ENV="$(CURDIR)/.venv" PATH="$(CURDIR)/$(BIN):$$PATH" PS1="(undertow) $${PS1:-\$$ }" "$${SHELL:-/bin/sh}" || true
 
 test: $(READY)
 	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest

@@ -22,6 +22,7 @@ from ..discovery.candidates.effect_forces import FORCES, effect_forces, effects_
 from ..measurements.prepared_logs import Parts
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
+from ..physics.extras import how_to_install
 from ..physics.files import writing
 from ..physics.frames import Array, heading_from_enu
 from ..physics.matrices import mass_matrix
@@ -103,7 +104,7 @@ def require_mcap() -> None:
     try:
         import mcap.records  # noqa: F401
     except ImportError:
-        raise RequestError("a series for viewers needs the package mcap: pip install 'undertow[logs]'") from None
+        raise RequestError(f"a series for viewers needs the package mcap: {how_to_install('logs')}") from None
 
 
 def write_series(

@@ -3,12 +3,11 @@
 import shutil
 import subprocess
 import sys
-import sysconfig
-import venv
 import zipfile
 from pathlib import Path
 
 import pytest
+from bare_venv import BareVenv
 from places import ROOT
 from sources import NOT_PACKAGES
 
@@ -40,27 +39,16 @@ def test_the_wheel_holds_every_file_of_the_package_and_no_other(wheel: Path) -> 
 
 
 def test_what_is_installed_works_outside_the_clone(wheel: Path, tmp_path: Path) -> None:
-    """In a venv with this one's dependencies but not its undertow, for what a .pth file names is not asked for more."""
-    place, work = tmp_path / "installed", tmp_path / "work"
+    work = tmp_path / "work"
     work.mkdir()
-    venv.create(place)
-    home = Path(sysconfig.get_path("purelib", vars={"base": str(place)}))
-    dependencies = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
-    (home / "dependencies.pth").write_text("\n".join(sorted(dependencies)) + "\n", "utf-8")
-    scripts = Path(sysconfig.get_path("scripts", vars={"base": str(place)}))
-    pip = [sys.executable, "-m", "pip", f"--python={scripts / 'python'}", "install", "--no-deps", "--no-index", wheel]
-    subprocess.run(pip, capture_output=True, check=True)
+    home = BareVenv(tmp_path / "installed")
+    home.run("python", "-m", "pip", "install", "--no-deps", "--no-index", wheel, cwd=work)
+    where = home.run("python", "-c", "import undertow; print(undertow.__file__)", cwd=work).strip()
+    assert Path(where).parent == home.packages / "undertow"
 
     def undertow(*words: str) -> str:
-        done = subprocess.run([scripts / "undertow", *words], cwd=work, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+        return home.run("undertow", *words, cwd=work)
 
-    where = subprocess.run(
-        [scripts / "python", "-c", "import undertow; print(undertow.__file__)"],
-        cwd=work, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    assert Path(where.stdout.strip()).parent == home / "undertow"
     assert "surge quadratic damping" in undertow("demo")
     assert "munk_moment" in undertow("effects")
     assert "Munk" in undertow("effects", "munk_moment")

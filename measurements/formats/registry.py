@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from ...physics.errors import LogError
+from ...physics.extras import how_to_install
 from ...physics.registry_members import objects_in
 from .. import formats
 from .base import EXPECTED, Format, Head, Recording, Request, read_head
@@ -44,7 +45,7 @@ def read_recording(path: Path, request: Request | None = None) -> Recording:
     except ImportError as error:
         if not form.library:
             raise
-        raise LogError(f"{path}: {form.name} needs {form.library}; run pip install 'undertow[logs]'.") from error
+        raise LogError(f"{path}: {form.name} needs {form.library}: {how_to_install('logs')}.") from error
     except Exception as error:
         # Libraries that parse binary files meet a broken one with whatever the first wrong byte leads to:
         # struct.error, IndexError, AssertionError, MemoryError, and errors of their own.

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..averages import area_average
 from ..errors import RequestError
+from ..extras import how_to_install
 from ..file_marks import in_stamps, parquet_data, remark
 from ..files import write_bytes
 from ..frames import Array, body_to_earth, wrap_angle
@@ -146,5 +147,5 @@ class SimulatedLog:
             table.attrs["undertow"] = remark("simulate", parquet_data(plain.getvalue()))
             table.to_parquet(marked, index=False)
         except ImportError:
-            raise RequestError(f"cannot write {target}: Parquet needs pyarrow: pip install 'undertow[logs]'") from None
+            raise RequestError(f"cannot write {target}: Parquet needs pyarrow: {how_to_install('logs')}") from None
         return marked.getvalue()

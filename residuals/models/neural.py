@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from ...physics.errors import RequestError
+from ...physics.extras import how_to_install
 from ...physics.reading import read_bytes
 
 SCHEMA = "undertow.network/1"
@@ -31,7 +32,7 @@ def require_torch() -> None:
             import_module(package)
         except ImportError as error:
             raise RequestError(
-                f"a neural network needs torch and safetensors ({error}): pip install 'undertow[neural]'"
+                f"a neural network needs torch and safetensors ({error}): {how_to_install('neural')}"
             ) from None
 
 

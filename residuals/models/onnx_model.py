@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from ...physics.errors import RequestError
+from ...physics.extras import how_to_install
 from ...physics.frames import Array
 from ...physics.vehicle import Vehicle
 from .foreign import FunctionModel
@@ -108,7 +109,7 @@ def load_onnx(path: Path, vehicle: Vehicle) -> FunctionModel:
     try:
         runtime = import_module("onnxruntime")
     except ImportError as error:
-        raise RequestError(f"an ONNX model needs onnxruntime ({error}): pip install 'undertow[export]'") from None
+        raise RequestError(f"an ONNX model needs onnxruntime ({error}): {how_to_install('export')}") from None
     if not path.is_file():
         raise RequestError(f"model {path}: no such file")
     try:

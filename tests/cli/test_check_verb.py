@@ -171,7 +171,7 @@ def test_without_onnxruntime_the_message_says_how_to_get_it(here: Path):
     result = call("check", "net.onnx", "-v", "blueboat")
     assert result.exit_code == 2
     assert "an ONNX model needs onnxruntime" in result.stderr
-    assert "pip install 'undertow[export]'" in result.stderr
+    assert "pip install -e '.[export]' -c constraints.txt" in result.stderr
 
 
 @pytest.mark.skipif(not HAS_ONNX, reason="needs onnxruntime")

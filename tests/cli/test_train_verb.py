@@ -230,7 +230,7 @@ def test_without_torch_the_verb_says_what_to_install(
     monkeypatch.setattr("undertow.residuals.models.neural.import_module", lacking)
     result = call("train", place / "log.csv", "-v", "blueboat", "--out", tmp_path / "M")
     assert (result.exit_code, list(tmp_path.iterdir())) == (2, [])
-    assert "pip install 'undertow[neural]'" in result.stderr
+    assert "pip install -e '.[neural]' -c constraints.txt" in result.stderr
 
 
 def test_options_of_the_network_are_numbers() -> None:

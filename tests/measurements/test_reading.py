@@ -224,7 +224,7 @@ def test_repeated_stamps_keep_the_last_and_rows_without_number_go(tmp_path):
 def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
     path = write(wide(), tmp_path / "log.parquet")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(ValueError, match=r"pip install 'undertow\[logs\]'"):
+    with pytest.raises(ValueError, match=r"pip install -e '\.\[logs\]'"):
         read_log(path)
 
 

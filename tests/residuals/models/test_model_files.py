@@ -455,7 +455,7 @@ def test_a_network_without_torch_gives_the_hint(log: Path, folder: Path):
     assert ran.returncode == 2
     assert re.fullmatch(
         r"undertow: a neural network needs torch and safetensors \(No module named 'torch'\): "
-        r"pip install 'undertow\[neural\]'\n",
+        r".*pip install -e '\.\[neural\]' -c constraints\.txt \(in .*\)\n",
         ran.stderr,
     )
     assert "Traceback" not in ran.stdout

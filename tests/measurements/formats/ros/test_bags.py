@@ -92,7 +92,7 @@ def test_missing_rosbags_is_said(tmp_path, world, monkeypatch):
     from undertow.measurements.formats.ros import ros_types
 
     ros_types._store.cache_clear()
-    with pytest.raises(ValueError, match=r"ROS 1 bag needs rosbags; run pip install 'undertow\[logs\]'"):
+    with pytest.raises(ValueError, match=r"ROS 1 bag needs rosbags: .*pip install -e '\.\[logs\]'"):
         read_log(path)
 
 
