@@ -93,6 +93,20 @@ def compared(models: Sequence[Model], parts: Parts, channels: Sequence[str]) -> 
     return told
 
 
+def effect_topic(label: str) -> str:
+    """The topic of an effect's force, without that of its log.
+
+    >>> effect_topic("thruster_asymmetry[port]")
+    '/effects/thruster_asymmetry_port'
+    """
+    return f"/effects/{'/'.join(map(_plain, label.split('/')))}"
+
+
+def log_prefixes(logs: Sequence[int]) -> list[str]:
+    """How the topics of each log begin, by the numbers of the logs; with nothing where there is one."""
+    return [f"/log{log}" if len(logs) > 1 else "" for log in sorted(logs)]
+
+
 def require_mcap() -> None:
     """Check that files can be written.
 
@@ -150,9 +164,8 @@ def write_series(
         schemas: dict[str, int] = {}
         recorded: list[Iterator[Message]] = []
         about = {"schema": "undertow.viewer/1", "axes": AXES_TOLD}
-        for log, source in sorted(logs.items()):
+        for (log, source), prefix in zip(sorted(logs.items()), log_prefixes(list(logs)), strict=True):
             rows = np.flatnonzero(table["log"] == log)  # one after the other
-            prefix = f"/log{log}" if len(logs) > 1 else ""
             start = starts[source]
             boat = f"{prefix}/{BOAT}".removeprefix("/")
             blocks = _blocks(predictions, channels, slice(int(rows[0]), int(rows[-1]) + 1), time, start, boat, made)
@@ -280,7 +293,7 @@ def _topics(
             effect = BY_NAME.get(topic.split("/")[-1].split("[")[0])
             about = {} if effect is None else {"equation": effect.equation, "meaning": effect.meaning}
             texts = _flat(FORCES, forces[rows][list(FORCES)].to_numpy())
-            found.append(_Topic(f"/effects/{'/'.join(map(_plain, topic.split('/')))}", "undertow.Force", texts, about))
+            found.append(_Topic(effect_topic(topic), "undertow.Force", texts, about))
     return found
 
 

@@ -23,6 +23,7 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.residual import same_filter
 from undertow.residuals.series import stretches
+from undertow.workflows.run_folder.run_files import VIEWED
 
 BOAT = undertow.load_vehicle("blueboat")
 EFFECTS = ("surge_quadratic_damping", "thruster_asymmetry[port]", "sway_added_mass", "yaw:u|r|")
@@ -304,7 +305,7 @@ def test_without_the_extra_a_run_is_whole_but_for_it_and_says_so(
     monkeypatch.setitem(sys.modules, "mcap.records", None)
     with pytest.warns(UserWarning, match=r"series.mcap is left out: .*pip install -e '\.\[logs\]'"):
         undertow.write_run(run, target, report=False)
-    assert {p.name for p in target.iterdir()} == {p.name for p in written.iterdir()} - {"series.mcap"}
+    assert {p.name for p in target.iterdir()} == {p.name for p in written.iterdir()} - set(VIEWED)
     told: list[str] = []
     undertow.write_run(run, target, report=False, progress=told.append)
     assert [line for line in told if "series" in line] == [

@@ -20,10 +20,12 @@ _SCHEMAS = {
     "standardisation.json": "standardisation",
     RECORD: "run",
 }
-DATA = (*(name for name in _SCHEMAS if name != RECORD), "model.yaml", "nominal.yaml", "series.csv", "series.mcap")
+VIEWED = ("series.mcap", "series.foxglove.json", "series.plotjuggler.xml")
+"""For viewers: a series, and how each shows it."""
+DATA = (*(name for name in _SCHEMAS if name != RECORD), "model.yaml", "nominal.yaml", "series.csv", *VIEWED)
 """What the pages are made of."""
 RUN_FILES = (*DATA, RECORD, PAGE, PDF)
-"""What a run folder holds; series.mcap and the pages may be left out."""
+"""What a run folder holds; what is for viewers and the pages may be left out."""
 
 
 def is_run(folder: str | os.PathLike[str]) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 
 from ...discovery.candidates.effect_forces import found_forces
 from ...exports.mcap_series import Prediction, require_mcap, write_series
+from ...exports.viewer_layouts import views, write_layouts
 from ...measurements.inspection import Inspections
 from ...measurements.log_digests import log_digests
 from ...measurements.preparation.standardisation import Standardisation
@@ -132,7 +133,7 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
 
 
 def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> list[str]:
-    """Write the series for viewers; a line on why there is none, if so."""
+    """Write the series for viewers, and layouts that show it; a line on why there is none, if so."""
     try:
         require_mcap()
     except RequestError as error:
@@ -145,6 +146,8 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> list[str
     )
     pace = None if progress is None else Pace(progress, f"rows of {path.name}").told
     write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace)
+    logs = sorted(set(run.series["log"].tolist()))
+    write_layouts(path.parent, path.name, views(logs, run.inputs.channels, forces))
     return []
 
 
