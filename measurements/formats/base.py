@@ -176,8 +176,8 @@ class Format:
     matches : recognises it by the content (by the name only where the content has no mark)
     read : gives the recording, or raises LogError
     suffixes : usual endings of the file name, by which the command line tells a log from other words
-    library : import name of the library of the extra `logs` that reads it; empty for our own readers. Whatever it
-        raises is turned into a LogError at the door (`registry.read_recording`).
+    library : import name of the library that reads it, of the extra `logs` or of the core; empty where nothing is to
+        be fenced. Whatever it raises is turned into a LogError at the door (`registry.read_recording`).
     marked : whether its content has a mark of its own; formats without one are asked after those with one
     """
 

@@ -1,8 +1,8 @@
 """ArduPilot DataFlash logs (`.bin`): where the messages lie, and their columns; `ardupilot` says what they mean.
 
-The layout of every message is told by FMT messages in the log itself, in characters that pymavlink lists. pymavlink's
-own index is not used: it ends the whole process at the first byte that is no message (`panic` in its dfindexer.c), and
-a log that breaks off or is damaged must be read up to there.
+The layout of every message is told by FMT messages in the log itself, a character a field. pymavlink's index is not
+used: it ends the whole process at the first byte that is no message (`panic` in its dfindexer.c), and a log that breaks
+off or is damaged must be read up to there.
 """
 
 import mmap
@@ -26,6 +26,12 @@ _FMT = 128
 _FMT_BODY = struct.Struct("<BB4s16s64s")
 _FMT_LENGTH = 3 + _FMT_BODY.size
 """With two bytes of mark and one of type."""
+_NUMBERS = dict(zip("bBhHiIqQgfdMcCeEL", "bBhHiIqQefdbhHiIi", strict=True))
+"""How Python's `struct` names the kind of number that a character of FMT stands for (ArduPilot, LogStructure.h)."""
+_TEXTS = {"n": 4, "N": 16, "Z": 64, "a": 64}
+"""Bytes of those that stand for texts; `a` is an array of 32 short numbers, which no channel is made of."""
+_DIVISORS = {"c": 100.0, "C": 100.0, "e": 100.0, "E": 100.0, "L": 1e7}
+"""What the number is divided by, for characters of numbers with decimals."""
 _SENSOR = "#"
 """Unit, in FMTU, of the field that says which sensor or which filter a message is of."""
 _PAGE = 528
@@ -64,9 +70,6 @@ class DataFlash:
     """
 
     def __init__(self, path: Path, request: Request) -> None:
-        from pymavlink.DFReader import FORMAT_TO_STRUCT
-
-        self._characters = FORMAT_TO_STRUCT
         self._layouts: dict[int, Layout] = {}
         self._offsets: dict[int, array] = {}
         self.notes: list[str] = []
@@ -178,15 +181,14 @@ class DataFlash:
             return
         try:
             name, characters, columns = (text.split(b"\0")[0].decode("ascii") for text in texts)
-            told = [self._characters[character] for character in characters]
             fields = columns.split(",") if columns else []
-            types = [f"S{code[:-1]}" if code.endswith("s") else f"<{code}" for code, *_ in told]
+            types = [f"S{_TEXTS[one]}" if one in _TEXTS else f"<{_NUMBERS[one]}" for one in characters]
             layout = np.dtype(list(zip(fields, types, strict=True)))
         except (ValueError, KeyError, TypeError):
             return
         if layout.itemsize + 3 != length or not layout.itemsize:
             return
-        scales = [1.0 if scale is None else round(1.0 / scale) for _, scale, _ in told]
+        scales = [_DIVISORS.get(one, 1.0) for one in characters]
         self._layouts[kind] = Layout(name, length, tuple(fields), layout, dict(zip(fields, scales, strict=True)))
         lengths[kind] = length
 
@@ -236,4 +238,4 @@ def _read(head: Head, request: Request) -> Recording:
     return ardupilot.recording(DataFlash(head.path, request), request, str(head.path))
 
 
-DATAFLASH = Format("ArduPilot DataFlash", _matches, _read, (".bin",), library="pymavlink")
+DATAFLASH = Format("ArduPilot DataFlash", _matches, _read, (".bin",), library="numpy")

@@ -1,11 +1,14 @@
 """ArduPilot's DataFlash logs: a world written as the autopilot writes it is the same motion when it is read."""
 
+import sys
+
 import numpy as np
 import pytest
 from dataflash_files import MESSAGES, SERVOS, START, Writer, dataflash_of, write
 from round_trip import assert_equal, expected, motion_of, world
 
 from undertow.measurements.canonical import Output
+from undertow.measurements.formats.autopilots import dataflash
 from undertow.measurements.formats.registry import read_recording
 from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
@@ -197,3 +200,17 @@ def test_only_what_is_asked_for_is_unpacked(content, tmp_path):
     assert not {name for name in everything if "TimeUS" in name}
     log = read_log(tmp_path / "00000012.BIN")
     assert "ATT:Yaw" in log.unused
+
+
+def test_the_characters_of_fields_are_those_of_pymavlink():
+    reader = pytest.importorskip("pymavlink.DFReader")
+    own = {one: (code, dataflash._DIVISORS.get(one, 1.0)) for one, code in dataflash._NUMBERS.items()}
+    own |= {one: (f"{size}s", 1.0) for one, size in dataflash._TEXTS.items()}
+    theirs = reader.FORMAT_TO_STRUCT.items()
+    assert own == {one: (code, 1.0 if scale is None else round(1.0 / scale)) for one, (code, scale, _) in theirs}
+
+
+def test_a_log_is_read_without_pymavlink(content, truth, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pymavlink", None)
+    monkeypatch.setitem(sys.modules, "pymavlink.DFReader", None)
+    assert_equal(motion_of(saved(tmp_path, content)), truth, **FORMAT)
