@@ -11,9 +11,9 @@ class BareVenv:
 
     def __init__(self, place: Path) -> None:
         venv.create(place)  # an own pip would bring the setuptools of years ago
-        where = {"vars": {"base": str(place)}}
-        self.scripts = Path(sysconfig.get_path("scripts", **where))
-        self.packages = Path(sysconfig.get_path("purelib", **where))
+        base = {"base": str(place)}
+        self.scripts = Path(sysconfig.get_path("scripts", vars=base))
+        self.packages = Path(sysconfig.get_path("purelib", vars=base))
         ours = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
         (self.packages / "dependencies.pth").write_text("\n".join(sorted(ours)) + "\n", "utf-8")
         pip = self.scripts / "pip"
