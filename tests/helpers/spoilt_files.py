@@ -69,7 +69,7 @@ def _spoil(holder: Any, key: Any, chance: Random, places: list[Any]) -> None:
     if way == 0:
         del holder[key]
     elif way == 1 and isinstance(holder, dict):
-        holder[chance.choice(("x", "", "\x1b[2J", "schema", key + "\n", key[:-1]))] = holder.pop(key)
+        holder[chance.choice(("x", "", "\x1b[2J", "schema", f"{key}\n", f"{key}"[:-1]))] = holder.pop(key)
     elif way == 2 and there in _keys(other):
         holder[key] = copy.deepcopy(other[there])
     elif way == 3 and isinstance(holder[key], float):
@@ -264,10 +264,25 @@ def _use_standardisation(path: Path) -> None:
     Standardisation.read(path)
 
 
+def _limits(folder: Path) -> Path:
+    from undertow.comparison.error_limits import limits_from_dict
+
+    errors = {"surge": 0.1, "sway": 0.05, "yaw": 0.2}
+    content = {"predictions": {2: errors, 10: {"position": 1.5, **errors}}, "acceleration": errors, "laws": "pass"}
+    return limits_from_dict(content, "limits").save(folder / "limits.yaml", "made up")
+
+
+def _use_limits(path: Path) -> None:
+    from undertow.comparison.error_limits import load_limits
+
+    load_limits(path).text()
+
+
 _JSON = ("findings.json", "comparison.json", "audit.json", "inspection.json", "run.json")
 KINDS: dict[str, Kind] = {
     "vehicle": Kind(_vehicle, spoilt_yaml, _use_vehicle),
     "channel map": Kind(_map, spoilt_yaml, _use_map),
+    "limits": Kind(_limits, spoilt_yaml, _use_limits),
     **{name: Kind(partial(_run, name), spoilt_json, _use_run) for name in _JSON},
     "nominal.yaml": Kind(partial(_run, "nominal.yaml"), spoilt_yaml, _use_run),
     "model.yaml": Kind(partial(_run, "model.yaml"), spoilt_yaml, _use_run),

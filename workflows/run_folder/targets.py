@@ -163,7 +163,8 @@ def _of_run(folder: Path) -> Iterator[Path]:
         record = read_json(folder / "run.json")
         mapped = made_map(record)
         made = [*made_logs(record), *([] if mapped is None else [mapped])]
-        yield from inputs_of([place for one in made for place in places(folder, one) if os.path.exists(place)])
+        there = [place for one in made for place in places(folder, one) if os.path.exists(place)]
+        yield from inputs_of([place for place in there if not is_run(place)])  # a run that names itself would never end
 
 
 def _check(option: str, kind: Kind, path: Path, inputs: list[Path], force: bool) -> None:

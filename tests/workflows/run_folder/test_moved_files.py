@@ -14,6 +14,7 @@ import undertow
 from undertow.physics.errors import RequestError
 from undertow.workflows.run_folder.moved_files import MadeFile, Moved, logs_now, map_now
 from undertow.workflows.run_folder.read import read_run_inputs
+from undertow.workflows.run_folder.targets import inputs_of
 
 
 @pytest.fixture(scope="module")
@@ -158,3 +159,10 @@ def test_a_run_is_compared_where_its_log_is(trip: Path) -> None:
     assert found.logs == (str(trip / "log.csv"),)
     with pytest.raises(undertow.RequestError, match="another file"):
         compare_run(trip / "run", (), Moved((trip / "run" / "series.csv",)))
+
+
+def test_a_run_that_names_itself_as_its_log_is_no_circle(trip: Path) -> None:
+    record = json.loads((trip / "run" / "run.json").read_text("utf-8"))
+    record |= {"logs": ["."], "from_run": {"logs": ["."], "channel_map": None}}
+    (trip / "run" / "run.json").write_text(json.dumps(record), "utf-8")
+    assert trip / "run" / "model.yaml" in list(inputs_of([trip / "run"]))
