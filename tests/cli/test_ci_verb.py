@@ -117,10 +117,8 @@ def test_the_example_for_a_repository_runs() -> None:
     """The command of the workflow is one that the command line takes, and the limits beside it are held."""
     workflow = parse_yaml((ROOT / "examples" / "ci" / "undertow.yml").read_text("utf-8"))
     (command,) = [s["run"] for s in workflow["jobs"]["boat"]["steps"] if "undertow ci" in s.get("run", "")]
-    page = (ROOT / "docs" / "continuous_integration.md").read_text("utf-8")
-    assert command in page
     limits = (ROOT / "examples" / "ci" / "limits.yaml").read_text("utf-8").partition("\n")[2]
-    assert limits in page
+    assert limits in (ROOT / "docs" / "continuous_integration.md").read_text("utf-8")
     there = {"boat/log.csv.gz": "data/gazebo_blueboat.csv.gz", "boat/vehicle.yaml": "data/demo.yaml"}
     there["boat/limits.yaml"] = "examples/ci/limits.yaml"
     words = [str(ROOT / there[word]) if word in there else word for word in shlex.split(command)[1:]]

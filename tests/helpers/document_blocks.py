@@ -18,6 +18,7 @@ from documents import Block
 from places import ROOT
 from verbs import call, done
 
+from undertow.comparison.error_limits import Limits, load_limits
 from undertow.measurements.channels.channel_map import read_channel_map
 from undertow.physics.vehicle import Vehicle, shipped_vehicles, vehicle_from_dict
 
@@ -127,6 +128,10 @@ class Reader:
         if keys <= set(Vehicle.model_fields):
             whole = yaml.safe_load((ROOT / "data" / "demo.yaml").read_text(encoding="utf-8"))
             vehicle_from_dict(data if keys >= {"mass", "inertia_z", "thrusters"} else {**whole, **data}, "the page")
+        elif keys <= set(Limits.model_fields):
+            target = Path("limits_on_the_page.yaml")
+            target.write_text(block.text, encoding="utf-8")
+            assert load_limits(target)
         else:
             target = Path("a_map_on_the_page.yaml")
             target.write_text(block.text, encoding="utf-8")
