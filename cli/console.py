@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 
 from ..physics.errors import MOST_TOLD
 from ..physics.printable import one_line, printable, shortened
+from ..physics.stage import Stage
 
 if TYPE_CHECKING:
     from ..discovery.findings import Step
@@ -111,10 +112,12 @@ def quiet() -> bool:
 
 
 def progress(line: str) -> None:
-    """Print a line about work that goes on, on stderr, with the time that it took so far."""
+    """Print a line about work that goes on, on stderr, with the time that it took so far, and what is usually left."""
     if not _work.quiet:
         so_far = time.monotonic() - _work.since
-        after = f" [{so_far:.0f} s]" if so_far >= _WORTH_TELLING else ""
+        left = line.left(so_far) if isinstance(line, Stage) else 0.0
+        more = f", about {left:.0f} s left" if left >= _WORTH_TELLING else ""
+        after = f" [{so_far:.0f} s{more}]" if so_far >= _WORTH_TELLING else ""
         _note(line, after)
 
 

@@ -14,6 +14,7 @@ from ..measurements.statistics.second_processor import shared
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
 from ..physics.motion import Motion
+from ..physics.stage import SEARCHING, WEIGHING, Stage
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import worse_as_a_whole
 from .balance.shooting import ShootingSettings
@@ -126,7 +127,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     say(identify(search, nominal, search.nuisances, plausible).sentence)
-    say("searching the catalogue of effects")
+    say(Stage("searching the catalogue of effects", SEARCHING))
     state = search.run(progress=say)
     if leaves_structure(search, state):
         say("named effects leave structure: looking for terms that nobody has named")
@@ -134,7 +135,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     else:
         state = search.again(state, say)
     state = in_plain_words(search, state)
-    say("weighing the evidence")
+    say(Stage("weighing the evidence", WEIGHING))
     if search.pool != pool:
         rehearsal = rehearse(search, nominal, search.nuisances)
         plausible = plausible_amounts(search, rehearsal)
@@ -184,7 +185,7 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
     basis.forces.forget()  # rollouts judge from here on
     settings = replace(basis.settings.search, refinements=_REFINEMENTS)
     search = Search(form, nominal, seen, settings)
-    say("searching the catalogue of effects on open-loop rollouts")
+    say(Stage("searching the catalogue of effects on open-loop rollouts", SEARCHING))
     state = _best_of(search, list(_starts(search, basis.settings.shooting)), say)
     for _ in range(_ROUNDS - 1):
         form = form.refreshed(state.vehicle)
@@ -198,7 +199,7 @@ def _on_rollouts(basis: Basis, say: Say) -> Selected:
     rehearsal = rehearse(search, nominal, search.nuisances)
     plausible = plausible_amounts(search, rehearsal)
     known = identify(search, state.vehicle, state.active, plausible)
-    say("weighing the evidence")
+    say(Stage("weighing the evidence", WEIGHING))
     evidence = modest(weigh(search, state, seed, known), form)
     nothing = np.zeros(3)
     evidence += [Evidence(c.key, c.kind, False, 0.0, nothing, 0.0, 0.0, (), False, dormant=True) for c in unseen]

@@ -22,6 +22,7 @@ from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
 from ..physics.sources import WHOLE, with_sources
+from ..physics.stage import COMPARING, SCORING, Stage
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate
 from ..residuals.series import series
@@ -125,7 +126,7 @@ def assess(
     how = f"identified by undertow from {WHOLE if _folds(inputs, found) else ''}{inputs.log_names}"
     found = replace(found, corrected=with_sources(found.nominal, found.corrected, how))
     if progress is not None:
-        progress("scoring every step on held-out data")
+        progress(Stage("scoring every step on held-out data", SCORING))
     models = _models(found, _folds(inputs, found))
     last = models[-1] if len(models) > 1 else _renamed(models[0])
     ends = [models[0]] if last.vehicle == inputs.vehicle else [models[0], last]
@@ -135,7 +136,9 @@ def assess(
         nominal, *own = both()
     hand_back()
     if progress is not None:
-        progress("comparing with the calibrated model and baselines, and judging by the laws of a hull")
+        progress(
+            Stage("comparing with the calibrated model and baselines, and judging by the laws of a hull", COMPARING)
+        )
     others, notes = known()
     hand_back()
     if earned and own and (why := _lost(own[0], nominal, others, calibrated_only=not found.findings.missing)):

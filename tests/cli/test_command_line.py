@@ -18,6 +18,7 @@ from verbs import SCRIPT, call, done, files, inspected, process, refused, strict
 import undertow
 from undertow.__main__ import main
 from undertow.cli import console
+from undertow.physics.stage import Stage
 from undertow.physics.vehicle import load_vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.scores import rollout_scores
@@ -102,6 +103,20 @@ def test_progress_tells_the_time_so_far_and_quiet_tells_nothing(
     assert capsys.readouterr().err == "  looking\n  looking [7 s]\n  replaced the earlier old.html\n"
     console.telling(verb)("looking", quiet=True)
     assert capsys.readouterr().err == "  replaced the earlier old.html\n"
+
+
+def test_a_stage_tells_what_is_usually_left(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter([100.0, 101.0, 106.0])
+    monkeypatch.setattr(console.time, "monotonic", lambda: next(clock))
+
+    def verb(words: str) -> None:
+        console.progress(Stage(words, 0.6))
+        console.progress(Stage(words, 0.6))
+
+    console.telling(verb)("weighing")
+    assert capsys.readouterr().err == "  weighing\n  weighing [6 s, about 4 s left]\n"
 
 
 def test_version_and_the_names_of_the_effects() -> None:

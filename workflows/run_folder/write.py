@@ -19,6 +19,7 @@ from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
 from ...physics.freed_memory import hand_back
+from ...physics.stage import WRITING, Stage
 from ...reports.terminal.pace import Pace
 from .moved_files import paths_from
 from .provenance import command, seen_from, versions
@@ -80,7 +81,7 @@ def write_run(
     read = run.inputs
     target = check_target(out, (read.paths, read.reading.channel_map), report=report, force=force)
     if progress is not None:
-        progress("writing the run folder")
+        progress(Stage("writing the run folder", WRITING))
 
     def build(work: Path) -> list[str]:
         with beside(partial(_write_viewer_series, run, work / "series.mcap", progress)) as left_out:
