@@ -33,6 +33,10 @@ _SIDE = {"port": -1.0, "starboard": 1.0}
 """Sign of a thruster's place to starboard."""
 
 
+_MOST = {"length": ("m", 500.0), "mass": ("kg", 1e9), "spacing": ("m", 100.0), "thrust": ("N", 1e8)}
+"""What no hull exceeds, by unit: the largest ships, with room. A length in millimetres is beyond."""
+
+
 @dataclass(frozen=True, slots=True)
 class Hull:
     """What a person knows of a boat; None for what is to be estimated.
@@ -51,10 +55,13 @@ class Hull:
     thrust: float | None = None
 
     def __post_init__(self) -> None:
-        for name, unit in (("length", "m"), ("mass", "kg"), ("spacing", "m"), ("thrust", "N")):
+        for name, (unit, most) in _MOST.items():
             value = getattr(self, name)
-            if value is not None and not 0.0 < value < 1e9:
-                raise RequestError(f"init: {name} must be positive, got {value:g} {unit}")
+            if value is not None and not 0.0 < value <= most:
+                raise RequestError(
+                    f"init: {name} must be above 0 and at most {most:g} {unit}, got {value:g} {unit}; give metres, "
+                    "kilograms and newtons"
+                )
 
 
 def on_typical_hull(records: Sequence[Record], thrusters: Sequence[FoundThruster], hull: Hull, name: str) -> Vehicle:
@@ -122,7 +129,18 @@ def _straight(typical: Estimate, yaw: float, totals: tuple[float, float, float],
 
 
 def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, name: str) -> Vehicle:
-    """The hull of another vehicle under these thrusters, which sit and push as that vehicle's on the same side do."""
+    """The hull of another vehicle under these thrusters, which sit and push as that vehicle's on the same side do.
+
+    Raises
+    ------
+    RequestError
+        for a length: the other vehicle's hull is not scaled.
+    """
+    if hull.length is not None:
+        raise RequestError(
+            f"init: a length of {hull.length:g} m says nothing beside --like {base.name}, whose numbers are taken as they"
+            " are; leave --length out, or --like"
+        )
     own = {side: [t for t in base.thrusters if _side(t) == side] for side in ("port", "starboard", "")}
     built, sources = [], {}
     for one in thrusters:

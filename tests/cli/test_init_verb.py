@@ -45,7 +45,7 @@ def test_its_own_files_are_replaced_and_no_others(log: Path, here: Path) -> None
 
 
 def test_an_impossible_number_is_refused(log: Path, here: Path) -> None:
-    refused("init", log, "--mass", "0", match="mass must be positive")
+    refused("init", log, "--mass", "0", match="mass must be above 0")
     assert not Path("vehicle.yaml").exists()
 
 

@@ -195,7 +195,7 @@ def test_a_log_without_commands_says_what_to_do(path, tmp_path):
 
 
 def test_an_impossible_number_is_refused_before_anything_is_read():
-    with pytest.raises(RequestError, match="length must be positive, got -1 m"):
+    with pytest.raises(RequestError, match="length must be above 0 and at most 500 m, got -1 m"):
         Hull(length=-1.0)
 
 
@@ -208,3 +208,13 @@ def test_the_raw_logs_of_a_real_boat(tmp_path):
     }
     assert draft.entries["pwm_port"].source == "RCOU.C3"
     assert (draft.entries["pwm_stbd"].source, draft.entries["pwm_stbd"].scale) == ("RCOU.C1", -1.0)
+
+
+def test_a_length_beside_another_boat_is_refused_rather_than_lost(path):
+    with pytest.raises(RequestError, match="a length of 3 m says nothing beside --like Otter.*leave --length out"):
+        init(path, Hull(length=3.0), "otter")
+
+
+def test_a_length_in_millimetres_is_refused():
+    with pytest.raises(RequestError, match="at most 500 m, got 1200 m; give metres"):
+        Hull(length=1200.0)
