@@ -138,8 +138,8 @@ def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, 
     """
     if hull.length is not None:
         raise RequestError(
-            f"init: a length of {hull.length:g} m says nothing beside --like {base.name}, whose numbers are taken; leave "
-            "--length out, or --like"
+            f"init: a length of {hull.length:g} m says nothing beside --like {base.name}, whose numbers are taken; "
+            "leave --length out, or --like"
         )
     own = {side: [t for t in base.thrusters if _side(t) == side] for side in ("port", "starboard", "")}
     built, sources = [], {}
