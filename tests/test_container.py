@@ -76,7 +76,7 @@ def test_make_shell_has_the_command(tmp_path: Path) -> None:
         (tmp_path / name).touch()
     (tmp_path / ".venv" / "bin" / "undertow").chmod(0o755)
     told = subprocess.run(
-        ["make", "shell"], cwd=tmp_path, env={**os.environ, "SHELL": "/bin/sh"}, input="command -v undertow\nexit 3\n",
+        ["make", "--no-print-directory", "shell"], cwd=tmp_path, env={**os.environ, "SHELL": "/bin/sh"}, input="command -v undertow\nexit 3\n",
         capture_output=True, text=True, check=True,
     ).stdout.splitlines()  # fmt: skip
     assert "'undertow' is a command here" in told[0]

@@ -467,4 +467,4 @@ def test_the_run_folder_holds_what_was_promised(place: Path) -> None:
     assert load_vehicle(run / "nominal.yaml").values == load_vehicle("blueboat").values
     page = (run / "report.html").read_text("utf-8")
     assert page.startswith("<!doctype html>")
-    assert not re.search(r"<script|src=\"http|href=\"http", page)
+    assert not re.search(r"src=\"|href=\"http", page)
