@@ -75,9 +75,10 @@ def test_make_shell_has_the_command(tmp_path: Path) -> None:
     for name in ("pyproject.toml", "constraints.txt", ".venv/undertow-runs", ".venv/bin/undertow"):
         (tmp_path / name).touch()
     (tmp_path / ".venv" / "bin" / "undertow").chmod(0o755)
-    told = subprocess.run(
-        ["make", "--no-print-directory", "shell"], cwd=tmp_path, env={**os.environ, "SHELL": "/bin/sh"}, input="command -v undertow\nexit 3\n",
-        capture_output=True, text=True, check=True,
-    ).stdout.splitlines()  # fmt: skip
+    words, env = ["make", "--no-print-directory", "shell"], {**os.environ, "SHELL": "/bin/sh"}
+    ran = subprocess.run(
+        words, cwd=tmp_path, env=env, input="command -v undertow\nexit 3\n", capture_output=True, text=True, check=True
+    )
+    told = ran.stdout.splitlines()
     assert "'undertow' is a command here" in told[0]
     assert told[-1] == str(tmp_path / ".venv" / "bin" / "undertow")
