@@ -217,7 +217,7 @@ def page(counts: dict[str, Count], pairs: Count, arguments: str, seeds: range) -
         f"(seeds {seeds.start} to {seeds.stop - 1}), {SECONDS:g} s, noise and programmes mixed, one force more that "
         "the catalogue does not hold. False: an effect was called missing that is no part of it. In part: what was "
         "called missing is (quadratic drag in sway and yaw of cross-flow, in surge of a drag without a sign while the "
-        "boat goes ahead). Taken back: undecided, because what was found errs more on parts of the log that were left out. "
+        "boat goes ahead). Taken back: undecided, for what was found errs more on parts of the log that were left out. "
         "Passed by: nothing missing. Refused: the log was taken for a broken one.\n",
         "| cause | logs | false | in part | undecided | of these taken back | passed by | refused |",
         "| --- " * 8 + "|",
