@@ -52,23 +52,25 @@ def _can_tell(table: list[Array], shortest: int) -> bool:
     return any(paired_ratio(other, table[0], shortest).ci95 is not None for other in table[1:] or table)
 
 
-def loses(after: Errors, before: Errors, *, by_chance_too: bool = False) -> str:
-    """How a model errs more than the one before it on the same rows, after "the model ..."; empty where it does not.
+def loses(after: Errors, before: Errors, than: str, *, by_chance_too: bool = False) -> str:
+    """How a model errs more than another on the same rows, after "the model ..."; empty where it does not.
 
     Parameters
     ----------
+    than : what the other is, in words
     by_chance_too : a loss that may be chance is one, too, and the longest rollouts tell it, however few they are
     """
     runs_away = _diverged(after) - _diverged(before)
     if runs_away:
-        return f"runs away within {min(runs_away, key=float)} s"
+        return f"runs away within {min(runs_away, key=float)} s, which it does not {than}"
     decides = what_decides([before, after])
     longest = next((horizon for horizon in _HORIZONS if horizon in after.rollouts), None)
     if by_chance_too and longest is not None:
         decides = _over(longest, [before, after])
     found = paired_ratio(decides.squares[1], decides.squares[0], decides.shortest)
     worse = found.relative > MATERIAL if by_chance_too or not decides.what else found.verdict == "worse"
-    return f"errs {100.0 * found.relative:.0f} % more in {decides.what or 'acceleration'}" if worse else ""
+    what = decides.what or "acceleration"
+    return f"errs {100.0 * found.relative:.0f} % more in {what} than {than}" if worse else ""
 
 
 def _diverged(errors: Errors) -> set[str]:

@@ -20,7 +20,7 @@ from .candidates.candidate import Kind
 from .candidates.nuisance import CALIBRATED
 from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance, uneven
-from .evidence.lasting_rest import beside_rests, lasting_rests
+from .evidence.lasting_rest import beside_rests, lasting_rests, left_by_all
 from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.other_forms import other_forms
 from .evidence.record_errors import beside, compass_error, record_errors
@@ -116,6 +116,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     forces, there = looked.forces
     rests = lasting_rests(forces, search.balance, state.vehicle)
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
+    # On logs that rollouts judge, the balance always leaves something that follows something.
+    left = left_by_all(rests, forms.found if search.balance.forces else (), search.settings.materiality)
     rivals = beside_unjudged(forces, there, kept, looked.unseen)
     hand_back()
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
@@ -141,7 +143,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     held_back = {
         **{key: Doubt(Reason.NOT_IN_MOST_FOLDS, why) for key, why in folds.doubts(kept).items()},
         **{key: Doubt(Reason.UNJUDGED_RIVAL, names) for key, names in rivals.items()},
-        **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, rests).items()},
+        **{key: Doubt(Reason.LASTING_REST, why) for key, why in beside_rests(search.pool, kept, left).items()},
         **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
     }

@@ -35,7 +35,7 @@ class Reason(Enum):
     )
     WORSE_UNSEEN = (
         "worse_unseen",
-        "Not added: fitted without a part of this log, the model with it {told} there. ({meaning})",
+        "Not added: where it saw nothing of this log, the model with it {told}. ({meaning})",
     )
     NOT_IN_MOST_FOLDS = ("not_in_most_folds", "In the corrected model, but not certain: {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")

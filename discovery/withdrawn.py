@@ -14,9 +14,17 @@ from .lawful.passivity import judge
 from .reason import Reason
 
 _HEADLINE = (
-    "Undecided: {found} {hold} not hold. Fitted without a part of this log, the model with {them} {why} there, so "
-    "nothing is changed."
+    "Undecided: {found} {hold} not hold. Where it saw nothing of this log, the model with {them} {why}: nothing is "
+    "changed."
 )
+_DROPPED = "calibrated, the model {why}, where it saw nothing of the log"
+_PLAIN = "Nothing material is missing that this log can show."
+_STILL = " Its numbers stay as they are: calibrated, it is no better where it saw nothing of the log."
+
+
+def calibrated_only(findings: Findings) -> bool:
+    """Whether numbers of the nominal model are all that was changed."""
+    return bool(findings.calibrated) and not _added(findings) and not findings.unnamed
 
 
 def withdrawn(found: Discovery, why: str) -> Discovery:
@@ -39,25 +47,39 @@ def withdrawn(found: Discovery, why: str) -> Discovery:
     )
 
 
+def _added(findings: Findings) -> list[FoundEffect]:
+    """The effects that stand in the corrected model, sure or not."""
+    return [c for c in findings.candidates if any(term.in_model is not None for term in c.terms)]
+
+
 def _without(found: Discovery, why: str) -> Findings:
     """The findings without anything that is sure or changed."""
     findings = found.findings
-    kept = [c for c in findings.candidates if any(term.in_model is not None for term in c.terms)]
     calibrated = [item.symbol for item in findings.calibrated]
-    effects = [words(c.effect) for c in kept] + ["what nobody has named"] * bool(findings.unnamed)
-    names = [*effects, *[f"calibrated {listing(calibrated)}"] * bool(calibrated)] or ["what was found"]
-    hold, them = ("does", "it") if len(names) == 1 and len(calibrated) < 2 else ("do", "them")
-    left = tuple(Left(symbol=symbol, why=f"fitted to other parts of the log, the model {why}") for symbol in calibrated)
-    envelope = envelope_of(found.basis.forces.motions, found.nominal)
-    return findings.but(
+    left = tuple(Left(symbol=symbol, why=_DROPPED.format(why=why)) for symbol in calibrated)
+    same = findings.but(
+        calibrated=(),
+        left=(*left, *findings.left),
+        passivity=judge(found.nominal, envelope_of(found.basis.forces.motions, found.nominal)),
+    )
+    if calibrated_only(findings):
+        headline = _PLAIN if findings.verdict == "nothing missing" else findings.headline
+        return same.but(headline=headline + _STILL)
+    kept = _added(findings)
+    terms = [term.symbol or f"{term.axis}:{term.form}" for term in findings.unnamed]
+    names = [words(c.effect) for c in kept]
+    names += [f"what nobody has named ({listing(terms)})"] * bool(terms)
+    names += [f"calibrated {listing(calibrated)}"] * bool(calibrated)
+    hold, them = ("does", "it") if len(names) == 1 else ("do", "them")
+    hidden = found.hidden.findings if found.hidden else ()
+    return same.but(
         verdict="undecided",
         headline=_HEADLINE.format(found=listing(names), hold=hold, them=them, why=why),
         missing=(),
         candidates=tuple(_possible(c, why) if c in kept else c for c in findings.candidates),
         unnamed=(),
-        calibrated=(),
-        left=(*left, *findings.left),
-        passivity=judge(found.nominal, envelope),
+        sensors=tuple(s.but(verdict="possible") if s in hidden else s for s in findings.sensors),
+        folds=None if findings.folds is None else findings.folds.but(same_names=None),
     )
 
 

@@ -14,9 +14,9 @@ class Stage(str):
 
     Examples
     --------
-    >>> stage = Stage("weighing the evidence", 0.6)
+    >>> stage = Stage("weighing the evidence", 0.5)
     >>> stage, stage.left(6.0)
-    ('weighing the evidence', 4.0)
+    ('weighing the evidence', 6.0)
     """
 
     behind: float
@@ -27,6 +27,9 @@ class Stage(str):
         stage = super().__new__(cls, line)
         stage.behind = behind
         return stage
+
+    def __getnewargs__(self) -> tuple[str, float]:
+        return str(self), self.behind
 
     def left(self, so_far: float) -> float:
         """Time that is left [s], after so long."""

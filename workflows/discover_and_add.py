@@ -13,7 +13,7 @@ from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
 from ..discovery.findings import LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
-from ..discovery.withdrawn import withdrawn
+from ..discovery.withdrawn import calibrated_only, withdrawn
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs
 from ..measurements.statistics.second_processor import beside
@@ -141,7 +141,7 @@ def assess(
         )
     others, notes = known()
     hand_back()
-    if earned and own and (why := _lost(own[0], nominal, others, calibrated_only=not found.findings.missing)):
+    if earned and own and (why := _lost(found, own[0], nominal, others)):
         if progress is not None:
             progress(f"taken back: on parts of the log that it did not see, the model {why}")
         return assess(given, withdrawn(taken, why), settings, lambda: (others, notes), progress)
@@ -175,19 +175,18 @@ def assess(
     return Run(inputs, found, findings, compared, table, settings, corrected.audit)
 
 
-def _lost(corrected: Judged, nominal: Judged, others: Sequence[Judged], *, calibrated_only: bool) -> str:
+def _lost(found: Discovery, corrected: Judged, nominal: Judged, others: Sequence[Judged]) -> str:
     """Against which model that adds nothing the corrected one loses on rows that none saw, in words; empty for none.
 
-    Parameters
-    ----------
-    calibrated_only : nothing is missing; calibrated to a short log, a model errs more elsewhere by much, and few rows
-        cannot tell that from chance
+    A calibration beside which nothing stands in the model must gain there: it claims nothing else.
     """
-    if lost := loses(corrected.errors, nominal.errors, by_chance_too=calibrated_only):
-        return f"{lost} than as it is"
+    if calibrated_only(found.findings):
+        return loses(corrected.errors, nominal.errors, "as it is", by_chance_too=True)
+    lost = loses(corrected.errors, nominal.errors, "as it is")
     fitted = next((other for other in others if other.name == CALIBRATED), None)
-    lost = "" if fitted is None or calibrated_only else loses(corrected.errors, fitted.errors)
-    return f"{lost} than with nothing added and its own numbers fitted" if lost else ""
+    if not lost and fitted is not None:
+        lost = loses(corrected.errors, fitted.errors, "with nothing added and its own numbers fitted")
+    return lost
 
 
 def _split_of(inputs: Inputs, found: Discovery) -> str:

@@ -12,8 +12,8 @@ from ..physics.vehicle import Vehicle
 _PLACES = ("direction", "sides")
 """The checks that tell where thrusters are and which way they push."""
 _UNPROVEN = (
-    "The thrusters do not work one by one in this log, so it does not show on which side each is and which way it "
-    "pushes: the vehicle file and the channel map are believed, and if they are wrong, so is what follows."
+    "Nothing in the log shows on which side its thrusters are and which way they push ({0}): the vehicle file and the "
+    "channel map are believed, and if they are wrong, so is what follows."
 )
 
 
@@ -44,14 +44,16 @@ def sound(
             "--as-is: every result then carries this as a warning"
         )
     warnings = [f"Taken as it is, so no result can be trusted: {text}." for text in fatal]
-    return (*warnings, *[_UNPROVEN] * _unproven(inspections, together))
+    return (*warnings, *_unproven(inspections, together))
 
 
-def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) -> bool:
-    """Whether neither the direction nor the side of any thruster shows in the logs."""
+def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) -> list[str]:
+    """A warning where neither the direction nor the side of any thruster shows in the logs."""
     known = together or [finding for inspection in inspections for finding in inspection.quality]
-    told = [finding.verdict for finding in known if finding.check in _PLACES]
-    return bool(told) and all(verdict == "cannot tell" for verdict in told)
+    told = [finding for finding in known if finding.check in _PLACES]
+    if not told or any(finding.verdict != "cannot tell" or finding.parts for finding in told):
+        return []
+    return [_UNPROVEN.format(told[0].sentence)]
 
 
 def _told(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:

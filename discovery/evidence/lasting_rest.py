@@ -6,6 +6,7 @@ the models that were tried it is the least wrong, and the blocks of the log agre
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from ...physics.frames import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate, Kind
-from ..findings import LastingRest
+from ..findings import LastingRest, OtherForm
 from ..search.floating import Search
 
 _SECONDS = 5.0
@@ -58,15 +59,34 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     )
 
 
-def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], rests: Sequence[LastingRest]) -> dict[str, str]:
-    """Why effects that act where a rest lasts are not certain, by key, as the end of a sentence.
+class Left(NamedTuple):
+    """What is left on an axis by all that was found, as a part of a sentence."""
+
+    axis: str
+    in_words: str
+
+
+def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], material: float) -> list[Left]:
+    """What lasts, and what follows a form without a name, more than any rehearsal of noise does.
+
+    A form doubts the names on its axis from the share of the force on from which an effect would matter.
+    """
+    found = [Left(rest.axis, rest.in_words) for rest in rests]
+    for form in (form for form in forms if form.share >= material):
+        told = f"{form.in_words} stays unexplained, {100.0 * form.share:.2g} % of the force at work"
+        found.append(Left(form.axis, told))
+    return found
+
+
+def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[Left]) -> dict[str, str]:
+    """Why effects that act where something is left are not certain, by key, as the end of a sentence.
 
     One without an axis of its own acts on all of them.
     """
     found = {}
     for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
         own = {AXES[p.axis] for p in candidate.parameters if p.axis is not None} or set(AXES)
-        why = [rest.in_words for rest in rests if rest.axis in own]
+        why = [one.in_words for one in left if one.axis in own]
         if why:
             found[candidate.key] = " and ".join(why)
     return found

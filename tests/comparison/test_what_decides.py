@@ -24,17 +24,18 @@ def test_long_rollouts_decide_where_they_are_enough():
 
 
 def test_twice_the_error_loses_and_half_of_it_does_not():
-    assert loses(errors(2.0), errors()) == "errs 100 % more in the speeds predicted over 10 s"
-    assert loses(errors(0.5), errors()) == ""
-    assert loses(errors(), errors()) == ""
+    assert loses(errors(2.0), errors(), "now") == "errs 100 % more in the speeds predicted over 10 s than now"
+    assert loses(errors(0.5), errors(), "now") == ""
+    assert loses(errors(), errors(), "now") == ""
 
 
 def test_a_model_that_runs_away_loses_whatever_its_errors():
-    assert loses(errors(0.5, diverged=1), errors()) == "runs away within 10 s"
-    assert loses(errors(0.5, diverged=1), errors(diverged=2)) == ""
+    told = loses(errors(0.5, diverged=1), errors(), "as it is")
+    assert told == "runs away within 10 s, which it does not as it is"
+    assert loses(errors(0.5, diverged=1), errors(diverged=2), "as it is") == ""
 
 
 @pytest.mark.parametrize(("times", "lost"), [(1.2, True), (1.009, False), (0.9, False)])
 def test_few_rollouts_tell_of_a_calibration_without_being_sure(times: float, lost: bool):
-    told = loses(errors(times, starts=3), errors(starts=3), by_chance_too=True)
-    assert told == (f"errs {100 * (times - 1):.0f} % more in the speeds predicted over 10 s" if lost else "")
+    told = loses(errors(times, starts=3), errors(starts=3), "now", by_chance_too=True)
+    assert told == ("errs 20 % more in the speeds predicted over 10 s than now" if lost else "")

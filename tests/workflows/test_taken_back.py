@@ -60,7 +60,7 @@ def test_what_errs_more_on_unseen_parts_is_taken_back(inputs: Inputs, found: Dis
     assert any(text.startswith("taken back: on parts of the log that it did not see, the model errs") for text in said)
     findings = run.findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
-    assert findings.headline.startswith("Undecided: surge quadratic damping does not hold. Fitted without a part of")
+    assert findings.headline.startswith("Undecided: surge quadratic damping does not hold. Where it saw nothing of")
     effect = next(c for c in findings.candidates if c.effect == "surge_quadratic_damping")
     assert (effect.verdict, effect.reason) == ("possible", Reason.WORSE_UNSEEN)
     assert all(term.in_model is None for term in effect.terms)
@@ -82,5 +82,5 @@ def test_where_fitted_numbers_do_better_nothing_new_is_named(inputs: Inputs, fou
     assert "than with nothing added and its own numbers fitted" in run.findings.headline
 
 
-def test_what_may_be_chance_stays_where_an_effect_is_missing(inputs: Inputs, found: Discovery):
+def test_a_size_that_is_nearly_right_stays(inputs: Inputs, found: Discovery):
     assert assessed(inputs, failing(found, -14.1), []).findings.missing == ("surge_quadratic_damping",)

@@ -42,10 +42,10 @@ _LAGS = 3.0
 _ANSWERS = 0.12
 """Share of quick accelerations that commands must explain at some delay within 3 s; those of another run explain up to
 0.09 by chance, the right ones 0.3 or more."""
-_ANSWERS_BESIDE = 0.3
+_ANSWERS_BESIDE = 0.55
 """The same of what hull forces leave: a boat that drifts and turns freely owes most of its quick motion to its hull.
 Where commands explain less than `_ANSWERS` of the whole, the right ones explain 0.6 or more of that, and those of
-another run up to 0.19."""
+another run up to 0.5, most of them up to 0.2."""
 _LEAST_ANSWERED = 60.0
 """Motion that is needed [s]: over less, commands of another run explain more by chance."""
 _MOST = 0.5

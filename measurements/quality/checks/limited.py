@@ -89,6 +89,7 @@ class Limited(Check):
             return [
                 Finding(check=self.name, verdict="note", sentence=text, value=share, unit="1", channels=tuple(names))
             ]
+        alone = not pieces and not (surely & fitful).any()  # nothing to compare with: it may be waves as well
         if (surely & fitful).any():
             cause = "it comes by fits, with stillness between: " + _CUT
         elif pieces:
@@ -98,7 +99,7 @@ class Limited(Check):
         return [
             Finding(
                 check=self.name,
-                verdict="defect",
+                verdict="warning" if alone else "defect",
                 sentence=f"{told}, and {cause}",
                 value=share,
                 unit="1",

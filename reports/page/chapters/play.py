@@ -14,7 +14,7 @@ import pandas as pd
 from ....exports.javascript import force_equation, vehicle_data
 from ....physics.effects import COMMAND_OFFSET, EFFECTS
 from ....physics.in_words import unit_text, words
-from ....physics.vehicle import Vehicle
+from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
 from ..markup import Html, element, render
 from .base import Chapter, Section
@@ -55,10 +55,13 @@ def play(run: RunFolder) -> Section | None:
     rows = _stretch(run.series)
     # The series does not have the wind that an anemometer measured, which the force equation would ask for.
     blows = any(run.corrected.value(symbol) for symbol in ("wind_x", "wind_y", "wind_n"))
-    if not knobs or blows or len(rows) < _FEWEST:
+    needed = [*_DIGITS, "time", "log", *(thruster.channel for thruster in run.corrected.thrusters)]
+    whole = set(needed) <= set(rows.columns) and bool(np.isfinite(rows[needed].to_numpy(dtype=float)).all())
+    if not knobs or blows or len(rows) < _FEWEST or not whole:
         return None
     log, step = _log(rows, run.series, run.corrected), float(np.median(np.diff(rows["time"])))
     data = {
+        "nominal": vehicle_data(run.nominal),
         "vehicle": vehicle_data(run.corrected),
         "knobs": [knob._asdict() | {"unit": unit_text(knob.unit)} for knob in knobs],
         "log": log,
@@ -114,7 +117,7 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
     found = []
     for symbol, after in corrected.values.items():
         before = nominal.value(symbol)
-        if before == after or symbol == COMMAND_OFFSET.symbol:
+        if before == after or symbol == COMMAND_OFFSET.symbol or _apart(nominal, symbol) or _apart(corrected, symbol):
             continue
         parameter, room = corrected.parameter(symbol), _BEYOND * abs(after - before)
         low, high = (
@@ -124,6 +127,11 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
         what = named.get(symbol, words(symbol) if symbol.endswith("_scale") else "a term without a name")
         found.append(Knob(symbol, what, parameter.unit, before, after, low, high))
     return found[:_MOST_KNOBS]
+
+
+def _apart(vehicle: Vehicle, symbol: str) -> bool:
+    """Whether thrusters differ in what all share as a rule: no single slider moves that."""
+    return symbol in SHARED_THRUSTER_KEYS and len({getattr(t, symbol) for t in vehicle.thrusters}) > 1
 
 
 def _stretch(series: pd.DataFrame) -> pd.DataFrame:

@@ -9,9 +9,11 @@ from undertow.discovery import discover
 from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
+from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.lasting_rest import lasting_rests
-from undertow.discovery.findings import LastingRest
+from undertow.discovery.evidence.lasting_rest import beside_rests, lasting_rests, left_by_all
+from undertow.discovery.evidence.other_forms import OtherForms
+from undertow.discovery.findings import LastingRest, OtherForm
 from undertow.discovery.reason import Reason
 from undertow.discovery.search.floating import Search
 from undertow.discovery.search.scoring import SearchSettings
@@ -81,3 +83,25 @@ def test_what_acts_where_a_rest_lasts_is_not_called_missing(monkeypatch: pytest.
     (effect,) = [c for c in findings.candidates if c.effect == "surge_quadratic_damping"]
     assert (effect.verdict, effect.reason) == ("possible", Reason.LASTING_REST)
     assert rests[1].in_words in effect.sentence
+
+
+@pytest.mark.parametrize(
+    ("axis", "share", "doubted"), [("surge", 0.019, False), ("surge", 0.021, True), ("yaw", 0.9, False)]
+)
+def test_a_material_form_that_is_left_doubts_the_names_on_its_axis(axis: str, share: float, doubted: bool):
+    form = OtherForm(axis=axis, follows="v|v|", force=0.1, share=share, unit="N")
+    why = beside_rests(candidates(HULL), ["surge_quadratic_damping"], left_by_all((), [form], 0.02))
+    assert bool(why) == doubted
+    assert not why or "that follows v|v| stays unexplained" in why["surge_quadratic_damping"]
+
+
+def test_a_log_that_leaves_a_material_form_gets_no_name(monkeypatch: pytest.MonkeyPatch):
+    form = OtherForm(axis="surge", follows="u beyond 1.1 m/s", force=0.2, share=0.05, unit="N")
+    plain = find_missing([world("field", hidden=-30.0)], HULL)
+    assert plain.findings.missing == ("surge_quadratic_damping",)
+    assert not plain.basis.rolls
+    told = OtherForms((form,))
+    monkeypatch.setattr(discover, "other_forms", lambda *_: told)
+    findings = find_missing([world("field", hidden=-30.0)], HULL).findings
+    assert (findings.verdict, findings.missing) == ("undecided", ())
+    assert "u beyond 1.1 m/s stays unexplained, 5 % of the force at work" in findings.candidates[0].sentence
