@@ -131,6 +131,9 @@ def comparison(
     folded = parts.judge == FOLDS
     inside = None if folded else spanned(inputs.vehicle, parts.known).inside(parts.judged.motions)
     recommended = best([(found.model, found.errors, found.audit) for found in judged])
+    if inputs.broken:
+        told = f"Of a broken log that was taken as it is, no advice: {recommended.sentence}"
+        recommended = recommended.but(sentence=told)
     first, after = ends([found.model for found in judged], recommended.model)
     if table is None:
         table = series(first, after, parts, inputs.channels)

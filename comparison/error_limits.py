@@ -21,6 +21,8 @@ from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, AccelerationRe
 WRITTEN_BY = "ci --write-limits"
 ROLLED = ("position", *AXES)
 """What is predicted, in the order of the file."""
+_SHORTEST = 0.1
+"""Shortest prediction [s]: a row of the logs as they are judged, or two."""
 _LONGEST = 600.0
 """Longest prediction that may be asked for [s]: after ten minutes open loop no boat is where its model is."""
 _LEAST = 1e-6
@@ -167,9 +169,9 @@ def _seconds(key: Any) -> float:
         seconds = math.nan if isinstance(key, bool) else float(key)
     except (TypeError, ValueError, OverflowError):
         seconds = math.nan
-    if not 0.0 < seconds <= _LONGEST:
-        raise ValueError(f"expected seconds ahead, above 0 and at most {_LONGEST:g}, such as 10, got {shown(key)}")
-    return seconds
+    if not _SHORTEST <= seconds <= _LONGEST:
+        raise ValueError(f"expected seconds ahead, {_SHORTEST:g} to {_LONGEST:g}, such as 10, got {shown(key)}")
+    return round(seconds, 3)
 
 
 def _entry(values: Mapping[str, float], units: Mapping[str, str]) -> str:

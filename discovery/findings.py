@@ -282,6 +282,11 @@ class Findings(Card, Record):
     passivity: Annotated[Passivity | None, *_EMPTY] = None
     data: LogFacts = LogFacts()
 
+    @property
+    def added(self) -> tuple[FoundEffect, ...]:
+        """The effects that stand in the corrected model, sure or not."""
+        return tuple(c for c in self.candidates if any(term.in_model is not None for term in c.terms))
+
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
         terms = [

@@ -59,14 +59,21 @@ class Folds(Record):
             if 2 * self.named[key] < self.count
         }
 
-    @property
-    def in_words(self) -> str:
-        """The finding as a sentence; empty where nothing was searched for."""
+    def in_words(self, sure: bool) -> str:
+        """The finding as a sentence; empty where nothing was searched for.
+
+        Parameters
+        ----------
+        sure : anything stands in the corrected model, so that there are names to find again
+        """
         if self.same_names is None:
             return ""
         told = f"Searched anew without each of its {self.count} parts, the log"
         if self.same_names == self.count:
             return f"{told} gives the same names every time." if self.named else f"{told} names nothing either."
+        if not sure:
+            some = listing([f"{words(key)} in {n}" for key, n in self.named.items() if n])
+            return f"{told} names {some} of {self.count}." if some else f"{told} names nothing either."
         others = [f"{words(key)} in {n}" for key, n in self.named.items() if n < self.count]
         if self.same_names == 0 and others:
             return f"{told} never gives all of these names and no other: {listing(others)} of {self.count}."

@@ -24,7 +24,7 @@ _STILL = " Its numbers stay as they are: calibrated, it is no better where it sa
 
 def calibrated_only(findings: Findings) -> bool:
     """Whether numbers of the nominal model are all that was changed."""
-    return bool(findings.calibrated) and not _added(findings) and not findings.unnamed
+    return bool(findings.calibrated) and not findings.added and not findings.unnamed
 
 
 def withdrawn(found: Discovery, why: str) -> Discovery:
@@ -47,11 +47,6 @@ def withdrawn(found: Discovery, why: str) -> Discovery:
     )
 
 
-def _added(findings: Findings) -> list[FoundEffect]:
-    """The effects that stand in the corrected model, sure or not."""
-    return [c for c in findings.candidates if any(term.in_model is not None for term in c.terms)]
-
-
 def _without(found: Discovery, why: str) -> Findings:
     """The findings without anything that is sure or changed."""
     findings = found.findings
@@ -65,7 +60,7 @@ def _without(found: Discovery, why: str) -> Findings:
     if calibrated_only(findings):
         headline = _PLAIN if findings.verdict == "nothing missing" else findings.headline
         return same.but(headline=headline + _STILL)
-    kept = _added(findings)
+    kept = findings.added
     terms = [term.symbol or f"{term.axis}:{term.form}" for term in findings.unnamed]
     names = [words(c.effect) for c in kept]
     names += [f"what nobody has named ({listing(terms)})"] * bool(terms)

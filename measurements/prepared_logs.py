@@ -76,6 +76,7 @@ class Inputs(Card):
     notes : what reading and preparing had to say
     reading : how the logs were read
     warnings : what is wrong with the logs, to be told above every result
+    broken : the logs have defects that make every result meaningless, and were taken as they are
     sensors : what the records of each log say of its sensors, by the source of its motions; they are corrected for it
     inspected : the vehicle for which each log was inspected, and what was seen; see `inspections`
     undivided : all motions without a filter, at the logs' own rate and at 10 Hz; None where a part was asked for
@@ -89,6 +90,7 @@ class Inputs(Card):
     notes: tuple[str, ...]
     reading: Reading = AS_GUESSED
     warnings: tuple[str, ...] = ()
+    broken: bool = False
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)
     inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
     undivided: tuple[DataSet, DataSet] | None = None

@@ -342,6 +342,7 @@ _MEANT = {
     "form": "such as u|r|",
 }
 """What the keys of a vehicle file mean, said where one is missing."""
+_POINTS = "a list of numbers, one a point of the curve"
 
 
 def _in_words(item: Any, data: Any) -> str:
@@ -354,7 +355,12 @@ def _in_words(item: Any, data: Any) -> str:
             name = built.get("name") if isinstance(built, dict) else None
             place = f"thruster {shown(name)}: " if isinstance(name, str) else f"thruster {int(path[1]) + 1}: "
             inner = path[2:]
-        return place + complaint(item, inner, _MEANT.get(path[-1], "") if path else "")
+        meant = (
+            _POINTS
+            if path[-2:-1] == ["curve"] and path[-1] in ("command", "force")
+            else _MEANT.get("".join(path[-1:]), "")
+        )
+        return place + complaint(item, inner, meant)
     inside = path[:-1]
     model = (
         Thruster if inside[:1] == ["thrusters"] and len(inside) == 2 else Term if inside[:1] == ["terms"] else Vehicle

@@ -141,13 +141,15 @@ def pick_horizon(rollout: Sequence[str], wanted: str = "10") -> str:
 
 CALIBRATED = "calibrated"
 """The step, in `steps`, at which the parameters of the nominal model were calibrated."""
+OWN_NUMBERS = "own numbers fitted"
+"""The same for a reader: the model `calibrated` of a comparison has other numbers, with no effect beside them."""
 
 
 def step_words(step: Step) -> str:
     """What a step of the falling error did, with the thruster that is meant where it concerns one."""
     added = str(step.added)
     which = f" ({step.thruster})" if step.thruster else ""
-    return added if added == CALIBRATED else f"+ {words(added)}{which}"
+    return OWN_NUMBERS if added == CALIBRATED else f"+ {words(added)}{which}"
 
 
 def energy_lines(passivity: Passivity) -> list[str]:

@@ -169,6 +169,7 @@ def assess(
         steps=steps,
         failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
+        headline=f"From a broken log: {found.findings.headline}" if inputs.broken else found.findings.headline,
         warnings=tuple(inputs.warnings),
         sensors=_sensors(found.findings.sensors, inputs),
     )

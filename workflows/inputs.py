@@ -23,7 +23,7 @@ from ..physics.errors import LogError, RequestError, expect
 from ..physics.freed_memory import hand_back
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.pace import Pace
-from .soundness import sound
+from .soundness import defects, sound
 
 _JUDGES = (*PARTS, "all", FOLDS)
 
@@ -107,6 +107,7 @@ def read_inputs(
         notes=(*told, *weak.notes, *out_of_step, *_sensor_notes(sensors)),
         reading=reading,
         warnings=warnings,
+        broken=bool(defects(inspections, together, model)),
         sensors=sensors,
         inspected=(model, inspections),
         undivided=(weak, even) if part is None else None,

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ..comparison.facts import Comparison
@@ -162,7 +163,7 @@ def _compared(
     for folder in folders:
         if progress is not None:
             progress(f"comparing models on the logs of {folder}")
-        found[folder] = compare_run(folder, models, moved)
+        found[folder] = compare_run(folder, models, replace(moved, of_several=len(folders) > 1))
     return found
 
 

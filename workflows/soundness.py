@@ -36,7 +36,7 @@ def sound(
     LogError
         which says what was found, how to put it right, and how to go on regardless.
     """
-    fatal = _told(inspections, together, vehicle)
+    fatal = defects(inspections, together, vehicle)
     if fatal and not as_is:
         raise LogError(
             f"{'; '.join(fatal)}. Nothing found in such logs is about the boat. 'undertow inspect LOG --map-out "
@@ -56,7 +56,7 @@ def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) ->
     return [_UNPROVEN.format(told[0].sentence)]
 
 
-def _told(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:
+def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:
     """Defects of all logs together, then those that single logs have beside them, as sentences without an end."""
     known = [f for f in together if _matters(f, vehicle)]
     name = "all logs together"

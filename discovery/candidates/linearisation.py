@@ -103,7 +103,7 @@ class Linearisation:
                     continue
                 gone = self._add(self._removal(candidate, absent, here))
                 nothing = _absent(candidate, absent, gone)
-                others = self._shapes(candidate, vehicle, absent, now, gone) if candidate.effect.shapes else ()
+                others = self._shapes(candidate, vehicle, absent, near=now) if candidate.effect.shapes else ()
                 self.options[candidate.key] = (here, nothing, *others)
             else:
                 nothing = _absent(candidate, absent)
@@ -135,19 +135,12 @@ class Linearisation:
         return self._near.difference(self.vehicle, self.vehicle.with_values(absent))
 
     def _shapes(
-        self,
-        candidate: Candidate,
-        vehicle: Vehicle,
-        absent: dict[str, float],
-        near: tuple[float, ...] = (),
-        gone: int = -1,
+        self, candidate: Candidate, vehicle: Vehicle, absent: dict[str, float], near: tuple[float, ...] = ()
     ) -> tuple[Option, ...]:
         """One option for each starting value of the shape; about a value found so far, finer ones where needed.
 
-        Parameters
-        ----------
-        near : the values with which the candidate stands in the vehicle; none where it does not
-        gone : the column that takes it out
+        Those of an effect with amplitudes that stands do not take out what stands: they are first guesses, after which
+        a search takes its columns anew.
         """
         (shape,) = candidate.effect.shapes
         grid = shape.grid
@@ -158,7 +151,7 @@ class Linearisation:
         for value in grid:
             start = {**absent, shape.symbol: value}
             moved = vehicle.with_values(start)
-            offset = gone  # in another shape it begins without any amplitude: what stands is taken out first
+            offset = -1
             if candidate.effect.fixed_amplitude:
                 key = ("offset", shape.symbol, value, *self._depends(shape, vehicle))
                 offset = self._add(self._near.memo.of(key, lambda m=moved: self._near.difference(vehicle, m)))

@@ -129,8 +129,16 @@ class _Options:
                 yield {**now, key: self.absent[key]}
             # Beside what takes an effect of the whole log out of the columns, no screen sees that effect right.
             for option in self._all[key]:
-                if option.present and option is not now[key]:
+                if option.present and option is not now[key] and not self._reshaped(option):
                     yield {**now, key: option}
+
+    def _reshaped(self, option: Option) -> bool:
+        """Whether it guesses another shape of an effect with amplitudes that stands: it does not take out what stands.
+
+        A fold takes its columns once, so that it would fit the guess beside what it should replace.
+        """
+        here = self._all[option.key][0]
+        return here.present and option is not here and option.offset < 0
 
     def _swaps(self, now: Chosen, barred: Collection[str]) -> Iterator[Chosen]:
         """One effect in place of another."""
@@ -142,7 +150,8 @@ class _Options:
     def _promising(self, now: Chosen, barred: Collection[str], most: int) -> list[Option]:
         """The options of what is not in a model that would lower its in-sample error most."""
         present = {*self.named(now), *self._scoring.nuisances, *barred}
-        new = [o for key, options in self._all.items() if key not in present for o in options if o.present]
+        every = (o for key, options in self._all.items() if key not in present for o in options)
+        new = [o for o in every if o.present and not self._reshaped(o)]
         gains = self._scores.screen(list(now.values()), new)
         return [new[n] for n in np.argsort(-gains, kind="stable")[:most]]
 

@@ -62,7 +62,7 @@ def opening(findings: Findings, comparison: Comparison) -> list[str]:
     """How the terminal begins: headline, what it did to the error, and which model to trust; bad news first."""
     did, headline = outcome(findings, comparison), findings.headline
     first = [did, headline] if gets_worse(findings.steps) else [headline, did]
-    again = findings.folds.in_words if findings.folds else ""
+    again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
     return [text for text in (*first, again, comparison.best.sentence) if text]
 
 

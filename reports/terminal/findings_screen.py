@@ -15,6 +15,7 @@ from ...physics.in_words import listing, number, percent, unit_text, words
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ..wording import (
     CALIBRATED,
+    OWN_NUMBERS,
     added_to,
     effect_words,
     energy_lines,
@@ -57,7 +58,7 @@ def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -
         cells = [number(step.acceleration_rmse.of(axis), 2) for axis in AXES]
         cells += [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
         named = step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
-        label = CALIBRATED if added == CALIBRATED else named if added else "nominal model"
+        label = OWN_NUMBERS if added == CALIBRATED else named if added else "nominal model"
         table.add_row(Text(label, overflow="fold"), *cells, style=style)
     return table
 

@@ -137,10 +137,10 @@ def test_an_effect_that_a_fold_does_not_find_is_in_the_model_but_not_certain():
     assert told.doubts(["surge_trim", "cg_offset"]) == {
         "cg_offset": "searched anew without each of 4 parts of the log, it comes out of 1 only"
     }
-    assert told.in_words == (
+    assert told.in_words(True) == (
         "Searched anew without each of its 4 parts, the log gives the same names in 1 of 4 (cg offset in 1)."
     )
-    assert told.but(same_names=4).in_words.endswith("the same names every time.")
+    assert told.but(same_names=4).in_words(True).endswith("the same names every time.")
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +166,7 @@ def test_all_rows_are_judged_and_all_are_fitted_where_folds_judge(log: str):
 def test_the_held_out_error_of_an_added_effect_is_that_of_fits_without_each_fold(log: str):
     run = add(["surge_quadratic_damping"], read_inputs(log, HULL))
     assert run.findings.folds is not None
-    assert (run.findings.folds.same_names, run.findings.folds.in_words) == (None, "")
+    assert (run.findings.folds.same_names, run.findings.folds.in_words(True)) == (None, "")
     values = [v.value("X_uu") for v in run.discovery.unseen.steps[-1]]
     assert len(set(values)) == 4
     before, after = (step.acceleration_rmse.surge for step in run.findings.steps)
@@ -174,7 +174,7 @@ def test_the_held_out_error_of_an_added_effect_is_that_of_fits_without_each_fold
 
 
 def test_a_wake_that_remembers_is_fitted_in_every_fold():
-    """In another shape an effect begins without its amplitude: what stands is taken out first."""
+    """A guess at another shape of what stands is no option of a fold: it does not take out what stands."""
     world = simulate_world(HULL, {"wake_memory": (20.0, 4.0, 1.2)}, duration=150.0, noise="field", seed=3)
     found = find_missing([world.motion()], HULL)
     assert found.findings.missing == ("wake_memory",)

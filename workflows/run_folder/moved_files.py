@@ -11,6 +11,7 @@ from ...measurements.collection import find_logs
 from ...measurements.log_digests import log_digests
 from ...measurements.prepared_logs import PathLike
 from ...physics.errors import RequestError
+from ...physics.in_words import listing
 from ...physics.printable import shown
 from .provenance import seen_from
 
@@ -23,10 +24,18 @@ _TOLD = 12
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """Where the logs and the channel map of a run are now, as the user says it; which is which, their content says."""
+    """Where the logs and the channel map of a run are now, as the user says it; which is which, their content says.
+
+    Attributes
+    ----------
+    logs : files, folders or patterns
+    channel_map : a file
+    of_several : several runs are asked for, so that a log need not be of each
+    """
 
     logs: tuple[PathLike, ...] = ()
     channel_map: PathLike | None = None
+    of_several: bool = False
 
 
 UNMOVED = Moved()
@@ -86,22 +95,30 @@ def places(folder: Path, made: MadeFile) -> Iterator[str]:
         yield from (_joined(folder, os.path.join(up, name)) for up in (os.pardir, os.curdir))
 
 
-def logs_now(folder: Path, made: Sequence[MadeFile], given: Sequence[PathLike] = ()) -> list[str]:
+def logs_now(folder: Path, made: Sequence[MadeFile], moved: Moved = UNMOVED) -> list[str]:
     """The logs of a run where they are now, in the order of the run.
 
     Parameters
     ----------
     folder : the run folder
-    given : files, folders or patterns, see `Moved`
+    moved : what the user says of them
 
     Raises
     ------
     RequestError, LogError
-        when one is nowhere, or what is in its place is another file.
+        when one is nowhere, or what is in its place is another file, or a file that is given is none of them.
     """
-    named = find_logs([os.fspath(path) for path in given])[0] if given else ()
+    given, several = [os.fspath(path) for path in moved.logs], moved.of_several
+    named = find_logs(given)[0] if given else ()
     digest = cache(_digest)  # of many logs in a folder each is asked for many times
-    return [_found(folder, one, named, digest, others=len(made) > 1) for one in made]
+    found = [_found(folder, one, named, digest, others=len(made) > 1 or several) for one in made]
+    stray = [path for path in given if os.path.isfile(path) and path not in found]
+    if stray and not several:
+        raise RequestError(
+            f"{stray[0]} is none of the logs that {folder} is of ({listing([shown(one.path) for one in made])}), "
+            "by its SHA-256; leave it out, or make a run of it with 'undertow discover'"
+        )
+    return found
 
 
 def map_now(folder: Path, made: MadeFile | None, given: PathLike | None = None) -> str | None:

@@ -215,7 +215,7 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
             f"'namespace', got {shown(paths)}, {shown(frame)}, {shown(mapped)}, {shown(namespace)}; run "
             "'undertow discover' to write the folder anew"
         )
-    there = logs_now(folder, made_logs(record), moved.logs)
+    there = logs_now(folder, made_logs(record), moved)
     map_there = map_now(folder, made_map(record), moved.channel_map)
     reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
     return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), _folds(folder / "findings.json"))

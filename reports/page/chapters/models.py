@@ -9,7 +9,7 @@ from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, RolloutRecord
 from ...run_contents import RunFolder
-from ...wording import goodness, interval, judged_rows, typeset, within
+from ...wording import OWN_NUMBERS, goodness, interval, judged_rows, typeset, within
 from ..figures.model_figures import trust
 from ..markup import Html, element, figure, folded, lines, render, table
 from ..rivals import MARKS, difference, hero_horizon, mark, reference_of, rivals
@@ -19,6 +19,8 @@ KEY = f"""{MARKS["better"]} surely better and {MARKS["worse"]} surely worse than
  paired difference, from blocks of the log, leaves out zero), {MARKS["no difference"]} cannot be told apart on
  these rows, which is not to say equal, {MARKS["too short to tell"]} too short to tell.""".replace("\n", "")
 MEANING = {
+    "calibrated": "the nominal model with its own numbers fitted as 'undertow fit' does, with no effect beside them; "
+    f"the step '{OWN_NUMBERS}' has the numbers of the corrected model",
     "zero acceleration": "body velocities stay as they are",
     "hold velocity": "velocity over ground and turn rate stay as they are",
 }

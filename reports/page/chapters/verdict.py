@@ -30,7 +30,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
     sentences = []
     sentences += [did] if (did := outcome(findings, run.comparison)) else []
-    sentences += [again] if findings.folds and (again := findings.folds.in_words) else []
+    sentences += [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = run.comparison.best.sentence
     if best:
         sentences.append(unit_text(best))

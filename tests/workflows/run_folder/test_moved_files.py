@@ -127,10 +127,15 @@ def test_several_logs_are_known_by_their_content(tmp_path: Path) -> None:
     digests = [log_digests([str(tmp_path / f"{name}.csv")])[0]["sha256"] for name in "ab"]
     made = [MadeFile(f"gone/{name}.csv", None, digest) for name, digest in zip("ab", digests, strict=True)]
     there = [str(tmp_path / f"{name}.csv") for name in "ab"]
-    assert logs_now(tmp_path / "run", made, list(reversed(there))) == there
-    assert logs_now(tmp_path / "run", made, [tmp_path]) == there
+    assert logs_now(tmp_path / "run", made, Moved(tuple(reversed(there)))) == there
+    assert logs_now(tmp_path / "run", made, Moved((tmp_path,))) == there
+    (tmp_path / "c.csv").write_text("t,u\n0,1\n", "utf-8")
+    here = [MadeFile(path, None, digest) for path, digest in zip(there, digests, strict=True)]
+    with pytest.raises(RequestError, match=r"c\.csv is none of the logs that .* is of"):
+        logs_now(tmp_path / "run", here, Moved((tmp_path / "c.csv",)))
+    assert logs_now(tmp_path / "run", here, Moved((tmp_path / "c.csv",), of_several=True)) == there
     unknown = [MadeFile("gone/a.csv"), MadeFile("gone/b.csv")]
-    assert logs_now(tmp_path / "run", unknown, list(reversed(there))) == there
+    assert logs_now(tmp_path / "run", unknown, Moved(tuple(reversed(there)))) == there
 
 
 def test_a_map_is_found_and_checked_like_a_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
