@@ -26,5 +26,4 @@ def demo(
         ):
             check_folder(out, force=force)
             say("A log of 4 minutes from a simulated BlueBoat, and a Fossen model with linear drag only.")
-            say("")
-            tell_discovery(out, partial(read_logs, [log], str(car)), report=True, seed=0, force=force)
+            tell_discovery(out, partial(read_logs, [log], str(car)), report=True, seed=0, force=force, in_short=True)

@@ -71,8 +71,14 @@ def tell_discovery(
     refit: bool = False,
     force: bool = False,
     as_json: bool = False,
+    in_short: bool = False,
 ) -> None:
-    """Read, search, write the run folder, and tell the story; the time told is that of all four."""
+    """Read, search, write the run folder, and tell the story; the time told is that of all four.
+
+    Parameters
+    ----------
+    in_short : tell what is missing and how the error falls, and leave the rest to the files
+    """
     import time
 
     begun = time.perf_counter()
@@ -98,6 +104,11 @@ def tell_discovery(
     warn(findings.warnings)
     for text in opening(findings, run.comparison):
         prose(text)
+    if in_short:
+        show(terminal.candidates_table([c for c in findings.candidates if c.verdict == "missing"]))
+        show_steps(findings.steps, findings.candidates)
+        _tell_files(out, time.perf_counter() - begun, len(findings.steps) > 1, report)
+        return
     show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates))
     show(terminal.missing_in_words(findings.candidates))
     if findings.unnamed:
@@ -109,8 +120,13 @@ def tell_discovery(
     show(terminal.energy_text(findings.passivity))
     prose(terminal.not_judged(findings.candidates))
     show(terminal.advice_list(findings.advice))
-    say(f"Done in {time.perf_counter() - begun:.1f} s. Findings: {out / 'findings.json'}")
-    if len(run.findings.steps) > 1:
+    _tell_files(out, time.perf_counter() - begun, len(findings.steps) > 1, report)
+
+
+def _tell_files(out: Path, seconds: float, changed: bool, report: bool) -> None:
+    """Say how long it took, and what lies where."""
+    say(f"Done in {seconds:.1f} s. Findings: {out / 'findings.json'}")
+    if changed:
         say(f"Corrected vehicle: {out / 'model.yaml'}")
     if report:
         say(f"Report: {out / 'report.html'}")

@@ -1,6 +1,5 @@
 """A vehicle in JavaScript: its numbers as data, and the force equation that reads them, without any library."""
 
-import json
 from importlib import resources
 
 import numpy as np
@@ -43,12 +42,6 @@ def vehicle_data(vehicle: Vehicle) -> Plain:
         "shared": list(SHARED_THRUSTER_KEYS),
         "gains": list(GAINS),
     }
-
-
-def javascript(vehicle: Vehicle) -> str:
-    """A script that stands alone: the force equation, and `vehicle`, which has `set` and `rollouts`."""
-    data = json.dumps(vehicle_data(vehicle), allow_nan=False, separators=(",", ":"))
-    return f"{force_equation()}\nconst vehicle = {FUNCTION}({data});\n"
 
 
 def _thruster(thruster: Thruster) -> Plain:

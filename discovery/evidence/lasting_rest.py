@@ -59,26 +59,26 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
     )
 
 
-class Left(NamedTuple):
+class Remains(NamedTuple):
     """What is left on an axis by all that was found, as a part of a sentence."""
 
     axis: str
     in_words: str
 
 
-def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], material: float) -> list[Left]:
+def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], material: float) -> list[Remains]:
     """What lasts, and what follows a form without a name, more than any rehearsal of noise does.
 
     A form doubts the names on its axis from the share of the force on from which an effect would matter.
     """
-    found = [Left(rest.axis, rest.in_words) for rest in rests]
+    found = [Remains(rest.axis, rest.in_words) for rest in rests]
     for form in (form for form in forms if form.share >= material):
         told = f"{form.in_words} stays unexplained, {100.0 * form.share:.2g} % of the force at work"
-        found.append(Left(form.axis, told))
+        found.append(Remains(form.axis, told))
     return found
 
 
-def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[Left]) -> dict[str, str]:
+def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[Remains]) -> dict[str, str]:
     """Why effects that act where something is left are not certain, by key, as the end of a sentence.
 
     One without an axis of its own acts on all of them.

@@ -30,6 +30,7 @@ def test_the_story_is_told_from_the_log_to_the_page(told: str, folder: Path):
         assert words in told
     assert f"Report: {folder / 'report.html'}" in told
     assert "surge quadratic damping" in told
+    assert len(told.splitlines()) < 50, "one screen"
 
 
 def test_a_whole_run_is_written(told: str, folder: Path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from node import run_script
 
-from undertow.exports.javascript import FUNCTION, force_equation, javascript, vehicle_data
+from undertow.exports.javascript import FUNCTION, force_equation, vehicle_data
 from undertow.physics.effects import EFFECTS
 from undertow.physics.motion import Motion
 from undertow.physics.simulation import rollout
@@ -123,6 +123,8 @@ def test_all_at_once_and_terms_without_a_name(boat: Vehicle, motion: Motion):
 
 
 def test_an_unknown_symbol_is_refused():
-    script = f"""{javascript(load_vehicle("otter"))}
+    data = json.dumps(vehicle_data(load_vehicle("otter")))
+    script = f"""{force_equation()}
+        const vehicle = {FUNCTION}({data});
         try {{ vehicle.set("X_nothing", 1); }} catch (error) {{ console.log(JSON.stringify(error.message)); }}"""
     assert run_script(script) == "no parameter X_nothing"
