@@ -22,7 +22,7 @@ RESTART = 10.0
 """Open-loop rollouts in the series start again from the measured state every so often [s]."""
 _DIGITS = 7
 """Decimals: a tenth of a micrometre, below any sensor, and far above what differs between machines."""
-_PREDICTED = ("u_dot", "v_dot", "r_dot", "north", "east", "psi", "u", "v", "r")
+PREDICTED = ("u_dot", "v_dot", "r_dot", "north", "east", "psi", "u", "v", "r")
 """Columns of what a model says: accelerations filtered as the measured ones, and open-loop states."""
 
 
@@ -33,20 +33,24 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     accelerations filtered alike, open-loop rollouts restarted every 10 s, and the residual force of the first model
     (X, Y [N], N [N m]) where it is a vehicle. `channels` names the command columns.
     """
-    found, along = [], list(stretches(parts))
-    states = {
-        model: restarted(model, [stretch.motion for stretch in along]) for model in dict.fromkeys((before, after))
-    }
-    for number, stretch in enumerate(along):
-        columns, motion = _measured(stretch, channels), stretch.motion
-        said = {model: np.column_stack([_modelled(model, stretch), states[model][number]]) for model in states}
-        for name, model in (("before", before), ("after", after)):
-            columns |= named([f"{column}_{name}" for column in _PREDICTED], said[model])
-        if isinstance(before, VehicleModel):
-            force = residual(before.vehicle, motion, stretch.data).force
+    along = stretches(parts)
+    found = [_measured(stretch, channels) for stretch in along]
+    said = {model: predicted(model, along) for model in dict.fromkeys((before, after))}
+    for name, model in (("before", before), ("after", after)):
+        for columns, values in zip(found, said[model], strict=True):
+            columns |= named([f"{column}_{name}" for column in PREDICTED], values)
+    if isinstance(before, VehicleModel):
+        for columns, stretch in zip(found, along, strict=True):
+            force = residual(before.vehicle, stretch.motion, stretch.data).force
             columns |= named(["X_residual", "Y_residual", "N_residual"], force)
-        found.append(columns)
     return in_order(found)
+
+
+def predicted(model: Model, along: Sequence["Stretch"]) -> list[Array]:
+    """What a model says along stretches, (n, 9) each, in the order of `PREDICTED`."""
+    states = restarted(model, [stretch.motion for stretch in along])
+    pairs = zip(along, states, strict=True)
+    return [np.column_stack([_modelled(model, stretch), rolled]) for stretch, rolled in pairs]
 
 
 Columns = dict[str, NDArray[Any]]

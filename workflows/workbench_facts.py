@@ -1,0 +1,144 @@
+"""What the workbench shows, as plain facts: arrays, numbers and sentences that any process may hold."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..physics.frames import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """What a check of the log says: "ok", "note", "warning", "defect" or "cannot tell", what it means and what to do."""
+
+    verdict: str
+    sentence: str
+    consequence: str = ""
+    remedy: str = ""
+    mends: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A number of a model: what it is, before and after, its 95 % interval, and how far it may be moved."""
+
+    symbol: str
+    what: str
+    unit: str
+    before: float
+    after: float
+    ci95: tuple[float, float] | None
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """A model as the workbench shows it.
+
+    Attributes
+    ----------
+    names : of the effects in it, in order
+    error : root mean square errors of predictions over `horizon` seconds: position [m], surge, sway [m/s], yaw [rad/s]
+    columns : what it predicts, by row of the table: u, v, r, north, east, and the force X, Y, N that it leaves
+    values : what differs from the nominal model
+    verdict, law : whether it takes energy out of the hull everywhere, in a word and in a sentence
+    unseen : every row is predicted by a model that was fitted without it
+    """
+
+    names: tuple[str, ...]
+    error: Mapping[str, float]
+    columns: Mapping[str, Array]
+    values: tuple[Value, ...] = ()
+    verdict: str = ""
+    law: str = ""
+    unseen: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Opened:
+    """A log that was read for a vehicle.
+
+    Attributes
+    ----------
+    log, vehicle : their names
+    seconds : length of what is judged [s]
+    warnings, notes : sentences on the log
+    checks : what every check found, worst first
+    table : measured columns by row, 10 Hz: time [s] on one axis for all logs, rows of NaN where the record breaks
+    commands : names of the command columns
+    horizon : seconds that a prediction is judged on
+    nominal : the model as its file has it
+    """
+
+    log: str
+    vehicle: str
+    seconds: float
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+    checks: tuple[Check, ...]
+    table: Mapping[str, Array]
+    commands: tuple[str, ...]
+    horizon: float
+    nominal: Fit
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """An effect that may be missing.
+
+    Attributes
+    ----------
+    name : as `add` takes it
+    title, equation, sentence : the effect, its force, and the finding, in words
+    verdict : "missing", "possible" or "no evidence"
+    numbers : its values with intervals
+    chance : how often nothing looks as good; empty where it was not rehearsed
+    twins : what would explain the log as well
+    tell : the manoeuvre that would tell
+    picture : drawing of the missing force over the effect's signal, SVG; empty where there is none
+    """
+
+    name: str
+    title: str
+    equation: str
+    sentence: str
+    verdict: str
+    numbers: tuple[str, ...] = ()
+    chance: str = ""
+    twins: tuple[str, ...] = ()
+    tell: str = ""
+    picture: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Searched:
+    """What is missing.
+
+    Attributes
+    ----------
+    verdict : "missing", "nothing missing" or "undecided"
+    headline : the same in a sentence
+    told : what it does to the error, and which model to trust
+    found : names of what was found, in order
+    cards : effects, the most valuable first
+    sensors : sentences on what sensors do wrong
+    advice : what to drive, and what it would tell
+    """
+
+    verdict: str
+    headline: str
+    told: tuple[str, ...]
+    found: tuple[str, ...]
+    cards: tuple[Card, ...]
+    sensors: tuple[str, ...] = ()
+    advice: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """A prediction from a row of the log on: time [s], and the way measured and of two models, (n, 2) north, east [m]."""
+
+    time: Array
+    measured: Array
+    before: Array
+    after: Array
