@@ -66,7 +66,7 @@ def add_effects(
     sure = [e.key for e in added if e.sure]
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
     sensors = record_errors(search, state.vehicle, state.active, told)
-    unseen = fitted.unseen(fitted.steps)
+    unseen = fitted.unseen()
     findings = findings.but(folds=Folds(count=len(unseen.folds)))
     findings = findings.but(headline=f"Added by name: {', '.join(order)}{by}.", sensors=sensors)
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)

@@ -1,4 +1,4 @@
-"""Effects added and removed while somebody watches: each fit begins where an earlier one ended, and none is made twice."""
+"""Effects added and removed while somebody watches: a fit begins where an earlier one ended; none is made twice."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ class Bench:
     def _fitted(self, names: tuple[str, ...]) -> ByHand:
         fitted: Fitted = fit_in_order(self.basis, named_candidates(self.basis, names), self._begun(names))
         self._ordered[names] = fitted.ordered
-        unseen = fitted.unseen((fitted.steps[0], fitted.steps[-1]))
+        unseen = fitted.unseen(last=True)
         apart = tuple(zip(unseen.folds, unseen.steps[0], strict=True))
         return ByHand(names, fitted.lawful.vehicle, apart, fitted.intervals, fitted.lawful.passivity)
 
@@ -71,5 +71,3 @@ class Bench:
         """The longest beginning of the names that was fitted before."""
         longest = next((n for n in range(len(names) - 1, 0, -1) if names[:n] in self._ordered), 0)
         return self._ordered[names[:longest]] if longest else None
-
-

@@ -100,18 +100,40 @@ def fold_models(
 
 
 def models_of_given(
-    search: Search, folds: Sequence[Fold], steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope
+    search: Search,
+    folds: Sequence[Fold],
+    steps: Sequence[tuple[str | None, Vehicle]],
+    envelope: Envelope,
+    *,
+    last: bool = False,
 ) -> FoldModels:
-    """Fit effects that somebody chose, so that no fold selects any, anew without each fold; see `fold_models`."""
+    """Fit effects that somebody chose, so that no fold selects any, anew without each fold; see `fold_models`.
+
+    Parameters
+    ----------
+    last : of the last step alone
+    """
     blind = [WithoutFold(search, fold) for fold in folds]
-    return FoldModels(tuple(folds), (), (), tuple(_refitted(search, blind, steps[1:], envelope)))
+    known = {candidate.key for candidate in search.pool}
+    before = [label for label, _ in steps[1:-1] if label in known] if last else []
+    asked = steps[-1:] if last else steps[1:]
+    return FoldModels(tuple(folds), (), (), tuple(_refitted(search, blind, asked, envelope, before)))
 
 
 def _refitted(
-    search: Search, blind: Sequence[WithoutFold], steps: Sequence[tuple[str | None, Vehicle]], envelope: Envelope
+    search: Search,
+    blind: Sequence[WithoutFold],
+    steps: Sequence[tuple[str | None, Vehicle]],
+    envelope: Envelope,
+    before: Sequence[str | None] = (),
 ) -> list[tuple[Vehicle, ...]]:
-    """The models of steps fitted without each fold: a Gauss-Newton step from the fit to the whole log."""
-    found, named = [], []
+    """The models of steps fitted without each fold: a Gauss-Newton step from the fit to the whole log.
+
+    Parameters
+    ----------
+    before : what the steps before these added
+    """
+    found, named = [], [key for key in before if key is not None]
     known = {candidate.key: candidate for candidate in search.pool}
     for label, vehicle in steps:
         named += [label] if label in known else []

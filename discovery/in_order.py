@@ -71,10 +71,10 @@ class Fitted:
         search, settings = self.search, self.basis.settings
         return intervals(search.balance, self.scores, search.pool, self.chosen, self.state.vehicle, settings.seed)
 
-    def unseen(self, steps: Sequence[Step]) -> FoldModels:
-        """The models of some steps, the nominal one first, fitted anew without each fold; see `models_of_given`."""
+    def unseen(self, *, last: bool = False) -> FoldModels:
+        """The models of all steps, or of the `last` alone, fitted anew without each fold; see `models_of_given`."""
         folds = folds_of(self.basis.forces.motions)
-        return models_of_given(self.search, folds, steps, self.lawful.passivity.envelope)
+        return models_of_given(self.search, folds, self.steps, self.lawful.passivity.envelope, last=last)
 
 
 def named_candidates(basis: Basis, names: Sequence[str]) -> list[list[Candidate]]:

@@ -8,7 +8,7 @@ from ..physics.frames import Array
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """What a check of the log says: "ok", "note", "warning", "defect" or "cannot tell", what it means and what to do."""
+    """What a check of the log says: "note", "warning", "defect" or "cannot tell", what it means and what to do."""
 
     verdict: str
     sentence: str
@@ -136,7 +136,7 @@ class Searched:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
-    """A prediction from a row of the log on: time [s], and the way measured and of two models, (n, 2) north, east [m]."""
+    """A prediction from a row on: time [s], and the way measured and of two models, (n, 2) north, east [m]."""
 
     time: Array
     measured: Array

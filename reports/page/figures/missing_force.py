@@ -1,6 +1,6 @@
 """The force that the nominal model lacks, what was added for it, and over which signal it is best seen."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import matplotlib
@@ -67,7 +67,7 @@ class MissingForce:
         return f"{_SPOKEN.get(self.signal, self.signal)} [{unit}]" if unit else self.signal
 
 
-def signals(series: pd.DataFrame) -> list[str]:
+def signals(series: Iterable[object]) -> list[str]:
     """Columns that a force may depend on."""
     names = [str(name) for name in series]
     return [*(name for name in SIGNALS if name in names), *(name for name in names if name.startswith(_COMMANDS))]
@@ -80,9 +80,14 @@ def missing_force(series: pd.DataFrame, nominal: Vehicle, axis: int, signal: str
     more = np.column_stack([(series[f"{c}_after"] - series[f"{c}_before"]).to_numpy(dtype=float) for c in columns])
     added = (more @ mass_matrix(nominal).T)[:, axis]
     known = np.isfinite(lacking) & np.isfinite(added)
-    rows = series[known]
-    chosen = signal or max(signals(series), key=lambda name: told_by(rows[name].to_numpy(dtype=float), lacking[known]))
-    return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen].to_numpy(dtype=float))
+    rows = {name: series[name].to_numpy(dtype=float)[known] for name in signals(series)}
+    chosen = signal or best_signal(rows, lacking[known])
+    return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen])
+
+
+def best_signal(rows: Mapping[str, Array], force: Array) -> str:
+    """The column that tells most of a force (n,), among those that it may depend on."""
+    return max(signals(rows), key=lambda name: told_by(rows[name], force))
 
 
 def means(values: Array, force: Array) -> tuple[Array, Array]:
