@@ -5,11 +5,15 @@ from dataclasses import dataclass
 
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
 from .basis import Basis
-from .in_order import Fitted, Ordered, fit_in_order, named_candidates
+from .calibration.beside_effects import Freed, freed
+from .candidates.candidate import Candidate, part_by_sight
+from .in_order import Ordered, fit_in_order, named_candidates
 from .lawful.passivity import Passivity
 from .search.bootstrap import Interval
+from .selection import slender
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,10 +42,12 @@ class Bench:
     Parameters
     ----------
     basis : what judges the log, see `choose`
+    own : the numbers that the vehicle file has are fitted beside the effects, as far as the log identifies them
     """
 
-    def __init__(self, basis: Basis) -> None:
+    def __init__(self, basis: Basis, *, own: bool = False) -> None:
         self.basis = basis
+        self._free = _own_numbers(basis) if own else None
         self.folds = folds_of(basis.forces.motions)
         self._ordered: dict[tuple[str, ...], Ordered] = {}
         self._known: dict[tuple[str, ...], ByHand] = {}
@@ -57,11 +63,20 @@ class Bench:
         """
         asked = tuple(names)
         if asked not in self._known:
-            self._known[asked] = self._fitted(asked) if asked else ByHand((), self.basis.nominal, (), {})
+            same = not asked and self._free is None
+            self._known[asked] = ByHand((), self.basis.nominal, (), {}) if same else self._fitted(asked)
         return self._known[asked]
 
     def _fitted(self, names: tuple[str, ...]) -> ByHand:
-        fitted: Fitted = fit_in_order(self.basis, named_candidates(self.basis, names), self._begun(names))
+        free = () if self._free is None else self._free.pool
+        told = [name for name in names if self._free is not None and name in self._free.absorbed]
+        if told:
+            raise RequestError(f"add {told[0]}: the model's own numbers, which are fitted, would explain the same")
+        nuisances = [candidate for candidate in free if candidate.nuisance]
+        groups = named_candidates(self.basis, names) if names else []
+        if self._free is not None:
+            groups = [_kept(name, group, free) for name, group in zip(names, groups, strict=True)]
+        fitted = fit_in_order(self.basis, groups, self._begun(names), nuisances)
         self._ordered[names] = fitted.ordered
         unseen = fitted.unseen(last=True)
         apart = tuple(zip(unseen.folds, unseen.steps[0], strict=True))
@@ -71,3 +86,21 @@ class Bench:
         """The longest beginning of the names that was fitted before."""
         longest = next((n for n in range(len(names) - 1, 0, -1) if names[:n] in self._ordered), 0)
         return self._ordered[names[:longest]] if longest else None
+
+
+def _own_numbers(basis: Basis) -> Freed:
+    """The model's own numbers that the log identifies, and the effects that are more than these."""
+    weak = basis.cleared_forces() if basis.rolls else basis.forces
+    found = freed(weak, basis.nominal, basis.pool, basis.settings.search)
+    if not basis.rolls:
+        return found
+    return found.seen(part_by_sight(slender(found.pool, basis.nominal), basis.blind)[0])
+
+
+def _kept(name: str, group: Sequence[Candidate], free: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates of a name as they are beside the model's own numbers."""
+    keys = {candidate.key for candidate in group}
+    found = [candidate for candidate in free if candidate.key in keys] or (list(group) if ":" in name else [])
+    if not found:
+        raise RequestError(f"add {name}: it is one of the model's own numbers, which are fitted already")
+    return found

@@ -98,13 +98,19 @@ def named_candidates(basis: Basis, names: Sequence[str]) -> list[list[Candidate]
     return _visible(basis, names, groups) if basis.rolls else groups
 
 
-def fit_in_order(basis: Basis, groups: Sequence[Sequence[Candidate]], begun: Ordered | None = None) -> Fitted:
+def fit_in_order(
+    basis: Basis,
+    groups: Sequence[Sequence[Candidate]],
+    begun: Ordered | None = None,
+    free: Sequence[Candidate] = (),
+) -> Fitted:
     """Fit effects in the order given, then together, then under the laws.
 
     Parameters
     ----------
     groups : the candidates of each effect, of which the best is taken
     begun : the first of these effects, where they were fitted before
+    free : numbers of the nominal model that are fitted beside them in every model
 
     Raises
     ------
@@ -112,9 +118,10 @@ def fit_in_order(basis: Basis, groups: Sequence[Sequence[Candidate]], begun: Ord
         when a solver fails.
     """
     nominal, form = basis.nominal, basis.balance()
+    groups = [*groups, free]  # the last is never stepped to, but stands in the pool of the search
     search = _search(basis, form, groups)
     ordered = begun or Ordered(search.evaluate(nominal, ()), ((None, nominal),))
-    for group in groups[len(ordered.steps) - 1 :]:
+    for group in groups[len(ordered.steps) - 1 : -1]:
         state = min((_with(search, ordered.state, candidate) for candidate in group), key=lambda s: s.score)
         ordered = Ordered(state, (*ordered.steps, (state.active[-1], without_offset(state.vehicle))))
     state = search.reshape(ordered.state)

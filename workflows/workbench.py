@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..comparison.comparison import calibrated_model
 from ..discovery.basis import choose
 from ..discovery.by_hand import Bench, ByHand
 from ..discovery.discover import Discovery
@@ -68,7 +67,6 @@ class Workbench:
         self._given = inputs
         self._benches: dict[bool, Bench] = {}
         self._fits: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Fit] = {}
-        self._own: VehicleModel | None = None
         self._inputs: Inputs | None = None
         if found is not None:
             self._benches[False] = Bench(found.basis)
@@ -171,43 +169,27 @@ class Workbench:
         """The model with these effects."""
         return self._model(tuple(names), tuple((moved or {}).items())).vehicle
 
-    def _bench(self, own: bool) -> Bench:
+    def _bench(self, own: bool = False) -> Bench:
         if False not in self._benches:
             basis = choose(self._given.fitting, self._given.vehicle, self._settings)
             self._benches[False] = Bench(basis)
         if own and True not in self._benches:
-            plain = self._benches[False].basis
-            self._benches[True] = Bench(choose(plain.forces.motions, self._calibrated().vehicle, self._settings))
+            self._benches[True] = Bench(self._benches[False].basis, own=True)
         return self._benches[own]
 
-    def _calibrated(self) -> VehicleModel:
-        """The model with its own numbers fitted.
-
-        Raises
-        ------
-        RequestError
-            when the log identifies none of them.
-        """
-        if self._own is None:
-            bench = self._bench(own=False)
-            models, why = calibrated_model(self._given, bench.basis, bench.folds)
-            if not models:
-                raise RequestError(" ".join(why))
-            assert isinstance(models[0], VehicleModel), "a calibration gives a vehicle"
-            self._own = models[0]
-        return self._own
+    def _made(self, names: tuple[str, ...]) -> ByHand | None:
+        """The model with these effects; None where there are none."""
+        effects = tuple(name for name in names if name != OWN_NUMBERS)
+        return self._bench(OWN_NUMBERS in names).with_effects(effects) if names else None
 
     def _model(self, names: tuple[str, ...], moved: tuple[tuple[str, float], ...]) -> VehicleModel:
-        own, effects = OWN_NUMBERS in names, tuple(name for name in names if name != OWN_NUMBERS)
-        if moved:
-            vehicle = self._model(names, ()).vehicle.with_values(dict(moved))
-            return VehicleModel(vehicle, "by hand", "symbolic")
-        if own and not effects:
-            return self._calibrated()
-        if not effects:
+        made = self._made(names)
+        if made is None and not moved:
             return VehicleModel(self._given.vehicle, "nominal", "physics")
-        made = self._bench(own).with_effects(effects)
-        return VehicleModel(made.vehicle, "corrected", "symbolic", unseen=made.apart)
+        vehicle = self._given.vehicle if made is None else made.vehicle
+        if moved:
+            return VehicleModel(vehicle.with_values(dict(moved)), "by hand", "symbolic")
+        return VehicleModel(vehicle, "corrected", "symbolic", unseen=() if made is None else made.apart)
 
     def _fitted(self, names: tuple[str, ...], moved: tuple[tuple[str, float], ...]) -> Fit:
         model = self._model(names, moved)
@@ -230,14 +212,10 @@ class Workbench:
         error = {name: float(error[name]) for name in ("position", *AXES) if name in error}
         return Fit(names, error, columns, values, verdict, law, unseen=bool(names) and not moved)
 
-    def _made(self, names: tuple[str, ...]) -> ByHand | None:
-        effects = tuple(name for name in names if name != OWN_NUMBERS)
-        return self._bench(OWN_NUMBERS in names).with_effects(effects) if effects else None
-
     def _cut(self) -> Inputs:
         """The inputs with the judged rows cut where folds begin and end, so that none is predicted across an edge."""
         if self._inputs is None:
-            self._inputs = self._given.in_folds(self._bench(own=False).folds)
+            self._inputs = self._given.in_folds(self._bench().folds)
             self._given = self._inputs
             self._along = sorted(stretches(self._inputs.parts), key=lambda s: (s.log, float(s.motion.time[0])))
             self._rows = _Rows(self._along)
