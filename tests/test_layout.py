@@ -19,7 +19,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 FLOORS = (
     *("physics", "measurements", "residuals", "discovery", "comparison", "exports", "reports", "workflows"),
-    *("cli", "__main__"),
+    *("app", "cli", "__main__"),
 )
 """The house from the ground floor up: a file imports its own floor and those below."""
 DISCOVERY = (
