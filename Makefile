@@ -64,7 +64,7 @@ $(RUNS): pyproject.toml constraints.txt
 $(READY): $(RUNS)
 	@rm -f $@
 	@echo "Adding what the tests need (torch, pyright, a browser's driver ...): some minutes"
-	@$(PIP) -e '.[dev,logs,neural,export]'
+	@$(PIP) -e '.[dev,logs,neural,export,app]'
 	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
 	@touch $@
 

@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from .cli.add_verb import add, catalogue
+from .cli.app_verb import app as workbench
 from .cli.check_verb import check
 from .cli.ci_verb import ci
 from .cli.compare_verb import compare
@@ -55,7 +56,24 @@ def options(
     """Find the physics your boat model is missing."""
 
 
-for verb in (demo, init, inspect, compare, check, ci, discover, fit, add, train, explain, effects, simulate, report):
+VERBS = (
+    demo,
+    init,
+    inspect,
+    compare,
+    check,
+    ci,
+    discover,
+    fit,
+    add,
+    train,
+    explain,
+    effects,
+    simulate,
+    report,
+    workbench,
+)
+for verb in VERBS:
     more = {add: catalogue, simulate: amounts}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 

@@ -41,6 +41,7 @@ EXAMPLES = {
         "undertow simulate --vehicle otter --effect steady_current=0.2,-0.1 --out otter.csv.gz",
         "undertow simulate --vehicle blueboat --programme zigzag --noise rough --duration 120 --out log.parquet",
     ),
+    "app": ("undertow app", "undertow app boat.bin --vehicle boat.yaml --port 8500"),
     "report": ("undertow report run --model lstm --pdf", "undertow report monday tuesday --out fleet.html"),
 }
 """By verb; a test parses each of them."""

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..discovery.basis import choose
+from ..discovery.balance.long_logs import digest
+from ..discovery.basis import Basis, choose
 from ..discovery.by_hand import Bench, ByHand
-from ..discovery.discover import Discovery
 from ..discovery.findings import Findings
 from ..discovery.found_effects import FoundEffect
 from ..discovery.settings import DiscoverySettings
 from ..measurements.preparation.derive import accelerations
+from ..measurements.preparation.held_out import folds_of
 from ..measurements.prepared_logs import Inputs, PathLike
 from ..measurements.quality.finding import SEVERITY
 from ..measurements.statistics.single_threaded import single_threaded
@@ -60,23 +61,25 @@ class Workbench:
     def __init__(self, inputs: Inputs, *, refit: bool = False) -> None:
         self._settings = DiscoverySettings(refit=refit)
         self._run: Run | None = None
-        self._put(inputs.whole())
+        self._whole = inputs.whole()
+        motions, _ = digest(self._whole.fitting, self._settings.weak)
+        self._put(self._whole.in_folds(folds_of(motions)))
 
-    def _put(self, inputs: Inputs, found: Discovery | None = None) -> None:
-        """Begin with these inputs; what judges them is chosen when it is first asked for, or was by a discovery."""
-        self._given = inputs
-        self._benches: dict[bool, Bench] = {}
+    def _put(self, inputs: Inputs, basis: Basis | None = None) -> None:
+        """Begin with inputs whose judged rows are cut where folds begin and end, so that no prediction crosses one.
+
+        Parameters
+        ----------
+        basis : what judges them, where a discovery has chosen it; else it is chosen when it is first asked for
+        """
+        self._inputs = inputs
+        self._benches = {} if basis is None else {False: Bench(basis)}
         self._fits: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Fit] = {}
-        self._inputs: Inputs | None = None
-        if found is not None:
-            self._benches[False] = Bench(found.basis)
-            self._inputs = inputs
-        self._along = sorted(stretches(inputs.parts), key=lambda s: (s.log, float(s.motion.time[0])))
-        self._rows = _Rows(self._along)
+        self._rows = _Rows(sorted(stretches(inputs.parts), key=lambda s: (s.log, float(s.motion.time[0]))))
 
     def opened(self) -> Opened:
         """What is measured, and what the nominal model makes of it."""
-        inputs = self._given
+        inputs = self._inputs
         inspections = inputs.inspections
         found = [finding for inspection in inspections for finding in inspection.quality]
         checks = tuple(
@@ -88,7 +91,7 @@ class Workbench:
         return Opened(
             inputs.log_names,
             inputs.vehicle.name,
-            sum(stretch.motion.duration for stretch in self._along),
+            self._rows.seconds,
             tuple(inputs.warnings),
             tuple(inputs.notes),
             checks,
@@ -100,9 +103,9 @@ class Workbench:
 
     def search(self, progress: Say | None = None) -> Searched:
         """Search for what is missing, as `discover` does; cards for all that was tried."""
-        run = discover(self._given, self._settings, progress)
+        run = discover(self._whole, self._settings, progress)
         self._run = run
-        self._put(run.inputs, run.discovery)
+        self._put(run.inputs, run.discovery.basis)
         findings = run.findings
         judged = [c for c in findings.candidates if not c.cannot_tell]
         cards = [self._card(c, findings, drawn=k < _DRAWN) for k, c in enumerate(judged)]
@@ -115,6 +118,7 @@ class Workbench:
             tuple(cards),
             tuple(s.sentence for s in findings.sensors if s.verdict != "no evidence"),
             tuple((one.manoeuvre, one.why) for one in findings.advice),
+            run.discovery.hidden is not None,
         )
 
     @single_threaded
@@ -140,7 +144,7 @@ class Workbench:
         after = self._model(tuple(names), tuple((moved or {}).items())).vehicle
         ways = [
             rollout(vehicle, stretch.motion, np.array([row]), steps).states[0, :, :2]
-            for vehicle in (self._given.vehicle, after)
+            for vehicle in (self._inputs.vehicle, after)
         ]
         clock = time + stretch.motion.time_step * np.arange(steps + 1)
         return Way(clock, stretch.motion.position[row : row + steps + 1], *ways)
@@ -159,7 +163,7 @@ class Workbench:
             return found
         if found is not None and OWN_NUMBERS in names and found.findings.calibrated:
             return found
-        return add(added, self._given)
+        return add(added, self._whole)
 
     def write(self, names: Sequence[str], folder: PathLike) -> Path:
         """Write the run folder of these effects; see `run`."""
@@ -171,7 +175,7 @@ class Workbench:
 
     def _bench(self, own: bool = False) -> Bench:
         if False not in self._benches:
-            basis = choose(self._given.fitting, self._given.vehicle, self._settings)
+            basis = choose(self._inputs.fitting, self._inputs.vehicle, self._settings)
             self._benches[False] = Bench(basis)
         if own and True not in self._benches:
             self._benches[True] = Bench(self._benches[False].basis, own=True)
@@ -185,8 +189,8 @@ class Workbench:
     def _model(self, names: tuple[str, ...], moved: tuple[tuple[str, float], ...]) -> VehicleModel:
         made = self._made(names)
         if made is None and not moved:
-            return VehicleModel(self._given.vehicle, "nominal", "physics")
-        vehicle = self._given.vehicle if made is None else made.vehicle
+            return VehicleModel(self._inputs.vehicle, "nominal", "physics")
+        vehicle = self._inputs.vehicle if made is None else made.vehicle
         if moved:
             return VehicleModel(vehicle.with_values(dict(moved)), "by hand", "symbolic")
         return VehicleModel(vehicle, "corrected", "symbolic", unseen=() if made is None else made.apart)
@@ -197,29 +201,19 @@ class Workbench:
 
     def _judged(self, names: tuple[str, ...], model: VehicleModel, *, moved: bool = False) -> Fit:
         """A model on the rows that judge."""
-        judged = self._given.parts.judged if self._inputs is not None or not names else self._cut().parts.judged
-        found = rollout_errors(model, judged, (HORIZON,)).get(f"{HORIZON:g}")
+        found = rollout_errors(model, self._inputs.parts.judged, (HORIZON,)).get(f"{HORIZON:g}")
         error = {} if found is None else found.score.record.model_dump()
         made = self._made(names)
         ci95 = {} if made is None else made.ci95
         values = tuple(
             Value(k.symbol, k.what, unit_text(k.unit), k.before, k.after, _ends(ci95.get(k.symbol)), k.low, k.high)
-            for k in knobs_of(self._given.vehicle, model.vehicle)
+            for k in knobs_of(self._inputs.vehicle, model.vehicle)
         )
         passivity = None if made is None or moved else made.passivity
         verdict, law = ("", "") if passivity is None else (passivity.verdict, passivity.sentence)
-        columns = self._rows.columns(model, self._given.vehicle)
+        columns = self._rows.columns(model, self._inputs.vehicle)
         error = {name: float(error[name]) for name in ("position", *AXES) if name in error}
         return Fit(names, error, columns, values, verdict, law, unseen=bool(names) and not moved)
-
-    def _cut(self) -> Inputs:
-        """The inputs with the judged rows cut where folds begin and end, so that none is predicted across an edge."""
-        if self._inputs is None:
-            self._inputs = self._given.in_folds(self._bench().folds)
-            self._given = self._inputs
-            self._along = sorted(stretches(self._inputs.parts), key=lambda s: (s.log, float(s.motion.time[0])))
-            self._rows = _Rows(self._along)
-        return self._inputs
 
     def _card(self, found: FoundEffect, findings: Findings, *, drawn: bool) -> Card:
         tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
@@ -249,9 +243,9 @@ class Workbench:
             model = self._model((_key(found),), ())
         except RequestError:
             return ""
-        table = self._rows.measured(self._given.channels)
-        left = self._rows.columns(model, self._given.vehicle)
-        nominal = self._rows.columns(VehicleModel(self._given.vehicle, "nominal"), self._given.vehicle)
+        table = self._rows.measured(self._inputs.channels)
+        left = self._rows.columns(model, self._inputs.vehicle)
+        nominal = self._rows.columns(VehicleModel(self._inputs.vehicle, "nominal"), self._inputs.vehicle)
         drawn = []
         for axis, force in enumerate(_FORCES):
             known = np.isfinite(nominal[force]) & np.isfinite(left[force])
@@ -285,6 +279,11 @@ class _Rows:
             clock.append(time + shift)
         self._breaks = np.array(ends, int)
         self._clock = np.concatenate(clock)
+
+    @property
+    def seconds(self) -> float:
+        """Length of all stretches [s]."""
+        return sum(stretch.motion.duration for stretch in self._along)
 
     def spread(self, values: Array) -> Array:
         """A column (rows,) with its breaks."""

@@ -123,6 +123,7 @@ class Searched:
     cards : effects, the most valuable first
     sensors : sentences on what sensors do wrong
     advice : what to drive, and what it would tell
+    moved : the measured motion was corrected for an error of the sensors, so that what was opened is another
     """
 
     verdict: str
@@ -132,6 +133,7 @@ class Searched:
     cards: tuple[Card, ...]
     sensors: tuple[str, ...] = ()
     advice: tuple[tuple[str, str], ...] = ()
+    moved: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,3 +144,40 @@ class Way:
     measured: Array
     before: Array
     after: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What is to be opened.
+
+    Attributes
+    ----------
+    logs : paths; none for the demo
+    vehicle : path or shipped name; empty for one made of the log
+    hull : what is known of the boat where the vehicle is made: length [m], mass [kg], spacing [m], thrust [N]
+    like : shipped vehicle whose hull is taken where one is made
+    changed : numbers of the vehicle that the user has put right, by symbol
+    channel_map : path of one; empty for none
+    frame : "enu", "ned", or empty for what the log says
+    as_is : take a log that is known to be broken as it is
+    """
+
+    logs: tuple[str, ...] = ()
+    vehicle: str = ""
+    hull: tuple[tuple[str, float], ...] = ()
+    like: str = ""
+    changed: tuple[tuple[str, float], ...] = ()
+    channel_map: str = ""
+    frame: str = ""
+    as_is: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A number of the vehicle file: its symbol, meaning, unit, value, and what the file says of where it is from."""
+
+    symbol: str
+    what: str
+    unit: str
+    value: float
+    source: str

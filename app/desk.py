@@ -1,0 +1,193 @@
+"""What a worker does for the page that asks it: one open log, its vehicle, and the workbench on both."""
+
+import json
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from ..exports.javascript import FUNCTION, force_equation, vehicle_data
+from ..measurements.log_options import Reading
+from ..measurements.prepared_logs import Inputs
+from ..physics.effects import EFFECTS
+from ..physics.errors import RequestError
+from ..physics.files import write_text
+from ..physics.in_words import unit_text, words
+from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
+from ..workflows.first_vehicle import Hull
+from ..workflows.init import init
+from ..workflows.inputs import read_inputs
+from ..workflows.workbench import Workbench
+from ..workflows.workbench_facts import Field, Fit, Opened, Searched, Source, Way
+
+Say = Callable[[str], None]
+
+
+_RIGID_BODY = (
+    ("mass", "mass with payload", "kg"),
+    ("inertia_z", "inertia about the body origin", unit_text("kg m^2")),
+    ("x_g", "centre of gravity, ahead of the origin", "m"),
+)
+"""What a scale and a drawing tell: symbol, meaning, unit."""
+_APART = ("mass", "inertia_z", "x_g", "y_g")
+_ALWAYS = ("added_mass", "damping")
+"""Sections of the vehicle file that are shown whole: what stands at zero there is what may be missing."""
+
+
+class Desk:
+    """Everything that a page may ask of a worker; each method takes and gives what can be sent between processes."""
+
+    def __init__(self) -> None:
+        self._bench: Workbench | None = None
+        self._inputs: Inputs | None = None
+        self._folder: Path | None = None
+
+    def shipped(self) -> tuple[str, ...]:
+        """Names of the vehicles that come with undertow."""
+        return shipped_vehicles()
+
+    def open(self, source: Source, folder: str, say: Say | None = None) -> Opened:
+        """Read logs for a vehicle.
+
+        Parameters
+        ----------
+        folder : private to the page; a vehicle and a map made of the log are written there
+        """
+        self._folder, tell = Path(folder), say or (lambda line: None)
+        found = _of_demo(source, self._folder)
+        vehicle, made = self._vehicle(found, tell)
+        mapped = made or (Path(found.channel_map) if found.channel_map else None)
+        reading = Reading(found.frame or None, mapped, None, found.as_is)
+        self._inputs = read_inputs(list(found.logs), vehicle, reading, say=say)
+        self._bench = Workbench(self._inputs, refit=not source.vehicle and bool(source.logs))
+        return self._bench.opened()
+
+    def opened(self) -> Opened:
+        """What is open."""
+        return self._open_bench.opened()
+
+    def search(self, say: Say | None = None) -> Searched:
+        """See `Workbench.search`."""
+        return self._open_bench.search(say)
+
+    def fit(self, names: Sequence[str], moved: Mapping[str, float] | None = None) -> Fit:
+        """See `Workbench.fit`."""
+        return self._open_bench.fit(names, moved)
+
+    def way(self, names: Sequence[str], time: float, moved: Mapping[str, float] | None = None) -> Way:
+        """See `Workbench.way`."""
+        return self._open_bench.way(names, time, moved)
+
+    def form(self) -> tuple[Field, ...]:
+        """The numbers of the vehicle with their units and sources."""
+        vehicle = self._open_inputs.vehicle
+        meant = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
+        fields = [Field(s, told, unit, vehicle.value(s), _source(vehicle, s)) for s, told, unit in _RIGID_BODY]
+        for symbol, value in vehicle.values.items():
+            if symbol in _APART:
+                continue
+            parameter = vehicle.parameter(symbol)
+            if value != parameter.null or parameter.section in _ALWAYS:
+                named = meant.get(symbol, words(symbol))
+                fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
+        return tuple(fields)
+
+    def try_form(self, changed: Mapping[str, float]) -> str:
+        """What is wrong with the vehicle with some of its numbers changed; empty where nothing is."""
+        try:
+            self._open_inputs.vehicle.with_values(changed).checked()
+        except ValueError as error:
+            return str(error)
+        return ""
+
+    def take(self, what: str, names: Sequence[str], moved: Mapping[str, float], folder: str) -> str:
+        """Write what is to be taken away into a folder, and give the path of the file.
+
+        Parameters
+        ----------
+        what : "page", "model", "findings", "javascript" or "run", the whole run folder as a zip
+        """
+        target = Path(folder)
+        if what in ("model", "javascript"):
+            vehicle = self._open_bench.vehicle(names, moved)
+            if what == "model":
+                vehicle.save(target / "model.yaml")
+                return str(target / "model.yaml")
+            return str(_javascript(vehicle, target / "model.js"))
+        run = target / "run"
+        if run.exists():
+            shutil.rmtree(run)
+        self._open_bench.write(names, run)
+        if what == "run":
+            return shutil.make_archive(str(target / "undertow-run"), "zip", run)
+        return str(run / {"page": "report.html", "findings": "findings.json"}[what])
+
+    def train(self, network: str, names: Sequence[str], epochs: int, say: Say | None = None) -> dict[str, Any]:
+        """Train a network beside the corrected model; each epoch is told as a line of its number and errors."""
+        from ..residuals.training.training_settings import Choice, TrainingSettings
+        from ..workflows.train import train
+
+        def told(epoch: Any) -> None:
+            if say is not None:
+                say(f"{epoch.number} {epoch.train_loss} {epoch.rmse}")
+
+        vehicle = self._open_bench.vehicle(names) if names else self._open_inputs.vehicle
+        inputs = read_inputs(list(self._open_inputs.paths), vehicle, self._open_inputs.reading)
+        done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=told)
+        return {"models": [model.to_dict() for model in done.models], "told": done.sentences}
+
+    @property
+    def _open_bench(self) -> Workbench:
+        if self._bench is None:
+            raise RequestError("no log is open; open one first")
+        return self._bench
+
+    @property
+    def _open_inputs(self) -> Inputs:
+        if self._inputs is None:
+            raise RequestError("no log is open; open one first")
+        return self._inputs
+
+    def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None]:
+        """The vehicle that is meant, and the channel map that was made with it, if one was."""
+        made = None
+        if source.vehicle:
+            vehicle = load_vehicle(source.vehicle)
+        else:
+            reading = Reading(source.frame or None, Path(source.channel_map) if source.channel_map else None)
+            draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, say=say)
+            assert self._folder is not None, "a folder is given with the log"
+            made = self._folder / "channels.yaml"
+            draft.write(self._folder / "vehicle.yaml", made)
+            vehicle = draft.vehicle
+        return (vehicle.with_values(dict(source.changed)).checked() if source.changed else vehicle), made
+
+
+def _of_demo(source: Source, folder: Path) -> Source:
+    """The source with the files of the demo, copied to where they can be read again, if that is meant."""
+    if source.logs:
+        return source
+    data = resources.files("undertow") / "data"
+    paths = [folder / name for name in ("gazebo_blueboat.csv.gz", "demo.yaml")]
+    for path in paths:
+        path.write_bytes((data / path.name).read_bytes())
+    return replace(source, logs=(str(paths[0]),), vehicle=str(paths[1]))
+
+
+def _source(vehicle: Vehicle, symbol: str) -> str:
+    """What the vehicle file says of where a number is from."""
+    section = vehicle.sources.get(_section(vehicle, symbol))
+    said = section.get(symbol) if isinstance(section, dict) else section
+    return str(vehicle.sources.get(symbol) or said or vehicle.sources.get("all") or "")
+
+
+def _section(vehicle: Vehicle, symbol: str) -> str:
+    return symbol if symbol in _APART else vehicle.parameter(symbol).section
+
+
+def _javascript(vehicle: Vehicle, path: Path) -> Path:
+    """A script that makes the model: no library, rollouts included."""
+    data = json.dumps(vehicle_data(vehicle), allow_nan=False, indent=1)
+    return write_text(path, f"{force_equation()}\nconst model = {FUNCTION}({data});\n")

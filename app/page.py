@@ -1,0 +1,111 @@
+"""The page: a bar above, and below it the opening, or the bench."""
+
+from importlib import resources
+
+from nicegui import ui
+
+from ..reports.page.style import DARK, LIGHT
+from ..workflows.workbench_facts import Source
+from .session import Session
+from .views.hero import hero
+from .views.log_notes import log_notes
+from .views.missing_cards import missing_cards
+from .views.motion_view import MotionView
+from .views.networks import Networks
+from .views.numbers_view import numbers_view
+from .views.opening import Opening
+from .views.taking_away import taking_away
+from .views.vehicle_form import vehicle_form
+from .views.words import button, line, watching
+
+
+class Page:
+    """One tab.
+
+    Parameters
+    ----------
+    session : what the tab works on
+    vehicles : names of those that come with undertow
+    first : what is opened at once; None for nothing
+    """
+
+    def __init__(self, session: Session, vehicles: tuple[str, ...], first: Source | None = None) -> None:
+        self._session, self._vehicles = session, vehicles
+        self._kind = ""
+        ui.add_css(_css())
+        ui.colors(primary="#0072b2")
+        self._dark = ui.dark_mode(value=None)
+        with ui.element("header").classes("bar"), ui.element("div"):
+            line("undertow", "brand", "span")
+            self._what = line("", "what small", "span")
+            self._tools = ui.element("span").classes("row")
+            button("Light or dark", self._toggle, label="Change between light and dark")
+        self._place = ui.element("main").classes("bench")
+        ui.keyboard(on_key=self._key)
+        watching(session, self._place, self._refresh)
+        if first is not None and session.source is None:
+            ui.timer(0.05, lambda: session.open(first), once=True)
+
+    def _refresh(self) -> None:
+        session = self._session
+        kind = "bench" if session.opened is not None else "opening"
+        opened = session.opened
+        self._what.set_text("" if opened is None else f"{opened.log} with {opened.vehicle}")
+        if kind != self._kind:
+            self._kind = kind
+            self._tools.clear()
+            self._place.clear()
+            with self._place:
+                if kind == "opening":
+                    self._waiting()
+                    Opening(session, self._vehicles)
+                else:
+                    self._bench()
+        if kind == "bench":
+            self._undo.set_enabled(session.can_undo)
+            self._redo.set_enabled(session.can_redo)
+
+    def _waiting(self) -> None:
+        """What goes on while nothing is open yet, and what went wrong."""
+        hero(self._session)
+
+    def _bench(self) -> None:
+        session = self._session
+        with self._tools:
+            self._undo = button("Undo", session.undo, label="Undo the last step")
+            self._redo = button("Redo", session.redo, label="Redo the step")
+            button("Vehicle", lambda: vehicle_form(session), label="Look at the numbers of the vehicle")
+            button("Open another", self._another, label="Open another log")
+            taking_away(session)
+        hero(session)
+        with ui.element("div").classes("grid main"):
+            missing_cards(session)
+            with ui.element("div").classes("stack"):
+                MotionView(session)
+                numbers_view(session)
+                log_notes(session)
+                Networks(session)
+
+    def _another(self) -> None:
+        with ui.dialog() as dialog, ui.element("div").style("max-width: min(96vw, 1000px)"):
+            Opening(self._session, self._vehicles)
+        dialog.open()
+
+    def _toggle(self) -> None:
+        self._dark.set_value(self._dark.value is not True)
+
+    async def _key(self, event: object) -> None:
+        key, modifiers = getattr(event, "key", None), getattr(event, "modifiers", None)
+        action = getattr(event, "action", None)
+        if key is None or not getattr(action, "keydown", False) or not getattr(modifiers, "ctrl", False):
+            return
+        if key == "z":
+            await (self._session.redo() if getattr(modifiers, "shift", False) else self._session.undo())
+        elif key == "y":
+            await self._session.redo()
+
+
+def _css() -> str:
+    """The style sheet: the report page's colour roles, and the layout."""
+    layout = (resources.files(__package__ or "undertow.app") / "workbench.css").read_text("utf-8")
+    return f":root {{ {LIGHT} }} body.body--dark {{ {DARK} }} {layout}"

@@ -1,0 +1,138 @@
+"""The server of the workbench: a socket on this machine, a door before it, and a session for every tab."""
+
+import contextlib
+import secrets
+import socket
+import webbrowser
+from collections.abc import Callable
+from typing import Any
+
+from ..physics.errors import RequestError
+from ..workflows.workbench_facts import Source
+from . import worker
+from .closed_to_strangers import ClosedToStrangers
+
+PORT, _TRIED = 8423, 20
+"""The first port that is tried where none is asked for, and how many after it."""
+RECONNECT = 60.0
+"""Seconds for which a page that lost its connection, or is loaded again, finds its work as it was."""
+HERE = ("127.0.0.1", "localhost", "::1")
+"""Addresses that only this machine reaches."""
+
+
+def listen(host: str, port: int | None) -> socket.socket:
+    """A socket that listens, on a free port where none is asked for.
+
+    Raises
+    ------
+    RequestError
+        when the port is taken, or the address is none of this machine.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    asked = range(PORT, PORT + _TRIED) if port is None else (port,)
+    why = ""
+    for one in asked:
+        try:
+            return socket.create_server((host, one), family=family)
+        except OSError as error:
+            why = error.strerror or str(error)
+    place = f"{host}:{port}" if port is not None else f"{host}, ports {PORT} to {PORT + _TRIED - 1}"
+    raise RequestError(f"app: cannot listen on {place}: {why}; give another with --port or --host")
+
+
+def serve(
+    first: Source | None,
+    *,
+    host: str = HERE[0],
+    port: int | None = None,
+    browser: bool = True,
+    told: Callable[[str], None] = print,
+) -> None:
+    """Serve until the process is interrupted.
+
+    Parameters
+    ----------
+    first : opened in every new tab; None for the page that asks
+    host : an address; any but those of this machine asks for a token
+    browser : open a browser
+    told : called with the address
+    """
+    listening = listen(host, port)
+    worker.prepare()  # what computes is loaded while the page is
+    port = listening.getsockname()[1]
+    token = "" if host in HERE else secrets.token_urlsafe(24)
+    hosts = _names(host, port)
+    address = f"http://{f'[{host}]' if ':' in host else host}:{port}/" + (f"?token={token}" if token else "")
+    application = ClosedToStrangers(_application(first, hosts), hosts, token)
+    import uvicorn
+
+    config = uvicorn.Config(application, log_level="warning", ws_max_size=64 * 1024**2, timeout_graceful_shutdown=2)
+    server = uvicorn.Server(config)
+    told(f"The workbench is at {address} (Ctrl-C ends it)")
+    if browser:
+        with contextlib.suppress(webbrowser.Error):
+            webbrowser.open(address)
+    server.run(sockets=[listening])
+
+
+def _names(host: str, port: int) -> list[str]:
+    """What may stand as the host of a request."""
+    names = ["127.0.0.1", "localhost", "[::1]"]
+    if host in ("0.0.0.0", "::"):
+        names += [socket.gethostname(), *_own_addresses()]
+    elif host not in HERE:
+        names.append(f"[{host}]" if ":" in host else host)
+    return [f"{name}:{port}" for name in names]
+
+
+def _own_addresses() -> list[str]:
+    with contextlib.suppress(OSError):
+        return sorted({str(found[4][0]) for found in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)})
+    return []
+
+
+def _application(first: Source | None, hosts: list[str]) -> Any:
+    """The pages and their sockets."""
+    from fastapi import FastAPI
+    from nicegui import Client, core, ui
+    from nicegui import app as nicegui_app
+
+    from .page import Page
+    from .session import Session
+
+    sessions: dict[str, Session] = {}
+    vehicles: list[tuple[str, ...]] = []
+
+    @ui.page("/", title="undertow")
+    async def bench(client: Client) -> None:
+        await client.connected()
+        if client.is_deleted:
+            return
+        tab = str(client.tab_id)
+        if tab not in sessions:
+            sessions[tab] = Session()
+        session = sessions[tab]
+        if not vehicles:
+            from ..physics.vehicle import shipped_vehicles
+
+            vehicles.append(shipped_vehicles())
+        Page(session, vehicles[0], first)
+
+        def left() -> None:
+            """End the session when no page of its tab is open any more."""
+            others = [one for one in Client.instances.values() if one is not client and one.tab_id == tab]
+            if not others and sessions.pop(tab, None) is session:
+                session.close()
+
+        client.on_delete(left)
+
+    def end() -> None:
+        for session in sessions.values():
+            session.close()
+        sessions.clear()
+
+    nicegui_app.on_shutdown(end)
+    application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    ui.run_with(application, title="undertow", tailwind=False, reconnect_timeout=RECONNECT, show_welcome_message=False)
+    core.sio.eio.cors_allowed_origins = [f"http://{name}" for name in hosts]  # by default any page may connect
+    return application

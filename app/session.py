@@ -1,0 +1,336 @@
+"""What one tab of the browser works on: a log, the steps that correct its model, and what is selected in it."""
+
+import asyncio
+import shlex
+import shutil
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from ..physics.errors import LogError, RequestError, VehicleError
+from ..physics.stage import Stage
+from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Way
+from .worker import Worker, WorkerLostError
+
+LOST = (
+    "The process that computes has ended: it was killed, or the memory was not enough. Your log and your steps are kept"
+)
+_KEPT = 200
+"""Steps back at most."""
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """A model as its steps make it: the effects in it, in order, and numbers that were moved by hand."""
+
+    names: tuple[str, ...] = ()
+    moved: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What goes on: its name, the share that usually lies behind it (None where nobody knows), and since when."""
+
+    name: str
+    behind: float | None
+    begun: float
+
+    @property
+    def left(self) -> float | None:
+        """Time that is left [s], as far as it can be told."""
+        so_far = monotonic() - self.begun
+        return so_far * (1.0 - self.behind) / self.behind if self.behind and so_far > 1.0 else None
+
+
+class Session:
+    """One tab's work; whoever shows it is told of every change.
+
+    Attributes
+    ----------
+    source, opened, searched : what is open, and what was found
+    fit : the model of the present step
+    stairs : the models of every beginning of its effects, the nominal one first, for the falling error
+    selected : stretches of time that are marked in all views [s]
+    work : what goes on; None while nothing does
+    trouble : what went wrong, in words; empty where nothing did
+    lost : the worker has ended, and `again` begins with a new one
+    """
+
+    def __init__(self) -> None:
+        self.source: Source | None = None
+        self.opened: Opened | None = None
+        self.searched: Searched | None = None
+        self.fit: Fit | None = None
+        self.stairs: tuple[Fit, ...] = ()
+        self.selected: tuple[Interval, ...] = ()
+        self.work: Work | None = None
+        self.trouble = ""
+        self.lost = False
+        self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
+        self._history: list[Stand] = [Stand()]
+        self._at = 0
+        self._worker: Worker | None = None
+        self._trainer: Worker | None = None
+        self._views: list[Callable[[], None]] = []
+        self._turn = asyncio.Lock()
+
+    # -- what is shown -------------------------------------------------------------------------------------------------
+
+    @property
+    def stand(self) -> Stand:
+        """The present step."""
+        return self._history[self._at]
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a step before this one."""
+        return self._at > 0
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a step was taken back."""
+        return self._at + 1 < len(self._history)
+
+    def watch(self, view: Callable[[], None]) -> Callable[[], None]:
+        """Call a view after every change, until the function that is given back is called."""
+        self._views.append(view)
+
+        def leave() -> None:
+            with suppress(ValueError):
+                self._views.remove(view)
+
+        return leave
+
+    def changed(self) -> None:
+        """Tell all views; one that fails keeps no other from being told."""
+        failed = None
+        for view in tuple(self._views):
+            try:
+                view()
+            except Exception as error:
+                failed = error
+        if failed is not None:
+            raise failed
+
+    # -- what is done --------------------------------------------------------------------------------------------------
+
+    async def open(self, source: Source) -> None:
+        """Read a log, show it, and search for what is missing."""
+        async with self._turn:
+            self.searched, self.fit, self.stairs, self.selected, self.trouble = None, None, (), (), ""
+            self._history, self._at = [Stand()], 0
+            self.source, self.opened = source, None
+            opened = await self._ask("reading the log", "open", source, str(self.folder))
+            if opened is None:
+                return
+            self.opened = opened
+            self.fit, self.stairs = opened.nominal, (opened.nominal,)
+            self.changed()
+        await self.search()
+
+    async def search(self) -> None:
+        """Search for what is missing."""
+        async with self._turn:
+            found = await self._ask("looking for what is missing", "search")
+            if found is None:
+                return
+            self.searched = found
+            if found.moved:
+                self.opened = await self._ask("", "opened") or self.opened
+            await self._show()
+
+    async def add(self, *names: str) -> None:
+        """Add effects to the model."""
+        fresh = [name for name in names if name not in self.stand.names]
+        if fresh:
+            await self._step(Stand((*self.stand.names, *fresh)))
+
+    async def remove(self, name: str) -> None:
+        """Take an effect out of the model."""
+        await self._step(Stand(tuple(one for one in self.stand.names if one != name)))
+
+    async def move(self, symbol: str, value: float) -> None:
+        """Set a number of the model by hand."""
+        moved = dict(self.stand.moved) | {symbol: value}
+        await self._step(replace(self.stand, moved=tuple(sorted(moved.items()))))
+
+    async def unmove(self) -> None:
+        """Set all numbers that were moved by hand to their fitted values again."""
+        if self.stand.moved:
+            await self._step(replace(self.stand, moved=()))
+
+    async def undo(self) -> None:
+        """Go one step back."""
+        if self.can_undo:
+            self._at -= 1
+            await self._refit()
+
+    async def redo(self) -> None:
+        """Take the step again that was taken back."""
+        if self.can_redo:
+            self._at += 1
+            await self._refit()
+
+    def select(self, intervals: tuple[Interval, ...]) -> None:
+        """Mark stretches of time in all views."""
+        self.selected = intervals
+        self.changed()
+
+    async def way(self, time: float) -> Way | None:
+        """Where the models go from an instant on."""
+        return await self._ask("", "way", self.stand.names, time, dict(self.stand.moved))
+
+    async def take(self, what: str) -> Path | None:
+        """Write a file to be taken away."""
+        async with self._turn:
+            name = "writing the run" if what in ("page", "run", "findings") else ""
+            path = await self._ask(name, "take", what, self.stand.names, dict(self.stand.moved), str(self.folder))
+            self.changed()
+            return None if path is None else Path(path)
+
+    async def ask(self, what: str, *given: Any) -> Any:
+        """Something quick of the worker; None where it refuses, and `trouble` says why."""
+        return await self._ask("", what, *given)
+
+    async def again(self) -> None:
+        """Begin with a new worker where the old one has ended: the same log, the same steps."""
+        history, at, source, searched = self._history, self._at, self.source, self.searched
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+        self.lost, self.trouble = False, ""
+        if source is None:
+            self.changed()
+            return
+        async with self._turn:
+            opened = await self._ask("reading the log again", "open", source, str(self.folder))
+        if opened is None:
+            return
+        self.opened, self.searched = opened, searched
+        self._history, self._at = history, at
+        if searched is None:
+            await self.search()
+        await self._refit()
+
+    async def train(self, network: str, epochs: int, told: Callable[[str], None]) -> dict[str, Any] | None:
+        """Train a network in a process of its own; None where it was stopped."""
+        assert self.source is not None, "a log is open"
+        self._trainer = Worker()
+        try:
+            await self._trainer.ask("open", self.source, str(self.folder))
+            return await self._trainer.ask("train", network, self.stand.names, epochs, say=told)
+        except (asyncio.CancelledError, WorkerLostError):
+            return None
+        except (LogError, RequestError, VehicleError, RuntimeError) as error:
+            self.trouble = str(error)
+            self.changed()
+            return None
+        finally:
+            self.stop_training()
+
+    def stop_training(self) -> None:
+        """End a training that goes on."""
+        if self._trainer is not None:
+            self._trainer.close()
+            self._trainer = None
+
+    def close(self) -> None:
+        """End the worker, and delete all that was uploaded or made."""
+        self.stop_training()
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+        self._views.clear()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def commands(self) -> str:
+        """The commands that do the same on the command line."""
+        if self.source is None:
+            return ""
+        source = self.source
+        if not source.logs:
+            return "undertow demo"
+        logs = [Path(path).name for path in source.logs]
+        vehicle = Path(source.vehicle).name if source.vehicle else "vehicle.yaml"
+        lines = []
+        given = [word for name, value in source.hull for word in (f"--{name}", f"{value:g}")]
+        if not source.vehicle:
+            like = ["--like", source.like] if source.like else []
+            lines.append(["undertow", "init", *logs, *given, *like, "--out", vehicle, "--channels", "channels.yaml"])
+        mapped = ["--map", "channels.yaml" if not source.vehicle else Path(source.channel_map).name]
+        options = ["--vehicle", vehicle, *(mapped if not source.vehicle or source.channel_map else [])]
+        options += [*(["--frame", source.frame] if source.frame else []), *(["--as-is"] * source.as_is)]
+        refit = [] if source.vehicle else ["--refit"]
+        lines.append(["undertow", "discover", *logs, *options, *refit, "--out", "run"])
+        own = [name for name in self.stand.names if " " not in name]
+        if own and (self.searched is None or set(own) != set(self.searched.found)):
+            lines.append(["undertow", "add", *own, "--run", "run", "--out", "model.yaml"])
+        return "\n".join(shlex.join(line) for line in lines)
+
+    # -- how -----------------------------------------------------------------------------------------------------------
+
+    async def _step(self, stand: Stand) -> None:
+        before = self._history[: self._at + 1]
+        self._history = [*before, stand][-_KEPT:]
+        self._at = len(self._history) - 1
+        if not await self._refit():
+            self._history, self._at = before, len(before) - 1
+            self.changed()
+
+    async def _refit(self) -> bool:
+        """Fit what the present step asks for, and show it; whether that could be done."""
+        async with self._turn:
+            self.trouble = ""
+            return await self._show()
+
+    async def _show(self) -> bool:
+        stand = self.stand
+        plain = stand == Stand() and self.opened is not None
+        fit = self.opened.nominal if plain else await self._ask("", "fit", stand.names, dict(stand.moved))  # type: ignore[union-attr]
+        if fit is None:
+            return False
+        self.fit = fit
+        self.changed()
+        stairs = []
+        for count in range(len(stand.names)):
+            stair = await self._ask("", "fit", stand.names[:count], {})
+            if stair is None:
+                return True
+            stairs.append(stair)
+        self.stairs = (*stairs, fit)
+        self.changed()
+        return True
+
+    async def _ask(self, name: str, what: str, *given: Any) -> Any:
+        """An answer of the worker, while all views say what goes on; None where it refuses, and `trouble` says why."""
+        if self._worker is None:
+            self._worker = Worker()
+        if name:
+            self.work = Work(name, None, monotonic())
+            self.changed()
+        try:
+            return await self._worker.ask(what, *given, say=self._tell if name else None)
+        except WorkerLostError:
+            self.lost, self.trouble = True, LOST
+        except (LogError, RequestError, VehicleError) as error:
+            self.trouble = str(error)
+        except RuntimeError as error:
+            self.trouble = f"undertow has a fault: {error}. Please report it"
+        finally:
+            if name:
+                self.work = None
+                self.changed()
+        self.changed()
+        return None
+
+    def _tell(self, line: str) -> None:
+        if self.work is not None:
+            behind = line.behind if isinstance(line, Stage) else self.work.behind
+            self.work = replace(self.work, name=str(line), behind=behind)
+            self.changed()

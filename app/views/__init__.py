@@ -1,0 +1,1 @@
+"""The parts of the workbench page, a file each."""

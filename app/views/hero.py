@@ -1,0 +1,122 @@
+"""The top of the bench: what is missing, in a sentence, and the error that falls with every step."""
+
+from time import monotonic
+
+from nicegui import ui
+
+from ...physics.in_words import percent, words
+from ..session import Session
+from .words import button, line, number_in, watching
+
+_BEYOND = 1.15
+"""Share of the first error up to which a bar reaches: a step that makes it worse is seen to."""
+
+
+def hero(session: Session) -> None:
+    """The verdict, the two numbers, and a bar for every step."""
+    host = ui.element("section").classes("card hero").props('aria-label="What is missing, and the error"')
+    with host:
+        with ui.element("div"):
+            headline = line("", tag="h1").props('aria-live="polite"')
+            count = ui.element("div").classes("count").mark("count")
+            told = line("", "told small")
+            work = ui.element("div").classes("work").props('role="status"')
+        stairs = _Stairs()
+    trouble = ui.element("div").classes("card trouble row").props('role="alert"')
+
+    def refresh() -> None:
+        searched, opened = session.searched, session.opened
+        host.set_visibility(opened is not None or session.work is not None)
+        if searched is not None:
+            headline.set_text(searched.headline)
+        elif opened is not None:
+            headline.set_text(f"{opened.log}: measured, and what the model {opened.vehicle} makes of it")
+        _show_count(session, count)
+        told.set_text(_told(session))
+        _show_work(session, work)
+        stairs.show(session)
+        trouble.clear()
+        trouble.set_visibility(bool(session.trouble))
+        with trouble:
+            line(session.trouble)
+            if session.lost:
+                button("Start again", session.again, lead=True)
+
+    watching(session, host, refresh)
+    with host:
+        ui.timer(0.5, lambda: _show_work(session, work) if session.work else None)
+
+
+def _show_count(session: Session, place: ui.element) -> None:
+    place.clear()
+    if session.opened is None or session.fit is None:
+        return
+    before, now = session.opened.nominal.error.get("position"), session.fit.error.get("position")
+    with place:
+        line(number_in(before, "m"), "was", tag="b")
+        if session.fit is not session.opened.nominal:
+            line("\N{RIGHTWARDS ARROW}", tag="i")
+            line(number_in(now, "m"), "now", tag="b").mark("now")
+        line(f"off after {session.opened.horizon:g} s of prediction", "muted", tag="span")
+
+
+def _told(session: Session) -> str:
+    if session.fit is None or session.opened is None:
+        return ""
+    before, now = session.opened.nominal.error.get("position"), session.fit.error.get("position")
+    if session.fit.names and before and now is not None:
+        change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
+        how = "every row predicted by a model that was fitted without it" if session.fit.unseen else "moved by hand"
+        return f"{change} than the model as it was; {how}."
+    if session.searched is not None:
+        return " ".join(session.searched.told)
+    seconds = session.opened.seconds
+    return f"{seconds:.0f} s of measurement, predicted open loop again and again from what was measured."
+
+
+def _show_work(session: Session, place: ui.element) -> None:
+    place.clear()
+    work = session.work
+    if work is None:
+        return
+    behind = work.behind
+    with place:
+        known = "" if behind is None else " known"
+        with ui.element("div").classes("meter" if known else "meter unknown"):
+            ui.element("i").style(f"width: {100.0 * behind:.0f}%" if behind is not None else "")
+        left = work.left
+        so_far = f"{monotonic() - work.begun:.0f} s"
+        line(f"{work.name} ({so_far}{f', about {left:.0f} s left' if left else ''})", tag="span")
+
+
+class _Stairs:
+    """A bar for every step. Bars stay where they are and change their width, so that the eye sees them shrink."""
+
+    def __init__(self) -> None:
+        self._place = ui.element("div").classes("stairs").props('role="list" aria-label="Error after every step"')
+        self._rows: list[tuple[ui.element, ui.element, ui.element]] = []
+
+    def show(self, session: Session) -> None:
+        """Bring the bars up to date."""
+        stairs = [fit for fit in session.stairs if fit.error.get("position") is not None]
+        first = stairs[0].error["position"] if stairs else 1.0
+        while len(self._rows) > len(stairs):
+            for element in self._rows.pop():
+                element.delete()
+        for k, fit in enumerate(stairs):
+            if k == len(self._rows):
+                self._rows.append(self._row(first_one=k == 0))
+            name, fill, number = self._rows[k]
+            label = "as it was" if not fit.names else f"+ {words(fit.names[-1])}"
+            name.set_text(label)  # type: ignore[attr-defined]
+            share = min(fit.error["position"] / (first or 1.0), _BEYOND) / _BEYOND
+            fill.style(f"width: {100.0 * share:.2f}%")
+            number.set_text(number_in(fit.error["position"], "m"))  # type: ignore[attr-defined]
+
+    def _row(self, *, first_one: bool) -> tuple[ui.element, ui.element, ui.element]:
+        with self._place:
+            name = line("", "name", tag="span")
+            with ui.element("div").classes("track"):
+                fill = ui.element("div").classes("fill first" if first_one else "fill").style("width: 100%")
+            number = line("", "num", tag="span")
+        return name, fill, number

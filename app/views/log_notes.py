@@ -1,0 +1,47 @@
+"""What was found in the log itself, with its remedies."""
+
+from dataclasses import replace
+
+from nicegui import ui
+
+from ..session import Session
+from .words import button, line, watching
+
+_OPEN = ("defect", "warning")
+"""Verdicts that are shown at once."""
+
+
+def log_notes(session: Session) -> None:
+    """Warnings above all, then what the checks say, folded where it is only good to know."""
+    place = ui.element("section").classes("stack").props('aria-label="What was found in the log"')
+    shown: list[object] = []
+
+    def refresh() -> None:
+        if shown == [session.opened]:
+            return
+        shown[:] = [session.opened]
+        place.clear()
+        opened = session.opened
+        if opened is None or not (opened.warnings or opened.checks or opened.notes):
+            return
+        with place, ui.element("div").classes("card stack"):
+            line("The log", tag="h2")
+            for warning in opened.warnings:
+                line(warning, "trouble small").style("padding-left: 10px; margin: 0")
+            bad = [check for check in opened.checks if check.verdict in _OPEN]
+            for check in bad:
+                with ui.element("div").classes("check-note small"):
+                    line(f"{check.verdict}: ", tag="i")
+                    line(" ".join(filter(None, [check.sentence, check.consequence, check.remedy])), tag="span")
+                    if check.mends:
+                        line(f"'undertow inspect --fix' would mend it: {check.mends}", "muted")
+            if bad and session.source is not None and not session.source.as_is:
+                button("Open it as it is", lambda: session.open(replace(session.source, as_is=True)))  # type: ignore[type-var]
+            rest = [check.sentence for check in opened.checks if check not in bad]
+            if rest or opened.notes:
+                with ui.element("details").classes("small"):
+                    line(f"{len(rest) + len(opened.notes)} notes", tag="summary")
+                    for text in (*rest, *opened.notes):
+                        line(text, "muted")
+
+    watching(session, place, refresh)

@@ -1,0 +1,186 @@
+"""Measured against predicted: time plots, the track on the water, and where the model fails; one selection for all."""
+
+from itertools import pairwise
+
+import numpy as np
+from nicegui import ui
+
+from ...workflows.workbench_facts import Fit
+from ..cells import AXES, Sorted, common_command, sort_rows
+from ..plots.error_map import Cells, ErrorMap
+from ..plots.time_plots import Line, Panel, TimePlots
+from ..plots.track import Track
+from ..session import Session
+from .words import button, line, watching
+
+_SPEEDS = tuple(
+    Panel(
+        title,
+        unit,
+        (
+            Line(name, "measured", "measured"),
+            Line(f"{name}_before", "as it was", "before"),
+            Line(f"{name}_after", "now", "after"),
+        ),
+    )
+    for name, title, unit in (("u", "surge speed", "m/s"), ("v", "sway speed", "m/s"), ("r", "yaw rate", "rad/s"))
+)
+_MISSING = tuple(
+    Panel(
+        f"{axis} force that lacks",
+        unit,
+        (Line(f"{name}_before", "as it was", "before"), Line(f"{name}_after", "now", "after")),
+    )
+    for name, (axis, unit) in AXES.items()
+)
+_STATES = ("u", "v", "r")
+_FAR, _NEAR = 8.0, 0.05
+"""A predicted way that goes so many times as far as usual in a row, and as many metres more, begins anew there."""
+
+
+class MotionView:
+    """Plots, track and map of one session, each told of what the others select."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._opened: object = None
+        self._fit: object = None
+        self._sorted: dict[str, Sorted] = {}
+        self._axis, self._over = "X", "turn"
+        self._marked: object = None
+        host = ui.element("div").classes("stack")
+        with host:
+            self._plots()
+            with ui.element("div").classes("grid pair").style("margin-top: 0"):
+                self._track_card()
+                self._map_card()
+        watching(session, host, self._refresh)
+
+    def _plots(self) -> None:
+        with ui.element("section").classes("card").props('aria-label="Measured against predicted"'):
+            with ui.element("div").classes("row"):
+                line("Measured against predicted", tag="h2").style("margin: 0; flex: 1")
+                self._shown = ui.toggle({"speeds": "Speeds", "forces": "Missing force"}, value="speeds")
+                self._shown.props('dense no-caps unelevated aria-label="What is drawn"').classes("small")
+                self._shown.on_value_change(self._switched)
+            self._speeds = TimePlots(_SPEEDS)
+            self._forces = TimePlots(_MISSING)
+            self._forces.set_visibility(False)
+            for plots in (self._speeds, self._forces):
+                plots.on_brush(lambda begin, end: self._session.select(((begin, end),)))
+            self._none = button("Clear selection", lambda: self._session.select(()))
+
+    def _track_card(self) -> None:
+        with ui.element("section").classes("card").props('aria-label="Track on the water"'):
+            line("On the water", tag="h2")
+            self._track = Track()
+            self._track.on_pick(self._way)
+            line("Click the track: both models go from there for 30 s.", "muted small")
+
+    def _map_card(self) -> None:
+        with ui.element("section").classes("card").props('aria-label="Where it fails"'):
+            with ui.element("div").classes("row"):
+                line("Where it fails", tag="h2").style("margin: 0; flex: 1")
+                axis = ui.toggle({key: name for key, (name, _) in AXES.items()}, value="X")
+                axis.props('dense no-caps unelevated aria-label="Axis of the force"').classes("small")
+            over = ui.toggle({"turn": "speed and turn", "command": "speed and command"}, value="turn")
+            over.props('dense no-caps unelevated aria-label="What the map is over"').classes("small")
+            axis.on_value_change(lambda event: self._map_of(axis=event.value))
+            over.on_value_change(lambda event: self._map_of(over=event.value))
+            self._map = ErrorMap()
+            self._map.on_pick(self._picked)
+            line("The force that the model leaves, by what the boat did. Click cells to select.", "muted small")
+
+    def _refresh(self) -> None:
+        session = self._session
+        opened, fit = session.opened, session.fit
+        if opened is None or fit is None:
+            return
+        if opened is not self._opened:
+            self._opened, self._fit, self._sorted = opened, fit, {}
+            table, first = opened.table, opened.nominal
+            columns = {name: table[name] for name in ("u", "v", "r")}
+            self._speeds.show(table["time"], columns | _of(first, "before", ("u", "v", "r")) | self._after(_STATES))
+            self._forces.show(table["time"], _of(first, "before", tuple(AXES)) | self._after(tuple(AXES)))
+            self._track.show(table["time"], table["north"], table["east"])
+            self._predict()
+            self._map_of()
+        elif fit is not self._fit:
+            self._fit = fit
+            self._speeds.change(self._after(_STATES))
+            self._forces.change(self._after(tuple(AXES)))
+            self._predict()
+            self._map_of()
+        if session.selected != self._marked:
+            self._marked = session.selected
+            for view in (self._speeds, self._forces, self._track):
+                view.mark(session.selected)
+        self._none.set_visibility(bool(session.selected))
+
+    def _after(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """The present model's columns; nothing to draw while it is the nominal one."""
+        opened, fit = self._session.opened, self._session.fit
+        assert opened is not None, "what is drawn is open"
+        assert fit is not None, "what is drawn is open"
+        if fit is opened.nominal or not (fit.names or not fit.unseen):
+            return {f"{name}_after": np.full(opened.table["time"].size, np.nan) for name in names}
+        return _of(fit, "after", names)
+
+    def _predict(self) -> None:
+        opened, fit = self._session.opened, self._session.fit
+        assert opened is not None, "what is drawn is open"
+        assert fit is not None, "what is drawn is open"
+        time = opened.table["time"]
+        pieces = {"before": _pieces(time, opened.nominal)}
+        if fit is not opened.nominal:
+            pieces["after"] = _pieces(time, fit)
+        self._track.predict(pieces)
+
+    async def _way(self, time: float) -> None:
+        way = await self._session.way(time)
+        if way is not None:
+            self._track.path(way.time, (*way.measured.T,), (*way.before.T,), (*way.after.T,))
+
+    def _switched(self) -> None:
+        forces = self._shown.value == "forces"
+        self._speeds.set_visibility(not forces)
+        self._forces.set_visibility(forces)
+
+    def _map_of(self, axis: str = "", over: str = "") -> None:
+        opened, fit = self._session.opened, self._session.fit
+        self._axis, self._over = axis or self._axis, over or self._over
+        if opened is None or fit is None:
+            return
+        if self._over not in self._sorted:
+            table = opened.table
+            up = table["r"] if self._over == "turn" else common_command(table, opened.commands)
+            self._sorted[self._over] = sort_rows(table["u"], up)
+        found = self._sorted[self._over]
+        before, _ = found.error(opened.nominal.columns[self._axis])
+        error, count = found.error(fit.columns[self._axis])
+        top = float(np.nanquantile(before, 0.98)) if np.isfinite(before).any() else 1.0
+        up_label = "yaw rate [rad/s]" if self._over == "turn" else "command, share of the largest"
+        name, unit = AXES[self._axis]
+        seconds = count * float(np.nanmedian(np.diff(opened.table["time"])))
+        self._map.show(Cells(*found.edges, "surge speed [m/s]", up_label, error, seconds, f"{unit} in {name}", top))
+
+    def _picked(self, cells: list[tuple[int, int]]) -> None:
+        opened = self._session.opened
+        if opened is not None:
+            self._session.select(self._sorted[self._over].stretches(opened.table["time"], cells))
+
+
+def _of(fit: Fit, role: str, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    return {f"{name}_{role}": fit.columns[name] for name in names}
+
+
+def _pieces(time: np.ndarray, fit: Fit) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """A model's way, cut where it begins anew."""
+    north, east = fit.columns["north"], fit.columns["east"]
+    step = np.hypot(np.diff(north), np.diff(east))
+    usual = float(np.nanmedian(step)) if np.isfinite(step).any() else 0.0
+    whole = np.flatnonzero(~(step < _FAR * usual + _NEAR)) + 1
+    edges = [0, *whole.tolist(), time.size]
+    return [
+        (time[a:b], north[a:b], east[a:b]) for a, b in pairwise(edges) if b - a > 1 and np.isfinite(north[a:b]).all()
+    ]

@@ -1,0 +1,41 @@
+"""What views share: buttons, headings and short texts, each with a name that a screen reader can say."""
+
+from collections.abc import Callable
+
+from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
+
+from ...physics.in_words import number
+from ..session import Session
+
+
+def button(text: str, act: Callable[[], object], *, lead: bool = False, label: str = "") -> ui.button:
+    """A button; `label` is its spoken name where the text alone would not tell."""
+    made = ui.button(text, on_click=act, color=None).props("no-caps unelevated dense")
+    made.classes("btn lead q-px-md" if lead else "btn plain q-px-sm")
+    return made.props(f'aria-label="{label}"') if label else made
+
+
+def line(text: str, cls: str = "", tag: str = "p") -> TextElement:
+    """A line of text, as text: whatever a log or a file says, no markup of it is followed."""
+    return TextElement(tag=tag, text=text).classes(cls)
+
+
+def number_in(value: float | None, unit: str, digits: int = 2) -> str:
+    """A number with its unit."""
+    return "n/a" if value is None else f"{number(value, digits)} {unit}".strip()
+
+
+def watching(session: Session, host: ui.element, refresh: Callable[[], None]) -> None:
+    """Show a part now and after every change, for as long as the element is there that holds it."""
+
+    def show() -> None:
+        if host.is_deleted or host.client.is_deleted:
+            leave()
+            return
+        with host:
+            refresh()
+
+    leave = session.watch(show)
+    host.client.on_delete(leave)
+    refresh()

@@ -1,0 +1,146 @@
+"""A worker: a process of its own for each open log, so that nothing it does, not even its end, stops the page."""
+
+import asyncio
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+from ..physics.errors import LogError, RequestError, VehicleError
+
+Say = Callable[[str], None]
+_ROOMS = ("undertow.app.desk", "undertow.workflows.workbench")
+"""What every worker needs, loaded once by the process that all of them are forked from."""
+_REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}
+
+
+class WorkerLostError(RuntimeError):
+    """The worker's process ended before it answered: killed, or out of memory."""
+
+
+def prepare() -> None:
+    """Begin to load what workers need, beside this process; a worker is then there in a few hundredths of a second."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # workers fork, and threads of the parent would not be there
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    multiprocessing.set_forkserver_preload(list(_ROOMS))
+    from multiprocessing.forkserver import ensure_running
+
+    ensure_running()
+
+
+class Worker:
+    """The side of a worker that asks; its answers come to the running event loop."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._pipe, there = multiprocessing.Pipe()
+        context = multiprocessing.get_context("forkserver")
+        # No daemon, for these may have no children, and a search works in two processes. It ends with its pipe.
+        self.process = context.Process(target=_serve, args=(there,), daemon=False)
+        self.process.start()
+        there.close()
+        self._asked: dict[int, tuple[asyncio.Future[Any], Say | None]] = {}
+        self._count = 0
+        self._closed = False
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can be asked."""
+        return not self._closed and self.process.is_alive()
+
+    async def ask(self, what: str, *given: Any, say: Say | None = None) -> Any:
+        """The answer of a method of the desk.
+
+        Parameters
+        ----------
+        say : called with each line that it tells meanwhile
+
+        Raises
+        ------
+        LogError, RequestError, VehicleError
+            as the method does.
+        WorkerLostError
+            when the process has ended.
+        """
+        if self._closed:
+            raise WorkerLostError
+        self._count += 1
+        answer: asyncio.Future[Any] = self._loop.create_future()
+        self._asked[self._count] = answer, say
+        try:
+            self._pipe.send((self._count, what, given, say is not None))
+        except OSError:
+            self._lost()
+        return await answer
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        self._closed = True
+        with suppress(OSError):
+            self._pipe.close()
+        if self.process.is_alive():
+            self.process.kill()
+        for answer, _ in self._asked.values():
+            if not answer.done():
+                answer.cancel()
+        self._asked.clear()
+
+    def _listen(self) -> None:
+        while True:
+            try:
+                number, kind, content = self._pipe.recv()
+            except (EOFError, OSError):
+                with suppress(RuntimeError):  # the loop is closed, and nobody waits any more
+                    self._loop.call_soon_threadsafe(self._lost)
+                return
+            with suppress(RuntimeError):
+                self._loop.call_soon_threadsafe(self._take, number, kind, content)
+
+    def _take(self, number: int, kind: str, content: Any) -> None:
+        if number not in self._asked:
+            return
+        answer, say = self._asked[number]
+        if kind == "line":
+            if say is not None:
+                say(content)
+            return
+        del self._asked[number]
+        if answer.done():
+            return
+        if kind == "done":
+            answer.set_result(content)
+        else:
+            answer.set_exception(_REFUSALS.get(kind, RuntimeError)(content))
+
+    def _lost(self) -> None:
+        waiting, self._asked, self._closed = list(self._asked.values()), {}, True
+        for answer, _ in waiting:
+            if not answer.done():
+                answer.set_exception(WorkerLostError())
+
+
+def _serve(pipe: Connection) -> None:
+    """Answer until nobody asks any more."""
+    from .desk import Desk
+
+    desk = Desk()
+    while True:
+        try:
+            number, what, given, telling = pipe.recv()
+        except (EOFError, OSError):
+            return
+        more = {"say": lambda line, number=number: pipe.send((number, "line", line))} if telling else {}
+        try:
+            answer = number, "done", getattr(desk, what)(*given, **more)
+        except (LogError, RequestError, VehicleError) as error:
+            answer = number, type(error).__name__, str(error)
+        except BrokenPipeError:
+            return
+        except Exception as error:
+            answer = number, "fault", f"{type(error).__name__}: {error}"
+        with suppress(OSError):
+            pipe.send(answer)
