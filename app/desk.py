@@ -8,19 +8,21 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from ..comparison.facts import ComparedModel
 from ..exports.javascript import FUNCTION, force_equation, vehicle_data
 from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
 from ..physics.effects import EFFECTS
 from ..physics.errors import RequestError
 from ..physics.files import write_text
+from ..physics.frames import AXES
 from ..physics.in_words import unit_text, words
 from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
 from ..workflows.init import init
 from ..workflows.inputs import read_inputs
-from ..workflows.workbench import Workbench
-from ..workflows.workbench_facts import Field, Fit, Opened, Searched, Source, Way
+from ..workflows.workbench import HORIZON, Workbench
+from ..workflows.workbench_facts import Field, Fit, Opened, Rival, Searched, Source, Trained, Way
 
 Say = Callable[[str], None]
 
@@ -102,7 +104,9 @@ class Desk:
             return str(error)
         return ""
 
-    def take(self, what: str, names: Sequence[str], moved: Mapping[str, float], folder: str) -> str:
+    def take(
+        self, what: str, names: Sequence[str], moved: Mapping[str, float], folder: str, say: Say | None = None
+    ) -> str:
         """Write what is to be taken away into a folder, and give the path of the file.
 
         Parameters
@@ -119,24 +123,22 @@ class Desk:
         run = target / "run"
         if run.exists():
             shutil.rmtree(run)
-        self._open_bench.write(names, run)
+        self._open_bench.write(names, run, say)
         if what == "run":
             return shutil.make_archive(str(target / "undertow-run"), "zip", run)
         return str(run / {"page": "report.html", "findings": "findings.json"}[what])
 
-    def train(self, network: str, names: Sequence[str], epochs: int, say: Say | None = None) -> dict[str, Any]:
-        """Train a network beside the corrected model; each epoch is told as a line of its number and errors."""
+    def train(
+        self, network: str, names: Sequence[str], epochs: int, say: Callable[[Any], None] | None = None
+    ) -> Trained:
+        """Train a network beside the corrected model; each `Epoch` is told."""
         from ..residuals.training.training_settings import Choice, TrainingSettings
         from ..workflows.train import train
 
-        def told(epoch: Any) -> None:
-            if say is not None:
-                say(f"{epoch.number} {epoch.train_loss} {epoch.rmse}")
-
         vehicle = self._open_bench.vehicle(names) if names else self._open_inputs.vehicle
         inputs = read_inputs(list(self._open_inputs.paths), vehicle, self._open_inputs.reading)
-        done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=told)
-        return {"models": [model.to_dict() for model in done.models], "told": done.sentences}
+        done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=say)
+        return Trained(" ".join(done.sentences), tuple(map(_rival, done.models)))
 
     @property
     def _open_bench(self) -> Workbench:
@@ -185,6 +187,12 @@ def _source(vehicle: Vehicle, symbol: str) -> str:
 
 def _section(vehicle: Vehicle, symbol: str) -> str:
     return symbol if symbol in _APART else vehicle.parameter(symbol).section
+
+
+def _rival(model: ComparedModel) -> Rival:
+    step, ahead = model.acceleration.rmse, model.rollout.get(f"{HORIZON:g}")
+    error = {"position": None if ahead is None else ahead.position, **{axis: step.of(axis) for axis in AXES}}
+    return Rival(model.name, error, tuple(law.law for law in model.laws if law.outcome == "fail"))
 
 
 def _javascript(vehicle: Vehicle, path: Path) -> Path:

@@ -9,7 +9,7 @@ from ..workflows.workbench_facts import Source
 from .session import Session
 from .views.hero import hero
 from .views.log_notes import log_notes
-from .views.missing_cards import missing_cards
+from .views.missing_cards import MissingCards
 from .views.motion_view import MotionView
 from .views.networks import Networks
 from .views.numbers_view import numbers_view
@@ -79,7 +79,7 @@ class Page:
             taking_away(session)
         hero(session)
         with ui.element("div").classes("grid main"):
-            missing_cards(session)
+            MissingCards(session)
             with ui.element("div").classes("stack"):
                 MotionView(session)
                 numbers_view(session)

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
-from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Way
+from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Trained, Way
 from .worker import Worker, WorkerLostError
 
 LOST = (
@@ -75,6 +75,7 @@ class Session:
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
         self._history: list[Stand] = [Stand()]
         self._at = 0
+        self._shown: Stand | None = None
         self._worker: Worker | None = None
         self._trainer: Worker | None = None
         self._views: list[Callable[[], None]] = []
@@ -124,7 +125,7 @@ class Session:
         """Read a log, show it, and search for what is missing."""
         async with self._turn:
             self.searched, self.fit, self.stairs, self.selected, self.trouble = None, None, (), (), ""
-            self._history, self._at = [Stand()], 0
+            self._history, self._at, self._shown = [Stand()], 0, None
             self.source, self.opened = source, None
             opened = await self._ask("reading the log", "open", source, str(self.folder))
             if opened is None:
@@ -157,8 +158,13 @@ class Session:
 
     async def move(self, symbol: str, value: float) -> None:
         """Set a number of the model by hand."""
-        moved = dict(self.stand.moved) | {symbol: value}
-        await self._step(replace(self.stand, moved=tuple(sorted(moved.items()))))
+        before, moved = self.stand, dict(self.stand.moved) | {symbol: value}
+        stand = replace(before, moved=tuple(sorted(moved.items())))
+        if symbol in dict(before.moved) and self._at + 1 == len(self._history):
+            self._history[self._at] = stand  # one way of a slider is one step
+            await self._refit()
+        else:
+            await self._step(stand)
 
     async def unmove(self) -> None:
         """Set all numbers that were moved by hand to their fitted values again."""
@@ -218,7 +224,7 @@ class Session:
             await self.search()
         await self._refit()
 
-    async def train(self, network: str, epochs: int, told: Callable[[str], None]) -> dict[str, Any] | None:
+    async def train(self, network: str, epochs: int, told: Callable[[object], None]) -> Trained | None:
         """Train a network in a process of its own; None where it was stopped."""
         assert self.source is not None, "a log is open"
         self._trainer = Worker()
@@ -254,8 +260,11 @@ class Session:
         if self.source is None:
             return ""
         source = self.source
+        own = [name for name in self.stand.names if " " not in name]
+        added = [] if self.searched is not None and set(own) == set(self.searched.found) else own
         if not source.logs:
-            return "undertow demo"
+            run = "undertow-demo"
+            return "\n".join(["undertow demo", *_adding(added, run)])
         logs = [Path(path).name for path in source.logs]
         vehicle = Path(source.vehicle).name if source.vehicle else "vehicle.yaml"
         lines = []
@@ -268,10 +277,7 @@ class Session:
         options += [*(["--frame", source.frame] if source.frame else []), *(["--as-is"] * source.as_is)]
         refit = [] if source.vehicle else ["--refit"]
         lines.append(["undertow", "discover", *logs, *options, *refit, "--out", "run"])
-        own = [name for name in self.stand.names if " " not in name]
-        if own and (self.searched is None or set(own) != set(self.searched.found)):
-            lines.append(["undertow", "add", *own, "--run", "run", "--out", "model.yaml"])
-        return "\n".join(shlex.join(line) for line in lines)
+        return "\n".join([*(shlex.join(line) for line in lines), *_adding(added, "run")])
 
     # -- how -----------------------------------------------------------------------------------------------------------
 
@@ -286,6 +292,8 @@ class Session:
     async def _refit(self) -> bool:
         """Fit what the present step asks for, and show it; whether that could be done."""
         async with self._turn:
+            if self._shown == self.stand and not self.trouble:
+                return True  # a slider has moved on while this one waited
             self.trouble = ""
             return await self._show()
 
@@ -295,7 +303,7 @@ class Session:
         fit = self.opened.nominal if plain else await self._ask("", "fit", stand.names, dict(stand.moved))  # type: ignore[union-attr]
         if fit is None:
             return False
-        self.fit = fit
+        self.fit, self._shown = fit, stand
         self.changed()
         stairs = []
         for count in range(len(stand.names)):
@@ -334,3 +342,8 @@ class Session:
             behind = line.behind if isinstance(line, Stage) else self.work.behind
             self.work = replace(self.work, name=str(line), behind=behind)
             self.changed()
+
+
+def _adding(names: list[str], run: str) -> list[str]:
+    """The command that adds effects to a run, where there are any."""
+    return [shlex.join(["undertow", "add", *names, "--run", run, "--out", "model.yaml"])] if names else []

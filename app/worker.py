@@ -11,7 +11,7 @@ from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
 
-Say = Callable[[str], None]
+Say = Callable[[Any], None]
 _ROOMS = ("undertow.app.desk", "undertow.workflows.workbench")
 """What every worker needs, loaded once by the process that all of them are forked from."""
 _REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}

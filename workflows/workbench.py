@@ -149,7 +149,7 @@ class Workbench:
         clock = time + stretch.motion.time_step * np.arange(steps + 1)
         return Way(clock, stretch.motion.position[row : row + steps + 1], *ways)
 
-    def run(self, names: Sequence[str]) -> Run:
+    def run(self, names: Sequence[str], progress: Say | None = None) -> Run:
         """The run of these effects, as `add` makes it; that of the search where they are what it found.
 
         Raises
@@ -163,11 +163,11 @@ class Workbench:
             return found
         if found is not None and OWN_NUMBERS in names and found.findings.calibrated:
             return found
-        return add(added, self._whole)
+        return add(added, self._whole, progress)
 
-    def write(self, names: Sequence[str], folder: PathLike) -> Path:
+    def write(self, names: Sequence[str], folder: PathLike, progress: Say | None = None) -> Path:
         """Write the run folder of these effects; see `run`."""
-        return write_run(self.run(names), folder)
+        return write_run(self.run(names, progress), folder, progress=progress)
 
     def vehicle(self, names: Sequence[str], moved: Mapping[str, float] | None = None) -> Vehicle:
         """The model with these effects."""

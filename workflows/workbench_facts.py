@@ -181,3 +181,27 @@ class Field:
     unit: str
     value: float
     source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """A model beside others on the same rows.
+
+    Attributes
+    ----------
+    name : of the model
+    error : root mean square of its position after the horizon [m], and of its acceleration by axis [m/s^2, rad/s^2]
+    broken : laws that it breaks
+    """
+
+    name: str
+    error: Mapping[str, float | None]
+    broken: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Trained:
+    """A trained network: what to think of it, and it beside the model that it corrects."""
+
+    told: str
+    rivals: tuple[Rival, ...]

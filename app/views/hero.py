@@ -1,8 +1,10 @@
 """The top of the bench: what is missing, in a sentence, and the error that falls with every step."""
 
 from time import monotonic
+from typing import NamedTuple
 
 from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
 
 from ...physics.in_words import percent, words
 from ..session import Session
@@ -94,29 +96,41 @@ class _Stairs:
 
     def __init__(self) -> None:
         self._place = ui.element("div").classes("stairs").props('role="list" aria-label="Error after every step"')
-        self._rows: list[tuple[ui.element, ui.element, ui.element]] = []
+        self._rows: list[_Stair] = []
 
     def show(self, session: Session) -> None:
         """Bring the bars up to date."""
         stairs = [fit for fit in session.stairs if fit.error.get("position") is not None]
         first = stairs[0].error["position"] if stairs else 1.0
         while len(self._rows) > len(stairs):
-            for element in self._rows.pop():
-                element.delete()
+            self._rows.pop().delete()
         for k, fit in enumerate(stairs):
             if k == len(self._rows):
                 self._rows.append(self._row(first_one=k == 0))
-            name, fill, number = self._rows[k]
-            label = "as it was" if not fit.names else f"+ {words(fit.names[-1])}"
-            name.set_text(label)  # type: ignore[attr-defined]
+            stair = self._rows[k]
+            stair.name.set_text("as it was" if not fit.names else f"+ {words(fit.names[-1])}")
             share = min(fit.error["position"] / (first or 1.0), _BEYOND) / _BEYOND
-            fill.style(f"width: {100.0 * share:.2f}%")
-            number.set_text(number_in(fit.error["position"], "m"))  # type: ignore[attr-defined]
+            stair.fill.style(f"width: {100.0 * share:.2f}%")
+            stair.number.set_text(number_in(fit.error["position"], "m"))
 
-    def _row(self, *, first_one: bool) -> tuple[ui.element, ui.element, ui.element]:
+    def _row(self, *, first_one: bool) -> "_Stair":
         with self._place:
             name = line("", "name", tag="span")
-            with ui.element("div").classes("track"):
+            track = ui.element("div").classes("track")
+            with track:
                 fill = ui.element("div").classes("fill first" if first_one else "fill").style("width: 100%")
-            number = line("", "num", tag="span")
-        return name, fill, number
+            return _Stair(name, track, fill, line("", "num", tag="span"))
+
+
+class _Stair(NamedTuple):
+    """One step: its name, the bar with what fills it, and the number."""
+
+    name: TextElement
+    track: ui.element
+    fill: ui.element
+    number: TextElement
+
+    def delete(self) -> None:
+        """Take it from the page."""
+        for element in (self.name, self.track, self.number):
+            element.delete()

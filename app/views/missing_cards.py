@@ -1,134 +1,180 @@
 """What is missing: a card for every effect, to be added and taken out again."""
 
+from collections.abc import Sequence
+
 from nicegui import ui
 
 from ...physics.in_words import listing, words
-from ...workflows.workbench_facts import Card
+from ...workflows.workbench_facts import Card, Searched
 from ..session import Session
 from .words import button, line, watching
 
-_OWN = "own numbers"
+_OWN = Card(
+    "own numbers",
+    "The model's own numbers",
+    "",
+    "Drag, added mass and lag that the vehicle file has, as far as the log identifies them, fitted beside these.",
+    "",
+)
+"""What is no effect and may be fitted all the same."""
 _OPEN = 6
-"""Cards that are open at once; the rest is folded."""
+"""Cards that are shown at once; the rest is folded."""
 
 
-def missing_cards(session: Session) -> None:
-    """Cards, the most valuable first; what has no evidence is folded."""
-    place = ui.element("section").classes("cards stack").props('aria-label="What is missing"')
-    shown: list[object] = []
+class MissingCards:
+    """Cards, the most valuable first; what has no evidence is folded. They stay in their place when one is added."""
 
-    def refresh() -> None:
-        now: list[object] = [session.searched, session.stand.names, session.work is None, session.opened]
-        if now == shown:
-            return
-        shown[:] = now
-        place.clear()
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._searched: Searched | None = None
+        self._cards: dict[str, _Shown] = {}
+        place = ui.element("section").classes("cards stack").props('aria-label="What is missing"')
         with place:
-            _cards(session)
+            with ui.element("div").classes("row"):
+                line("What is missing", tag="h2").style("margin: 0; flex: 1")
+                self._all = button("Add all found", self._add_all, label="Add all effects that were found")
+            self._waits = line("", "muted")
+            self._search = button("Search", session.search, lead=True)
+            self._body = ui.element("div").classes("stack")
+        watching(session, place, self._refresh)
 
-    watching(session, place, refresh)
+    async def _add_all(self) -> None:
+        await self._session.add(*self._left())
 
+    def _left(self) -> Sequence[str]:
+        """What was found and is not in the model."""
+        searched = self._session.searched
+        return [] if searched is None else [name for name in searched.found if name not in self._session.stand.names]
 
-def _cards(session: Session) -> None:
-    searched, names = session.searched, session.stand.names
-    with ui.element("div").classes("row"):
-        line("What is missing", tag="h2").style("margin: 0; flex: 1")
-        left = [] if searched is None else [name for name in searched.found if name not in names]
-        if len(left) > 1:
-            button("Add all found", lambda: session.add(*left), label="Add all effects that were found")
-    if searched is None:
-        line("The search has not ended yet." if session.work else "Nothing was searched yet.", "muted")
-        if session.work is None and session.opened is not None:
-            button("Search", session.search, lead=True)
-        return
-    if searched.verdict != "missing":
-        line(searched.headline, "card small")
-    _own_numbers(session)
-    found = [card for card in searched.cards if card.verdict != "no evidence" or card.name in names]
-    rest = [card for card in searched.cards if card not in found]
-    first = next((card for card in found if card.name not in names), None)
-    for card in found[:_OPEN]:
-        _card(session, card, opened=card is first)
-    if found[_OPEN:]:
-        with ui.element("details"):
-            line(f"{len(found) - _OPEN} more that may be", tag="summary")
-            for card in found[_OPEN:]:
-                _card(session, card)
-    for sentence in searched.sensors:
-        line(sentence, "card small")
-    if searched.advice:
+    def _refresh(self) -> None:
+        session = self._session
+        searched, busy = session.searched, session.work is not None
+        self._waits.set_visibility(searched is None)
+        self._waits.set_text("The search goes on." if busy else "Nothing was searched yet.")
+        self._search.set_visibility(searched is None and not busy and session.opened is not None)
+        self._all.set_visibility(len(self._left()) > 1)
+        if searched is not self._searched:
+            self._searched = searched
+            self._body.clear()
+            self._cards.clear()
+            if searched is not None:
+                with self._body:
+                    self._build(searched)
+        for name in session.stand.names:
+            if searched is not None and name not in self._cards:
+                with self._typed:
+                    self._card(Card(name, words(name), "", "Added by name.", ""))
+        for name, card in self._cards.items():
+            card.set_in(name in session.stand.names)
+
+    def _build(self, searched: Searched) -> None:
+        if searched.verdict != "missing":
+            line(searched.headline, "card small")
+        found = [card for card in searched.cards if card.verdict != "no evidence"]
+        rest = [card for card in searched.cards if card.verdict == "no evidence"]
+        for card in found[:_OPEN]:
+            self._card(card, opened=card is found[0])
+        if found[_OPEN:]:
+            with ui.element("details").classes("stack"):
+                line(f"{len(found) - _OPEN} more that may be", tag="summary")
+                for card in found[_OPEN:]:
+                    self._card(card)
+        self._card(_OWN)
+        self._typed = ui.element("div").classes("stack")
+        for sentence in searched.sensors:
+            line(sentence, "card small")
+        if searched.advice:
+            with ui.element("details").classes("small"):
+                line("What would tell more", tag="summary")
+                for manoeuvre, why in searched.advice:
+                    line(f"{manoeuvre} {why}", "muted")
+        if rest:
+            with ui.element("details").classes("stack"):
+                line(f"{len(rest)} effects without evidence", tag="summary")
+                for card in rest:
+                    self._card(card)
+        self._by_hand()
+
+    def _card(self, card: Card, *, opened: bool = False) -> None:
+        self._cards[card.name] = _Shown(self._session, card, opened=opened)
+
+    def _by_hand(self) -> None:
+        """A term or an effect that the user types."""
         with ui.element("details").classes("small"):
-            line("What would tell more", tag="summary")
-            for manoeuvre, why in searched.advice:
-                line(f"{manoeuvre} {why}", "muted")
-    if rest:
-        with ui.element("details").classes("stack"):
-            line(f"{len(rest)} effects without evidence", tag="summary")
-            for card in rest:
-                _card(session, card)
-    _by_hand(session)
+            line("Add by name, or a term by hand", tag="summary")
+            line("An effect of the catalogue, or an axis and a product of speeds, such as yaw:u|r|.", "muted")
+            with ui.element("div").classes("row"):
+                field = ui.input(label="effect or term").props("dense outlined").style("flex: 1")
+
+                async def act() -> None:
+                    if name := field.value.strip():
+                        await self._session.add(name if ":" in name else name.replace(" ", "_"))
+
+                field.on("keydown.enter", act)
+                button("Add", act, label="Add what is typed")
 
 
-def _own_numbers(session: Session) -> None:
-    """The model's own numbers, which may be fitted beside the effects."""
-    is_in = _OWN in session.stand.names
-    with ui.element("article").classes(f"effect {'in' if is_in else ''}"), ui.element("div").classes("head"):
-        with ui.element("div"):
-            line("The model's own numbers", tag="h3")
-            line("Drag, added mass and lag that the vehicle file has, fitted beside what is added.", "muted small")
-        _switch(session, _OWN, is_in, "the model's own numbers")
+class _Shown:
+    """One card on the page."""
 
+    def __init__(self, session: Session, card: Card, *, opened: bool) -> None:
+        self._session, self._card, self._in = session, card, False
+        self._place = ui.element("article").classes("effect").mark(card.name)
+        kind = {"no evidence": "none", "": "none"}.get(card.verdict, card.verdict)
+        self._place.classes(kind)
+        with self._place:
+            with ui.element("div").classes("head"):
+                with ui.element("div"):
+                    line(card.title, tag="h3")
+                    if card.verdict:
+                        line(card.verdict, f"tag {kind}", tag="span")
+                self._button = button("Add", self._act, label=f"Add {card.title}")
+                self._button.classes("lead")
+            for text in card.numbers:
+                line(text, "small")
+            if card.twins:
+                line(f"This log cannot tell it from {listing(list(card.twins))}.", "muted small")
+            if card.equation:
+                self._why(opened)
+            else:
+                line(card.sentence, "muted small")
 
-def _card(session: Session, card: Card, *, opened: bool = False) -> None:
-    is_in = card.name in session.stand.names
-    kind = card.verdict.replace("no evidence", "none")
-    with ui.element("article").classes(f"effect {kind} {'in' if is_in else ''}").mark(card.name):
-        with ui.element("div").classes("head"):
-            with ui.element("div"):
-                line(card.title, tag="h3")
-                line(card.verdict, f"tag {kind}", tag="span")
-            _switch(session, card.name, is_in, card.title)
-        for text in card.numbers:
-            line(text, "small")
-        if card.twins:
-            line(f"This log cannot tell it from {listing(list(card.twins))}.", "muted small")
-        with ui.element("details").props("open" if opened else "").classes("small"):
+    def set_in(self, is_in: bool) -> None:
+        """Show whether the effect is in the model."""
+        if is_in == self._in:
+            return
+        self._in = is_in
+        text = "Remove" if is_in else "Add"
+        self._button.set_text(text)
+        self._button.props(f'aria-label="{text} {self._card.title}"')
+        self._button.classes(add="plain" if is_in else "lead", remove="lead" if is_in else "plain")
+        self._place.classes(add="in" if is_in else None, remove=None if is_in else "in")
+
+    async def _act(self) -> None:
+        await (self._session.remove(self._card.name) if self._in else self._session.add(self._card.name))
+
+    def _why(self, opened: bool) -> None:
+        """The finding with its picture, which is sent when it is looked at."""
+        card = self._card
+        details = ui.element("details").classes("small")
+        with details:
             line("why", tag="summary")
             line(card.sentence)
-            if card.equation:
-                line(card.equation, "equation")
-            if card.picture:
-                ui.html(card.picture, sanitize=False)
+            line(card.equation, "equation")
+            picture = ui.element("div")
             if card.chance and card.chance not in card.sentence:
                 line(card.chance, "muted")
             if card.tell:
                 line(f"To tell: {card.tell}", "muted")
+        drawn: list[bool] = []
 
+        def draw() -> None:
+            if card.picture and not drawn:
+                drawn.append(True)
+                with picture:
+                    ui.html(card.picture, sanitize=False)
 
-def _switch(session: Session, name: str, is_in: bool, spoken: str) -> None:
-    if is_in:
-        button("Remove", lambda: session.remove(name), label=f"Remove {spoken}").mark(f"remove {name}")
-    else:
-        button("Add", lambda: session.add(name), lead=True, label=f"Add {spoken}").mark(f"add {name}")
-
-
-def _by_hand(session: Session) -> None:
-    """A term or an effect that the user types."""
-    with ui.element("details").classes("small"):
-        line("Add by name, or a term by hand", tag="summary")
-        line("An effect of the catalogue, or an axis and a product of speeds, such as yaw:u|r|.", "muted")
-        with ui.element("div").classes("row"):
-            field = ui.input(label="effect or term").props("dense outlined").style("flex: 1")
-
-            async def act() -> None:
-                if name := field.value.strip():
-                    await session.add(name if ":" in name else name.replace(" ", "_"))
-
-            field.on("keydown.enter", act)
-            button("Add", act, label="Add what is typed")
-    others = [name for name in session.stand.names if not any(card.name == name for card in session.searched.cards)]  # type: ignore[union-attr]
-    for name in others:
-        if name != _OWN:
-            with ui.element("article").classes("effect in"), ui.element("div").classes("head"):
-                line(words(name), tag="h3")
-                _switch(session, name, is_in=True, spoken=words(name))
+        details.on("toggle", draw)
+        if opened:
+            details.props("open")
+            draw()

@@ -3,9 +3,12 @@
 import asyncio
 from typing import Any
 
+import numpy as np
 from nicegui import ui
 
-from ...physics.in_words import number
+from ...physics.in_words import listing, number
+from ...residuals.training.history import Epoch
+from ...workflows.workbench_facts import Rival, Trained
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..session import Session
 from .words import button, line, watching
@@ -39,7 +42,7 @@ class Networks:
                 self._start = button("Train", self._train, lead=True, label="Train a network")
                 self._stop = button("Stop", self._stopped, label="Stop training")
             self._told = line("", "muted small").props('role="status"')
-            lines = (Line("train", "loss in training", "between"), Line("rmse", "error in validation", "after"))
+            lines = (Line("loss", "loss in training", "between"), Line("rmse", "error in validation", "after"))
             self._curve = TimePlots((Panel("Error by epoch", "", lines),))
             self._table = ui.element("div").classes("scroll")
         watching(session, host, self._refresh)
@@ -64,29 +67,26 @@ class Networks:
         self._task = asyncio.create_task(act())
         self._refresh()
 
-    def _epoch(self, told: str) -> None:
-        parts = told.split()
-        if len(parts) != 3 or not parts[0].lstrip("-").isdigit():
+    def _epoch(self, told: object) -> None:
+        if not isinstance(told, Epoch):
             return
-        self._epochs.append((float(parts[0]), float(parts[1]), float(parts[2])))
-        import numpy as np
-
-        epoch, train, rmse = np.array(self._epochs).T
+        self._epochs.append((told.number, np.nan if told.loss is None else told.loss, told.rmse))
+        epoch, loss, rmse = np.array(self._epochs, float).T
         self._curve.set_visibility(visible=True)
-        self._curve.show(epoch, {"train": train, "rmse": rmse})
-        self._told.set_text(f"epoch {parts[0]}: error in validation {number(float(parts[2]), 3)}")
+        self._curve.show(epoch, {"loss": loss, "rmse": rmse})
+        self._told.set_text(f"epoch {told.number}: error in validation {number(told.rmse, 3)}")
 
     def _stopped(self) -> None:
         self._session.stop_training()
         self._told.set_text("Stopped. Nothing was kept.")
 
-    def _done(self, done: dict[str, Any] | None) -> None:
+    def _done(self, done: Trained | None) -> None:
         self._task = None
         self._refresh()
         if done is None:
             self._told.set_text(self._session.trouble or "Stopped. Nothing was kept.")
             return
-        self._told.set_text(" ".join(done["told"]))
+        self._told.set_text(done.told)
         self._table.clear()
         with self._table, ui.element("table").classes("numbers"):
             with ui.element("tr"):
@@ -99,17 +99,13 @@ class Networks:
                     "laws",
                 ):
                     line(head, tag="th")
-            for model in done["models"]:
-                _row(model)
+            for rival in done.rivals:
+                _row(rival)
 
 
-def _row(model: dict[str, Any]) -> None:
-    rollout = (model.get("rollout_rmse") or {}).get("10") or {}
-    error = model.get("acceleration", {}).get("rmse") or {}
-    broken = [law["law"] for law in model.get("laws", ()) if law.get("outcome") == "fail"]
+def _row(rival: Rival) -> None:
     with ui.element("tr"):
-        line(str(model["name"]), tag="td")
-        line(number(rollout.get("position"), 3), tag="td")
-        for axis in ("surge", "sway", "yaw"):
-            line(number(error.get(axis), 3), tag="td")
-        line("kept" if not broken else f"breaks {', '.join(broken)}", tag="td")
+        line(rival.name, tag="td")
+        for value in rival.error.values():
+            line(number(value, 3), tag="td")
+        line(f"breaks {listing(rival.broken)}" if rival.broken else "kept", tag="td")

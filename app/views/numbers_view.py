@@ -1,21 +1,24 @@
 """The corrected model: its numbers with their intervals, the verdict of the law, and sliders that predict anew."""
 
+from contextlib import suppress
+
 from nicegui import events, ui
+from nicegui.elements.mixins.text_element import TextElement
 
 from ...physics.in_words import number
 from ...workflows.workbench_facts import Value
 from ..session import Session
 from .words import button, line, watching
 
-_STEPS = 200
-"""Places of a slider."""
+_EVERY = 0.15
+"""Seconds between predictions while a slider moves: a fit is shown before the next is asked for."""
 
 
 def numbers_view(session: Session) -> None:
     """A row for each number that differs from the nominal model's."""
     place = ui.element("section").classes("card").props('aria-label="The corrected model"')
     shown: list[object] = []
-    sliders: dict[str, tuple[ui.slider, ui.element]] = {}
+    sliders: dict[str, tuple[ui.element, TextElement]] = {}
 
     def refresh() -> None:
         fit = session.fit
@@ -23,7 +26,9 @@ def numbers_view(session: Session) -> None:
         now: list[object] = [symbols, session.stand.names, bool(session.stand.moved)]
         if now == shown and fit is not None:
             for value in fit.values:  # the sliders stay under the hand that moves one
-                sliders[value.symbol][1].set_text(number(value.after, 4))  # type: ignore[attr-defined]
+                slider, told = sliders[value.symbol]
+                told.set_text(number(value.after, 4))
+                slider.props(f"value={value.after!r}")
             return
         shown[:] = now
         place.clear()
@@ -34,7 +39,7 @@ def numbers_view(session: Session) -> None:
     watching(session, place, refresh)
 
 
-def _numbers(session: Session, sliders: dict[str, tuple[ui.slider, ui.element]]) -> None:
+def _numbers(session: Session, sliders: dict[str, tuple[ui.element, TextElement]]) -> None:
     fit = session.fit
     with ui.element("div").classes("row"):
         line("The corrected model", tag="h2").style("margin: 0; flex: 1")
@@ -60,7 +65,7 @@ def _numbers(session: Session, sliders: dict[str, tuple[ui.slider, ui.element]])
         )
 
 
-def _row(session: Session, value: Value, sliders: dict[str, tuple[ui.slider, ui.element]]) -> None:
+def _row(session: Session, value: Value, sliders: dict[str, tuple[ui.element, TextElement]]) -> None:
     with ui.element("div").classes("numbers-row"):
         with ui.element("span"):
             line(value.symbol, "mono", "b")
@@ -69,13 +74,12 @@ def _row(session: Session, value: Value, sliders: dict[str, tuple[ui.slider, ui.
         now = line(number(value.after, 4), tag="span")
         ends = value.ci95
         line(f"{number(ends[0], 4)} to {number(ends[1], 4)}" if ends else "", "muted", "span")
-        step = (value.high - value.low) / _STEPS or 1.0
+        slider = ui.element("input").props(f'type=range aria-label="Move {value.symbol}" step=any')
+        slider.props(f"min={value.low!r} max={value.high!r} value={value.after!r}")
 
         async def act(event: events.GenericEventArguments) -> None:
-            moved = event.args
-            if isinstance(moved, int | float) and not isinstance(moved, bool):
-                await session.move(value.symbol, min(max(float(moved), value.low), value.high))
+            with suppress(TypeError, ValueError):
+                await session.move(value.symbol, min(max(float(event.args), value.low), value.high))
 
-        slider = ui.slider(min=value.low, max=value.high, step=step, value=value.after)
-        slider.props(f'aria-label="Move {value.symbol}" dense').on("change", act, throttle=0.15)
+        slider.on("input", act, throttle=_EVERY, js_handler="(event) => emit(event.target.value)")
         sliders[value.symbol] = slider, now

@@ -24,7 +24,8 @@ async def vehicle_form(session: Session) -> None:
                 with ui.element("div").classes("numbers-row").style("grid-template-columns: 2fr 1fr 2fr"):
                     with ui.element("span"):
                         line(field.symbol, "mono", "b")
-                        line(f" {field.what}", "muted small", "span")
+                        unit = f" [{field.unit}]" if field.unit else ""
+                        line(f" {field.what}{unit}", "muted small", "span")
 
                     async def check(event: object, symbol: str = field.symbol) -> None:
                         value = getattr(event, "value", None)
@@ -35,7 +36,7 @@ async def vehicle_form(session: Session) -> None:
                         wrong.set_text(told or "")
                         wrong.set_visibility(bool(told))
 
-                    box = ui.number(value=float(number(field.value, 6)), suffix=field.unit, on_change=check)
+                    box = ui.number(value=float(number(field.value, 6)), on_change=check)
                     box.props(f'dense outlined debounce=300 aria-label="{field.symbol}"')
                     line(field.source, "muted small", "span").style("white-space: normal")
 
