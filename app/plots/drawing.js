@@ -46,11 +46,51 @@ export function prepared(canvas) {
   return [pen, width, height];
 }
 
+// Stroke a line through places (NaN breaks it) in short strokes: a browser takes five times as long for one long one.
+const SHORT = 40;
+
+export function traced(pen, xs, ys, style, thick) {
+  pen.strokeStyle = style; pen.lineWidth = thick; pen.lineJoin = "bevel"; pen.lineCap = "round";
+  let count = 0;
+  for (let k = 0; k < xs.length; k++) {
+    if (!(ys[k] === ys[k] && xs[k] === xs[k])) { if (count > 1) pen.stroke(); count = 0; continue; }
+    if (count === 0) { pen.beginPath(); pen.moveTo(xs[k], ys[k]); } else pen.lineTo(xs[k], ys[k]);
+    count += 1;
+    if (count === SHORT) { pen.stroke(); pen.beginPath(); pen.moveTo(xs[k], ys[k]); count = 1; }
+  }
+  if (count > 1) pen.stroke();
+}
+
+// The same for a line that goes up and down within every pixel: a bar in each column, from its lowest to its highest
+// place and on to where the column before it ended.
+export function barred(pen, xs, ys, style, thick, wide) {
+  pen.fillStyle = style;
+  const half = 0.5 * thick, stout = Math.max(Math.round(thick), wide);
+  let column = -1, low = 0, high = 0, end = NaN;
+  const bar = () => {
+    if (column < 0) return;
+    const top = Math.round(low - half);
+    pen.fillRect(Math.round(column * wide - 0.5 * (stout - wide)), top, stout, Math.max(Math.round(high + half) - top, 1));
+  };
+  for (let k = 0; k < xs.length; k++) {
+    const y = ys[k];
+    if (y !== y) { bar(); column = -1; end = NaN; continue; }
+    const here = Math.floor(xs[k] / wide);
+    if (here !== column) {
+      bar();
+      column = here;
+      low = end < y ? end : y; high = end > y ? end : y;
+    } else if (y < low) low = y; else if (y > high) high = y;
+    end = y;
+  }
+  bar();
+}
+
 // Draw at most once a frame, however often it is asked for.
 export function oncePerFrame(draw) {
   let asked = 0;
   const ask = () => { asked ||= requestAnimationFrame(() => { asked = 0; draw(); }); };
-  ask.stop = () => cancelAnimationFrame(asked);
+  ask.stop = () => { cancelAnimationFrame(asked); asked = 0; };
   return ask;
 }
 

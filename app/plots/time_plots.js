@@ -1,22 +1,25 @@
 // Linked time plots: panels above each other with one cursor and one zoom; the server sends what the window needs.
 import uPlot from "undertow-uplot";
-import { between, colour, dressed, moving, oncePerFrame, shareCursor, whenColoursChange, whenCursorMoves, written } from "drawing";
+import { barred, between, colour, dressed, moving, oncePerFrame, shareCursor, traced, whenColoursChange, whenCursorMoves, written } from "drawing";
 
 const THICK = { measured: 3.5, between: 1.4, before: 1.4, after: 1.8 };
+const RESTLESS = 6;  // a line that goes up and down more than so many times its way along needs no slopes
 const SMALLEST = 4;  // pixels that a drag must cross to be one
 const NARROWEST = 1e-3;  // seconds: no window is narrower
+const SOON = 40;  // milliseconds that a window may wait for its own lines before it is drawn with those that are here
 const PATIENCE = 1000;  // milliseconds after which an answer counts as lost
 
 const CSS = `
 .undertow-time { display: block; width: 100%; min-width: 0; color: var(--ink); outline-offset: 4px; border-radius: 6px; }
 .undertow-time:focus-visible { outline: 2px solid var(--after); }
-.undertow-time .head { display: flex; flex-wrap: wrap; gap: 0 16px; align-items: baseline; font-size: 13px; line-height: 1.5; padding-left: 52px; }
+.undertow-time .head { display: flex; flex-wrap: wrap; gap: 0 14px; align-items: center; font-size: 13px; line-height: 1.5; padding-left: 52px; }
 .undertow-time .panel + .panel .head { margin-top: 8px; }
 .undertow-time .head b { font-weight: 600; }
 .undertow-time .head .unit { color: var(--muted); font-weight: 400; }
 .undertow-time .key { display: inline-flex; align-items: center; gap: 6px; color: var(--muted); white-space: nowrap; }
+.undertow-time .key[hidden] { display: none; }
 .undertow-time .key i { width: 16px; border-radius: 2px; display: inline-block; }
-.undertow-time .key .value { color: var(--ink); font-variant-numeric: tabular-nums; min-width: 5.5ch; }
+.undertow-time .key .value { color: var(--ink); font-variant-numeric: tabular-nums; min-width: 6ch; }
 .undertow-time .u-over { cursor: crosshair; touch-action: pan-y; }
 .undertow-time .u-select { background: color-mix(in srgb, var(--after) 16%, transparent); }
 .undertow-time .brushing .u-select { background: color-mix(in srgb, var(--heat3) 34%, transparent); }
@@ -24,7 +27,11 @@ const CSS = `
 .undertow-time .foot { display: flex; flex-wrap: wrap; justify-content: space-between; gap: 0 16px; padding-left: 52px; font-size: 12px; line-height: 1.6; color: var(--muted); min-height: 1.6em; }
 .undertow-time .foot .now { color: var(--ink); font-variant-numeric: tabular-nums; }
 @media (hover: none) { .undertow-time .hint { display: none; } }
-@media (max-width: 560px) { .undertow-time .head, .undertow-time .foot { padding-left: 0; } .undertow-time .hint { display: none; } }
+@media (max-width: 560px) {
+  .undertow-time .head, .undertow-time .foot { padding-left: 0; }
+  .undertow-time .head b { flex-basis: 100%; }
+  .undertow-time .hint { display: none; }
+}
 `;
 
 export default {
@@ -41,7 +48,7 @@ export default {
     dressed("undertow-time-style", CSS);
     this.whole = null; this.begin = 0; this.end = 1;
     this.time = []; this.columns = {}; this.marks = [];
-    this.asked = 0; this.waiting = null; this.wanted = false; this.still = () => {};
+    this.asked = 0; this.late = 0; this.waiting = null; this.wanted = false; this.still = () => {};
     this.plots = this.panels.map((panel) => this.built(panel));
     this.soon = oncePerFrame(() => this.drawn());
     this.ends = [
@@ -54,7 +61,7 @@ export default {
   },
 
   unmounted() {
-    this.size.disconnect(); this.still(); this.soon.stop();
+    this.size.disconnect(); this.still(); this.soon.stop(); clearTimeout(this.late);
     this.ends.forEach((end) => end());
     this.plots.forEach(({ chart }) => chart.destroy());
   },
@@ -91,8 +98,8 @@ export default {
           { ...axis, size: last ? 24 : 0, space: 80, gap: 6, values: (_, found) => found.map((x) => (last ? written(x, 7) + " s" : "")) },
           { ...axis, size: 52, space: 34, gap: 6, values: (_, found) => found.map((x) => written(x, 4)) },
         ],
-        series: [{}, ...panel.lines.map((line) => ({ stroke: () => ink(line.role), width: THICK[line.role], points: { show: false }, spanGaps: false }))],
-        hooks: { drawClear: [(self) => this.shade(self)] },
+        series: [{}, ...panel.lines.map((line) => ({ stroke: () => ink(line.role), width: THICK[line.role], points: { show: false }, paths: none }))],
+        hooks: { drawClear: [(self) => this.shade(self)], draw: [(self) => this.lines(self, panel)] },
       }, [[], ...panel.lines.map(() => [])], box);
       this.listen(chart);
       return { box, chart, panel, values };
@@ -130,6 +137,7 @@ export default {
     mark(intervals) { this.marks = intervals; this.plots.forEach(({ chart }) => chart.redraw(false)); },
 
     fill() {
+      clearTimeout(this.late); this.late = 0; this.soon.stop();
       const begun = performance.now();
       this.plots.forEach(({ chart, panel, values }) => {
         panel.lines.forEach((line, k) => (values[k].key.hidden = !this.columns[line.name]));
@@ -167,12 +175,44 @@ export default {
 
     extremes(column, role) {
       if (!column) return null;
+      const { time, begin, end } = this;  // once: every look into a component costs more than a comparison
       let low = Infinity, high = -Infinity;
-      for (let k = 0; k < this.time.length; k++) {
-        if (column[k] === null || this.time[k] < this.begin || this.time[k] > this.end) continue;
-        low = Math.min(low, column[k]); high = Math.max(high, column[k]);
+      for (let k = 0; k < time.length; k++) {
+        const value = column[k];
+        if (value === null || time[k] < begin || time[k] > end) continue;
+        if (value < low) low = value;
+        if (value > high) high = value;
       }
       return low <= high ? { low, high, role } : null;
+    },
+
+    // The lines of a panel, from back to front. uPlot's own are as good but strokes of some thousand points take it long.
+    lines(chart, panel) {
+      const { left, top, width, height } = chart.bbox, pen = chart.ctx, ratio = uPlot.pxRatio;
+      const { time, begin, end } = this;
+      const y = chart.scales.y, along = width / (end - begin), up = height / (y.max - y.min);
+      let first = 0, last = time.length - 1;
+      while (first < last && time[first + 1] < begin) first += 1;
+      while (last > first && time[last - 1] > end) last -= 1;
+      const xs = new Float64Array(Math.max(last - first + 1, 0));
+      for (let k = first; k <= last; k++) xs[k - first] = left + (time[k] - begin) * along;
+      pen.save();
+      pen.beginPath(); pen.rect(left, top, width, height); pen.clip();
+      panel.lines.forEach((line) => {
+        const column = this.columns[line.name];
+        if (!column) return;
+        const ys = new Float64Array(xs.length);
+        let travel = 0;
+        for (let k = 0; k < ys.length; k++) {
+          const value = column[first + k];
+          ys[k] = value === null || value === undefined ? NaN : top + height - (value - y.min) * up;
+          if (k) travel += Math.abs(ys[k] - ys[k - 1]) || 0;
+        }
+        const ink = colour(this.$el, line.role), thick = THICK[line.role] * ratio;
+        if (travel < RESTLESS * width) traced(pen, xs, ys, ink, thick);
+        else barred(pen, xs, ys, ink, line.role === "measured" ? thick : ratio, Math.round(ratio));
+      });
+      pen.restore();
     },
 
     shade(chart) {
@@ -187,13 +227,13 @@ export default {
       pen.restore();
     },
 
-    // A window is shown at once with what is here; the server then sends what it needs.
+    // The server sends what a window needs, most often before a frame is over; else what is here does until then.
     look(begin, end) {
       if (!this.whole) return;
       const [first, last] = this.whole, span = Math.min(Math.max(end - begin, NARROWEST), last - first);
       this.begin = Math.min(Math.max(begin, first), last - span);
       this.end = this.begin + span;
-      this.soon();
+      this.late ||= setTimeout(() => { this.late = 0; this.soon(); }, SOON);
       this.ask();
     },
 

@@ -14,8 +14,6 @@ from .messages import rounded, rounded_times, sent_number
 
 Role = Literal["measured", "before", "after", "between"]
 
-MARGIN = 0.25
-"""Share of a window that is sent beyond each of its ends, so that a small step aside has its lines at once."""
 WIDTH = 1000
 """Columns of pixels until the browser has told its own."""
 WIDEST = 8192
@@ -145,9 +143,7 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
             return
         whole = float(self._levels.time[0]), float(self._levels.time[-1])
         begin, end = self._window or whole
-        aside = MARGIN * (end - begin) if self._window else 0.0
-        width = self._width if self._window is None else round(self._width * (1.0 + 2.0 * MARGIN))
-        time, columns = self._levels.window(begin - aside, end + aside, width)
+        time, columns = self._levels.window(begin, end, self._width)
         message = {
             "time": rounded_times(time),
             "columns": {name: rounded(column) for name, column in columns.items()},

@@ -1,10 +1,11 @@
 // The track on the water: measured and predicted paths on a canvas, north up, one scale for both directions.
-import { between, colour, dressed, moving, oncePerFrame, prepared, shareCursor, ticks, whenColoursChange, whenCursorMoves, written } from "drawing";
+import { between, colour, dressed, moving, oncePerFrame, prepared, shareCursor, ticks, traced, whenColoursChange, whenCursorMoves, written } from "drawing";
 
 const ROLES = ["measured", "before", "after"];
-const THIN = { measured: 3.5, before: 1.1, after: 1.3 }, STRONG = { measured: 5.5, before: 2.6, after: 2.8 };
+const THIN = { measured: 3.5, before: 1, after: 1 }, STRONG = { measured: 5.5, before: 2.6, after: 2.8 };
 const NEAR = 36;  // pixels: a point farther from the pointer is not meant
 const SMALLEST = 4;  // pixels that a drag must cross to be one
+const CLOSEST = 400;  // pixels a metre
 const REST = 120;  // milliseconds without a move after which the view is looked at closer
 
 const CSS = `
@@ -12,12 +13,14 @@ const CSS = `
 .undertow-track:focus-visible { outline: 2px solid var(--after); }
 .undertow-track canvas { display: block; width: 100%; cursor: crosshair; touch-action: none; }
 .undertow-track canvas.held { cursor: grabbing; }
+.undertow-track canvas.top { position: absolute; inset: 0; pointer-events: none; }
 `;
 
 export default {
   template: `
     <div class="undertow-track" tabindex="0" role="group" :aria-label="label" @keydown="pressed">
-      <canvas ref="canvas" :style="{ height: height + 'px' }" role="img" :aria-label="label"></canvas>
+      <canvas ref="canvas" :style="{ height: height + 'px' }" aria-hidden="true"></canvas>
+      <canvas ref="top" class="top" :style="{ height: height + 'px' }" aria-hidden="true"></canvas>
     </div>`,
   props: { height: Number, label: String },
   emits: ["ready", "view", "pick"],
@@ -26,8 +29,9 @@ export default {
     dressed("undertow-track-style", CSS);
     this.lines = {}; this.closer = null; this.paths = {}; this.marks = []; this.at = null;
     this.view = null; this.timer = 0; this.still = () => {};
-    this.soon = oncePerFrame(() => this.paint());
-    this.ends = [whenColoursChange(() => this.soon()), whenCursorMoves(this, (time) => { this.at = time; this.soon(); })];
+    this.soon = oncePerFrame(() => { this.paint(); this.dots(); });
+    this.dotted = oncePerFrame(() => this.dots());
+    this.ends = [whenColoursChange(() => this.soon()), whenCursorMoves(this, (time) => { this.at = time; this.dotted(); })];
     this.size = new ResizeObserver(() => this.soon());
     this.size.observe(this.$refs.canvas);
     this.listen(this.$refs.canvas);
@@ -35,7 +39,7 @@ export default {
   },
 
   unmounted() {
-    this.size.disconnect(); this.still(); this.soon.stop(); clearTimeout(this.timer);
+    this.size.disconnect(); this.still(); this.soon.stop(); this.dotted.stop(); clearTimeout(this.timer);
     this.ends.forEach((end) => end());
   },
 
@@ -78,9 +82,10 @@ export default {
       return ends.south <= ends.north ? ends : { south: -10, north: 10, west: -10, east: 10 };
     },
 
-    // Metres in the middle, and pixels a metre.
-    seen() {
-      if (this.view) return this.view;
+    // Metres in the middle, and pixels a metre: where the user looks, or all of the track.
+    seen() { return this.view ?? this.fitted(); },
+
+    fitted() {
       const { south, north, west, east } = this.whole(), canvas = this.$refs.canvas;
       const scale = Math.min((canvas.clientWidth - 40) / Math.max(east - west, 1), (canvas.clientHeight - 64) / Math.max(north - south, 1));
       return { north: 0.5 * (north + south) - 12 / scale, east: 0.5 * (east + west), scale };
@@ -99,8 +104,7 @@ export default {
     },
 
     look(view) {
-      const { scale } = this.seen.call({ ...this, view: null, whole: this.whole, $refs: this.$refs });
-      this.view = view.scale <= scale * 0.5 ? null : { ...view, scale: Math.min(view.scale, 400) };
+      this.view = view.scale <= 0.5 * this.fitted().scale ? null : { ...view, scale: Math.min(view.scale, CLOSEST) };
       this.soon(); this.closely();
     },
 
@@ -118,29 +122,32 @@ export default {
       const lines = this.shown();
       this.grid(pen, width, height, view, x, y, ink);
       const trace = (path, style, thick, keep = () => true) => {
-        pen.beginPath();
-        let open = false;
-        for (let k = 0; k < path.time.length; k++) {
-          if (path.north[k] === null || path.east[k] === null || !keep(path.time[k])) { open = false; continue; }
-          if (open) pen.lineTo(x(path.east[k]), y(path.north[k])); else pen.moveTo(x(path.east[k]), y(path.north[k]));
-          open = true;
+        const xs = new Float64Array(path.time.length), ys = new Float64Array(path.time.length);
+        for (let k = 0; k < xs.length; k++) {
+          const known = path.north[k] !== null && path.east[k] !== null && keep(path.time[k]);
+          xs[k] = known ? x(path.east[k]) : NaN; ys[k] = known ? y(path.north[k]) : NaN;
         }
-        pen.strokeStyle = style; pen.lineWidth = thick; pen.stroke();
+        traced(pen, xs, ys, style, thick);
       };
-      pen.lineCap = "round";
-      if (this.marks.length && lines.measured) {
-        pen.globalAlpha = 0.4;
-        trace(lines.measured, ink("heat3"), 12, this.marked());
-        pen.globalAlpha = 1;
-      }
+      if (this.marks.length && lines.measured) trace(lines.measured, ink("heat2"), 11, this.marked());
       ROLES.forEach((role) => lines[role] && trace(lines[role], ink(role), THIN[role]));
       const strong = ROLES.filter((role) => this.paths[role]);
       strong.forEach((role) => trace(this.paths[role], ink("surface"), STRONG[role] + 3));
       strong.forEach((role) => trace(this.paths[role], ink(role), STRONG[role]));
       if (strong.length) this.dot(pen, this.first(this.paths[strong[0]]), x, y, ink("ink"), ink("surface"), 5);
-      if (this.at !== null)
-        ROLES.forEach((role) => this.dot(pen, this.place(this.paths[role], this.at) ?? this.place(lines[role], this.at), x, y, ink(role), ink("ink"), 4.5));
       this.scaleBar(pen, width, height, view, ink);
+    },
+
+    // Where the cursor's time is, on a canvas of its own: the lines below need not be drawn anew.
+    dots() {
+      const [pen, width, height] = prepared(this.$refs.top), view = this.seen(), lines = this.shown();
+      if (this.at === null) return;
+      const x = (east) => width / 2 + (east - view.east) * view.scale, y = (north) => height / 2 - (north - view.north) * view.scale;
+      const edge = colour(this.$el, "ink");
+      ROLES.forEach((role) => {
+        const place = this.place(this.paths[role], this.at) ?? this.place(lines[role], this.at);
+        this.dot(pen, place, x, y, colour(this.$el, role), edge, 4.5);
+      });
     },
 
     marked() {
@@ -230,7 +237,7 @@ export default {
         const found = this.nearest(px, py);
         this.at = found ? found.time : null;
         shareCursor(this, this.at);
-        this.soon();
+        this.dotted();
       });
       canvas.addEventListener("pointerup", (event) => {
         if (held && !held.moved) {
@@ -240,7 +247,7 @@ export default {
         held = null; canvas.classList.remove("held");
       });
       canvas.addEventListener("pointercancel", () => { held = null; canvas.classList.remove("held"); });
-      canvas.addEventListener("pointerleave", () => { if (!held) { this.at = null; shareCursor(this, null); this.soon(); } });
+      canvas.addEventListener("pointerleave", () => { if (!held) { this.at = null; shareCursor(this, null); this.dotted(); } });
       canvas.addEventListener("dblclick", () => { this.view = null; this.closely(); this.soon(); });
       canvas.addEventListener("wheel", (event) => {
         if (event.ctrlKey || (event.deltaY > 0 && !this.view)) return;
