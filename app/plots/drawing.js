@@ -65,12 +65,12 @@ export function traced(pen, xs, ys, style, thick) {
 // place and on to where the column before it ended.
 export function barred(pen, xs, ys, style, thick, wide) {
   pen.fillStyle = style;
-  const half = 0.5 * thick, stout = Math.max(Math.round(thick), wide);
+  const half = 0.5 * thick;
   let column = -1, low = 0, high = 0, end = NaN;
   const bar = () => {
     if (column < 0) return;
     const top = Math.round(low - half);
-    pen.fillRect(Math.round(column * wide - 0.5 * (stout - wide)), top, stout, Math.max(Math.round(high + half) - top, 1));
+    pen.fillRect(column * wide, top, wide, Math.max(Math.round(high + half) - top, 1));
   };
   for (let k = 0; k < xs.length; k++) {
     const y = ys[k];

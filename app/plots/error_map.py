@@ -1,6 +1,6 @@
 """The map of failure for the browser: a model's error in cells of what the boat did; picked cells select their rows."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,7 +82,7 @@ class ErrorMap(Element, component="error_map.js", dependencies=["drawing.js"]):
 
     def pick(self, cells: Iterable[Cell]) -> None:
         """Outline cells as picked, in place of those before, without a call of the handlers."""
-        self._picked = [self._known(i, j) for i, j in cells]
+        self._picked = [self._known(int(i), int(j)) for i, j in cells]
         if self._mounted:
             self.run_method("pick", self._picked)
 
@@ -90,8 +90,9 @@ class ErrorMap(Element, component="error_map.js", dependencies=["drawing.js"]):
         """Call the handler with the cells (i, j) that are picked now; none when the selection was taken back."""
 
         def picked(event: GenericEventArguments) -> object:
-            sent = event.args.get("cells", [])
-            self._picked = [cell for cell in map(tuple, sent) if self._cells is not None and _inside(cell, self._cells)]
+            sent, cells = event.args.get("cells"), self._cells
+            known = [] if cells is None or not isinstance(sent, list) else [one for one in sent if _inside(one, cells)]
+            self._picked = [(i, j) for i, j in known]
             return handler(list(self._picked))
 
         self.on("pick", picked)
@@ -148,12 +149,11 @@ def told(cells: Cells, i: int, j: int) -> str:
     return f"{', '.join(ranges)}: {error}, {number(cells.count[i, j], 2)} s"
 
 
-def _inside(cell: Sequence[object], cells: Cells) -> bool:
-    """Whether a cell is one of the map."""
-    return len(cell) == 2 and all(
-        isinstance(k, int) and not isinstance(k, bool) and 0 <= k < most
-        for k, most in zip(cell, cells.value.shape, strict=True)
-    )
+def _inside(cell: object, cells: Cells) -> bool:
+    """Whether something is a cell of the map."""
+    if not isinstance(cell, list | tuple) or len(cell) != 2:
+        return False
+    return all(type(k) is int and 0 <= k < most for k, most in zip(cell, cells.value.shape, strict=True))
 
 
 def _alike(one: Cells, other: Cells) -> bool:

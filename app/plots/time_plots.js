@@ -10,7 +10,7 @@ const SOON = 40;  // milliseconds that a window may wait for its own lines befor
 const PATIENCE = 1000;  // milliseconds after which an answer counts as lost
 
 const CSS = `
-.undertow-time { display: block; width: 100%; min-width: 0; color: var(--ink); outline-offset: 4px; border-radius: 6px; }
+.undertow-time { display: block; position: relative; width: 100%; min-width: 0; color: var(--ink); outline-offset: 4px; border-radius: 6px; }
 .undertow-time:focus-visible { outline: 2px solid var(--after); }
 .undertow-time .head { display: flex; flex-wrap: wrap; gap: 0 14px; align-items: center; font-size: 13px; line-height: 1.5; padding-left: 52px; }
 .undertow-time .panel + .panel .head { margin-top: 8px; }
@@ -25,11 +25,15 @@ const CSS = `
 .undertow-time .brushing .u-select { background: color-mix(in srgb, var(--heat3) 34%, transparent); }
 .undertow-time .u-hz .u-cursor-x { border-right: 1px solid var(--ink); opacity: .55; }
 .undertow-time .foot { display: flex; flex-wrap: wrap; justify-content: space-between; gap: 0 16px; padding-left: 52px; font-size: 12px; line-height: 1.6; color: var(--muted); min-height: 1.6em; }
+.undertow-time .foot .heard { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); }
 .undertow-time .foot .now { color: var(--ink); font-variant-numeric: tabular-nums; }
 @media (hover: none) { .undertow-time .hint { display: none; } }
 @media (max-width: 560px) {
   .undertow-time .head, .undertow-time .foot { padding-left: 0; }
-  .undertow-time .head b { flex-basis: 100%; }
+  .undertow-time .head { font-size: 12px; gap: 0 10px; }
+  .undertow-time .head b { flex-basis: 100%; font-size: 13px; }
+  .undertow-time .key { gap: 4px; }
+  .undertow-time .key i { width: 10px; }
   .undertow-time .hint { display: none; }
 }
 `;
@@ -38,7 +42,7 @@ export default {
   template: `
     <div class="undertow-time" tabindex="0" role="group" :aria-label="label" @keydown="pressed">
       <div ref="panels"></div>
-      <div class="foot"><span ref="now" class="now"></span><span ref="shown" aria-live="polite"></span>
+      <div class="foot"><span ref="now" class="now"></span><span ref="shown" aria-live="polite"></span><span ref="heard" class="heard" aria-live="polite"></span>
         <span class="hint">drag to zoom, Shift and drag to select, double-click for all</span></div>
     </div>`,
   props: { panels: Array, height: Number, label: String },
@@ -47,7 +51,7 @@ export default {
   mounted() {
     dressed("undertow-time-style", CSS);
     this.whole = null; this.begin = 0; this.end = 1;
-    this.time = []; this.columns = {}; this.marks = [];
+    this.time = []; this.columns = {}; this.marks = []; this.at = null; this.at = null;
     this.asked = 0; this.late = 0; this.waiting = null; this.wanted = false; this.still = () => {};
     this.plots = this.panels.map((panel) => this.built(panel));
     this.soon = oncePerFrame(() => this.drawn());
@@ -95,7 +99,7 @@ export default {
         },
         scales: { x: { time: false, range: () => [this.begin, this.end] }, y: { range: () => this.reach(panel) } },
         axes: [
-          { ...axis, size: last ? 24 : 0, space: 80, gap: 6, values: (_, found) => found.map((x) => (last ? written(x, 7) + " s" : "")) },
+          { ...axis, size: last ? 24 : 0, space: 80, gap: 6, values: (self, found) => found.map((x) => (last && self.valToPos(x, "x") < self.over.clientWidth - 18 ? written(x, 7) + " s" : "")) },
           { ...axis, size: 52, space: 34, gap: 6, values: (_, found) => found.map((x) => written(x, 4)) },
         ],
         series: [{}, ...panel.lines.map((line) => ({ stroke: () => ink(line.role), width: THICK[line.role], points: { show: false }, paths: none }))],
@@ -209,7 +213,7 @@ export default {
           if (k) travel += Math.abs(ys[k] - ys[k - 1]) || 0;
         }
         const ink = colour(this.$el, line.role), thick = THICK[line.role] * ratio;
-        if (travel < RESTLESS * width) traced(pen, xs, ys, ink, thick);
+        if (travel < RESTLESS * width || ys.length * ratio < width) traced(pen, xs, ys, ink, thick);
         else barred(pen, xs, ys, ink, line.role === "measured" ? thick : ratio, Math.round(ratio));
       });
       pen.restore();
@@ -250,12 +254,22 @@ export default {
     // The cursor, on a time or away, in every panel.
     point(time) {
       const inside = time !== null && time >= this.begin && time <= this.end;
+      this.at = inside ? time : null;
       this.plots.forEach(({ chart, panel, values }) => {
         chart.setCursor(inside ? { left: chart.valToPos(time, "x"), top: 4 } : { left: -10, top: -10 });
         const k = inside ? chart.cursor.idx : null;
         panel.lines.forEach((line, j) => (values[j].value.textContent = k === null || k === undefined ? "" : written(this.columns[line.name]?.[k], 3)));
       });
       this.$refs.now.textContent = inside ? written(time, 6) + " s" : "";
+    },
+
+    // The same from the keyboard, told to those who hear the page.
+    step(share) {
+      const span = this.end - this.begin, now = this.at ?? this.begin + 0.5 * span;
+      const time = Math.min(Math.max(now + share * span, this.begin), this.end);
+      this.point(time); shareCursor(this, time);
+      const told = this.plots.map(({ panel, values }) => panel.title + ": " + panel.lines.map((line, k) => [line, values[k]]).filter(([line]) => this.columns[line.name]).map(([line, { value }]) => line.label + " " + value.textContent).join(", "));
+      this.$refs.heard.textContent = written(time, 6) + " s. " + told.join(". ");
     },
 
     listen(chart) {
@@ -298,8 +312,8 @@ export default {
       if (event.target !== this.$el || event.ctrlKey || event.metaKey || event.altKey) return;
       const step = 0.2 * (this.end - this.begin);
       const act = {
-        ArrowLeft: () => this.look(this.begin - step, this.end - step),
-        ArrowRight: () => this.look(this.begin + step, this.end + step),
+        ArrowLeft: () => event.shiftKey ? this.step(-0.01) : this.look(this.begin - step, this.end - step),
+        ArrowRight: () => event.shiftKey ? this.step(0.01) : this.look(this.begin + step, this.end + step),
         "+": () => this.zoom(0.7), "=": () => this.zoom(0.7), "-": () => this.zoom(1 / 0.7),
         Home: () => this.look(...this.whole),
         Enter: () => this.$emit("brush", { begin: this.begin, end: this.end }),

@@ -42,7 +42,8 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
     """Panels above each other with one time axis.
 
     Drag to zoom, double-click for all, turn the wheel to zoom about the pointer, Shift and drag to select. On the
-    keyboard the arrows move the window, + and - zoom, Home shows all, Enter selects what is shown.
+    keyboard the arrows move the window, + and - zoom, Home shows all, Enter selects what is shown, Shift with the
+    arrows moves the cursor.
 
     Parameters
     ----------
@@ -58,8 +59,8 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
         self._props["panels"] = [asdict(panel) for panel in panels]
         self._props["height"] = height
         self._props["label"] = (
-            f"Time plots of {titles}. Arrow keys move, plus and minus zoom, Home shows all, "
-            "Enter selects what is shown."
+            f"Time plots of {titles}. Arrow keys move, plus and minus zoom, Home shows all, Enter selects what is "
+            "shown, Shift and arrow keys read values."
         )
         self._levels: Levels | None = None
         self._marks: list[tuple[float, float]] = []

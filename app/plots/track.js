@@ -11,7 +11,7 @@ const REST = 120;  // milliseconds without a move after which the view is looked
 const CSS = `
 .undertow-track { display: block; position: relative; width: 100%; min-width: 0; color: var(--ink); outline-offset: 4px; border-radius: 6px; }
 .undertow-track:focus-visible { outline: 2px solid var(--after); }
-.undertow-track canvas { display: block; width: 100%; cursor: crosshair; touch-action: none; }
+.undertow-track canvas { display: block; width: 100%; cursor: crosshair; touch-action: pan-y; }
 .undertow-track canvas.held { cursor: grabbing; }
 .undertow-track canvas.top { position: absolute; inset: 0; pointer-events: none; }
 `;
@@ -99,6 +99,7 @@ export default {
     // After a rest: ask for more points of what is in view, with half a view around it.
     closely() {
       clearTimeout(this.timer);
+      this.$refs.canvas.style.touchAction = this.view ? "none" : "pan-y";  // while all is shown, a finger scrolls the page
       if (!this.view) { this.closer = null; return; }
       this.timer = setTimeout(() => this.view && this.$emit("view", this.box(this.view)), REST);
     },
@@ -219,16 +220,30 @@ export default {
     },
 
     listen(canvas) {
-      let held = null;
       const place = (event) => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
+      const fingers = new Map();
+      let held = null;
+      const spread = () => { const [[ax, ay], [bx, by]] = fingers.values(); return [Math.hypot(ax - bx, ay - by), 0.5 * (ax + bx), 0.5 * (ay + by)]; };
+      const hold = () => { const [px, py] = fingers.values().next().value; held = { px, py, view: this.seen(), moved: false }; };
+      const release = (event) => {
+        fingers.delete(event.pointerId);
+        held = null; canvas.classList.remove("held");
+      };
       canvas.addEventListener("pointerdown", (event) => {
         if (event.button !== 0) return;
-        const [px, py] = place(event);
-        held = { px, py, view: this.seen(), moved: false };
+        fingers.set(event.pointerId, place(event));
         canvas.setPointerCapture(event.pointerId);
+        if (fingers.size === 1) hold(); else held = null;
       });
       canvas.addEventListener("pointermove", (event) => {
         const [px, py] = place(event);
+        if (fingers.size === 2 && fingers.has(event.pointerId)) {
+          const [before] = spread();
+          fingers.set(event.pointerId, [px, py]);
+          const [after, mx, my] = spread();
+          if (before > 0 && after > 0) this.zoom(after / before, mx, my);
+          return;
+        }
         if (held) {
           if (Math.hypot(px - held.px, py - held.py) >= SMALLEST) { held.moved = true; canvas.classList.add("held"); }
           if (held.moved) this.look({ ...held.view, north: held.view.north + (py - held.py) / held.view.scale, east: held.view.east - (px - held.px) / held.view.scale });
@@ -244,17 +259,19 @@ export default {
           const found = this.nearest(...place(event));
           if (found) this.$emit("pick", { north: found.north, east: found.east });
         }
-        held = null; canvas.classList.remove("held");
+        release(event);
       });
-      canvas.addEventListener("pointercancel", () => { held = null; canvas.classList.remove("held"); });
+      canvas.addEventListener("pointercancel", release);
       canvas.addEventListener("pointerleave", () => { if (!held) { this.at = null; shareCursor(this, null); this.dotted(); } });
-      canvas.addEventListener("dblclick", () => { this.view = null; this.closely(); this.soon(); });
+      canvas.addEventListener("dblclick", () => this.all());
       canvas.addEventListener("wheel", (event) => {
-        if (event.ctrlKey || (event.deltaY > 0 && !this.view)) return;
+        if (event.ctrlKey || (event.deltaY > 0 && !this.view)) return;  // all is shown: the wheel is the page's
         event.preventDefault();
         this.zoom(Math.exp(-Math.min(Math.max(event.deltaY, -200), 200) * 0.002), ...place(event));
       }, { passive: false });
     },
+
+    all() { this.view = null; this.soon(); this.closely(); },
 
     zoom(factor, px = this.$refs.canvas.clientWidth / 2, py = this.$refs.canvas.clientHeight / 2) {
       const view = this.seen(), canvas = this.$refs.canvas, right = (px - canvas.clientWidth / 2) / view.scale, up = -(py - canvas.clientHeight / 2) / view.scale;
@@ -268,7 +285,7 @@ export default {
         ArrowLeft: () => this.look({ ...view, east: view.east - step }), ArrowRight: () => this.look({ ...view, east: view.east + step }),
         ArrowUp: () => this.look({ ...view, north: view.north + step }), ArrowDown: () => this.look({ ...view, north: view.north - step }),
         "+": () => this.zoom(1.4), "=": () => this.zoom(1.4), "-": () => this.zoom(1 / 1.4),
-        Home: () => { this.view = null; this.closely(); this.soon(); },
+        Home: () => this.all(),
         Enter: () => this.$emit("pick", { north: view.north, east: view.east }),
       }[event.key];
       if (!act) return;
