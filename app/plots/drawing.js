@@ -67,17 +67,17 @@ export function barred(pen, xs, ys, style, thick, wide) {
   pen.fillStyle = style;
   const half = 0.5 * thick;
   let column = -1, low = 0, high = 0, end = NaN;
-  const bar = () => {
+  const bar = (next) => {
     if (column < 0) return;
-    const top = Math.round(low - half);
-    pen.fillRect(column * wide, top, wide, Math.max(Math.round(high + half) - top, 1));
+    const top = Math.round(low - half), columns = next === column + 2 ? 2 : 1;  // one that was left out is no gap
+    pen.fillRect(column * wide, top, columns * wide, Math.max(Math.round(high + half) - top, 1));
   };
   for (let k = 0; k < xs.length; k++) {
     const y = ys[k];
     if (y !== y) { bar(); column = -1; end = NaN; continue; }
     const here = Math.floor(xs[k] / wide);
     if (here !== column) {
-      bar();
+      bar(here);
       column = here;
       low = end < y ? end : y; high = end > y ? end : y;
     } else if (y < low) low = y; else if (y > high) high = y;

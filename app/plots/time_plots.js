@@ -110,7 +110,7 @@ export default {
     },
 
     wide() { return Math.max(120, this.$refs.panels.clientWidth); },
-    pixels() { return Math.max(50, this.wide() - 60); },
+    pixels() { return Math.max(50, Math.round((this.plots[0]?.chart.bbox.width ?? 0) / uPlot.pxRatio)); },
 
     resized() {
       const width = this.wide();
