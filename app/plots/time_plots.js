@@ -61,7 +61,8 @@ export default {
     ];
     this.size = new ResizeObserver(() => this.resized());
     this.size.observe(this.$refs.panels);
-    this.$emit("ready", { width: this.pixels() });
+    this.told = this.pixels();
+    this.$emit("ready", { width: this.told });
   },
 
   unmounted() {
@@ -135,7 +136,7 @@ export default {
           this.fill();
         });
       } else { this.columns = columns; this.fill(); }
-      if (this.wanted) { this.wanted = false; this.ask(); }
+      if (this.wanted || Math.abs(this.pixels() - this.told) > 2) this.ask();  // the page may have grown meanwhile
     },
 
     mark(intervals) { this.marks = intervals; this.plots.forEach(({ chart }) => chart.redraw(false)); },
@@ -248,7 +249,8 @@ export default {
     ask() {
       if (this.waiting !== null && performance.now() - this.waiting < PATIENCE) { this.wanted = true; return; }
       this.waiting = performance.now(); this.asked += 1; this.wanted = false;
-      this.$emit("window", { begin: this.begin, end: this.end, width: this.pixels(), asked: this.asked });
+      this.told = this.pixels();
+      this.$emit("window", { begin: this.begin, end: this.end, width: this.told, asked: this.asked });
     },
 
     // The cursor, on a time or away, in every panel.
