@@ -135,6 +135,17 @@ class Session:
             self.changed()
         await self.search()
 
+    @property
+    def refused(self) -> Source | None:
+        """A log that was refused as broken, and may be taken as it is."""
+        broken = self.opened is None and self.work is None and "--as-is" in self.trouble
+        return self.source if broken else None
+
+    async def open_as_is(self) -> None:
+        """Open the log that was refused, with a warning above every result."""
+        if self.source is not None:
+            await self.open(replace(self.source, as_is=True))
+
     async def search(self) -> None:
         """Search for what is missing."""
         async with self._turn:

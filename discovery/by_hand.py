@@ -9,7 +9,7 @@ from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
 from .basis import Basis
 from .calibration.beside_effects import Freed, freed
-from .candidates.candidate import Candidate, part_by_sight
+from .candidates.candidate import Candidate, Kind, part_by_sight
 from .in_order import Ordered, fit_in_order, named_candidates
 from .lawful.passivity import Passivity
 from .search.bootstrap import Interval
@@ -72,7 +72,7 @@ class Bench:
         told = [name for name in names if self._free is not None and name in self._free.absorbed]
         if told:
             raise RequestError(f"add {told[0]}: the model's own numbers, which are fitted, would explain the same")
-        nuisances = [candidate for candidate in free if candidate.nuisance]
+        nuisances = [candidate for candidate in free if candidate.kind is Kind.NUISANCE]
         groups = named_candidates(self.basis, names) if names else []
         if self._free is not None:
             groups = [_kept(name, group, free) for name, group in zip(names, groups, strict=True)]

@@ -213,7 +213,16 @@ class Workbench:
         verdict, law = ("", "") if passivity is None else (passivity.verdict, passivity.sentence)
         columns = self._rows.columns(model, self._inputs.vehicle)
         error = {name: float(error[name]) for name in ("position", *AXES) if name in error}
-        return Fit(names, error, columns, values, verdict, law, unseen=bool(names) and not moved)
+        return Fit(
+            names,
+            error,
+            0 if found is None else found.diverged,
+            columns,
+            values,
+            verdict,
+            law,
+            unseen=bool(names) and not moved,
+        )
 
     def _card(self, found: FoundEffect, findings: Findings, *, drawn: bool) -> Card:
         tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
@@ -292,7 +301,7 @@ class _Rows:
     def measured(self, channels: Sequence[str]) -> dict[str, Array]:
         """What was measured."""
         at = np.insert(self._clock, self._breaks, self._clock[self._breaks - 1] + 1e-3) if self._breaks.size else None
-        found = {"time": self._clock if at is None else at}
+        found = {"time": self._clock if at is None else at, "anew": self.spread(np.concatenate(self._anew()))}
         parts = [
             np.column_stack([s.motion.position, s.motion.heading, s.motion.velocity, accelerations(s.motion)])
             for s in self._along
@@ -301,6 +310,12 @@ class _Rows:
         names = (*_STATES, "u_dot", "v_dot", "r_dot")
         found |= {name: self.spread(whole[:, k]) for k, name in enumerate(names)}
         return found | {name: self.spread(commands[:, k]) for k, name in enumerate(channels)}
+
+    def _anew(self) -> list[Array]:
+        """One where predictions begin anew from the measurement, by stretch; see `residuals.series.restarted`."""
+        every = [round(RESTART / s.motion.time_step) for s in self._along]
+        rows = [np.arange(s.motion.time.size) for s in self._along]
+        return [(row % n == 0).astype(float) for row, n in zip(rows, every, strict=True)]
 
     def columns(self, model: VehicleModel, nominal: Vehicle) -> dict[str, Array]:
         """What a model predicts, and the force that it leaves, in the nominal model's mass."""

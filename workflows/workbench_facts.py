@@ -39,6 +39,7 @@ class Fit:
     ----------
     names : of the effects in it, in order
     error : root mean square errors of predictions over `horizon` seconds: position [m], surge, sway [m/s], yaw [rad/s]
+    lost : how many of these predictions run away
     columns : what it predicts, by row of the table: u, v, r, north, east, and the force X, Y, N that it leaves
     values : what differs from the nominal model
     verdict, law : whether it takes energy out of the hull everywhere, in a word and in a sentence
@@ -47,6 +48,7 @@ class Fit:
 
     names: tuple[str, ...]
     error: Mapping[str, float]
+    lost: int
     columns: Mapping[str, Array]
     values: tuple[Value, ...] = ()
     verdict: str = ""
@@ -64,7 +66,8 @@ class Opened:
     seconds : length of what is judged [s]
     warnings, notes : sentences on the log
     checks : what every check found, worst first
-    table : measured columns by row, 10 Hz: time [s] on one axis for all logs, rows of NaN where the record breaks
+    table : measured columns by row, 10 Hz: time [s] on one axis for all logs, rows of NaN where the record breaks, and
+        1 in "anew" where predictions begin from the measurement
     commands : names of the command columns
     horizon : seconds that a prediction is judged on
     nominal : the model as its file has it

@@ -100,7 +100,7 @@ export default {
         },
         scales: { x: { time: false, range: () => [this.begin, this.end] }, y: { range: () => this.reach(panel) } },
         axes: [
-          { ...axis, size: last ? 24 : 0, space: 80, gap: 6, values: (self, found) => found.map((x) => (last && self.valToPos(x, "x") < self.over.clientWidth - 18 ? written(x, 7) + " s" : "")) },
+          { ...axis, size: last ? 24 : 0, space: 80, gap: 6, values: (self, found) => found.map((x) => (last && self.valToPos(x, "x") < self.bbox.width / devicePixelRatio - 18 ? written(x, 7) + " s" : "")) },
           { ...axis, size: 52, space: 34, gap: 6, values: (_, found) => found.map((x) => written(x, 4)) },
         ],
         series: [{}, ...panel.lines.map((line) => ({ stroke: () => ink(line.role), width: THICK[line.role], points: { show: false }, paths: none }))],

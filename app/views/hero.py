@@ -43,6 +43,8 @@ def hero(session: Session) -> None:
             line(session.trouble)
             if session.lost:
                 button("Start again", session.again, lead=True)
+            elif session.refused is not None:
+                button("Take it as it is", session.open_as_is, label="Open the broken log as it is, and be warned")
 
     watching(session, host, refresh)
     with host:
@@ -58,7 +60,7 @@ def _show_count(session: Session, place: ui.element) -> None:
         line(number_in(before, "m"), "was", tag="b")
         if session.fit is not session.opened.nominal:
             line("\N{RIGHTWARDS ARROW}", tag="i")
-            line(number_in(now, "m"), "now", tag="b").mark("now")
+            line("runs away" if session.fit.lost else number_in(now, "m"), "now", tag="b").mark("now")
         line(f"off after {session.opened.horizon:g} s of prediction", "muted", tag="span")
 
 
@@ -66,6 +68,8 @@ def _told(session: Session) -> str:
     if session.fit is None or session.opened is None:
         return ""
     before, now = session.opened.nominal.error.get("position"), session.fit.error.get("position")
+    if session.fit.lost:
+        return f"{session.fit.lost} of its predictions run away; taken out again, the model is as it was."
     if session.fit.names and before and now is not None:
         change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
         how = "every row predicted by a model that was fitted without it" if session.fit.unseen else "moved by hand"
@@ -111,7 +115,7 @@ class _Stairs:
             stair.name.set_text("as it was" if not fit.names else f"+ {words(fit.names[-1])}")
             share = min(fit.error["position"] / (first or 1.0), _BEYOND) / _BEYOND
             stair.fill.style(f"width: {100.0 * share:.2f}%")
-            stair.number.set_text(number_in(fit.error["position"], "m"))
+            stair.number.set_text("runs away" if fit.lost else number_in(fit.error["position"], "m"))
 
     def _row(self, *, first_one: bool) -> "_Stair":
         with self._place:

@@ -1,11 +1,9 @@
 """What was found in the log itself, with its remedies."""
 
-from dataclasses import replace
-
 from nicegui import ui
 
 from ..session import Session
-from .words import button, line, watching
+from .words import line, watching
 
 _OPEN = ("defect", "warning")
 """Verdicts that are shown at once."""
@@ -35,8 +33,6 @@ def log_notes(session: Session) -> None:
                     line(" ".join(filter(None, [check.sentence, check.consequence, check.remedy])), tag="span")
                     if check.mends:
                         line(f"'undertow inspect --fix' would mend it: {check.mends}", "muted")
-            if bad and session.source is not None and not session.source.as_is:
-                button("Open it as it is", lambda: session.open(replace(session.source, as_is=True)))  # type: ignore[type-var]
             rest = [check.sentence for check in opened.checks if check not in bad]
             if rest or opened.notes:
                 with ui.element("details").classes("small"):

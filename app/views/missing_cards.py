@@ -68,8 +68,6 @@ class MissingCards:
             card.set_in(name in session.stand.names)
 
     def _build(self, searched: Searched) -> None:
-        if searched.verdict != "missing":
-            line(searched.headline, "card small")
         found = [card for card in searched.cards if card.verdict != "no evidence"]
         rest = [card for card in searched.cards if card.verdict == "no evidence"]
         for card in found[:_OPEN]:

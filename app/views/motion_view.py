@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from nicegui import ui
 
-from ...workflows.workbench_facts import Fit
+from ...workflows.workbench_facts import Fit, Opened
 from ..cells import AXES, Sorted, common_command, sort_rows
 from ..plots.error_map import Cells, ErrorMap
 from ..plots.time_plots import Line, Panel, TimePlots
@@ -34,8 +34,6 @@ _MISSING = tuple(
     for name, (axis, unit) in AXES.items()
 )
 _STATES = ("u", "v", "r")
-_FAR, _NEAR = 8.0, 0.05
-"""A predicted way that goes so many times as far as usual in a row, and as many metres more, begins anew there."""
 
 
 class MotionView:
@@ -100,8 +98,8 @@ class MotionView:
             self._opened, self._fit, self._sorted = opened, fit, {}
             table, first = opened.table, opened.nominal
             columns = {name: table[name] for name in ("u", "v", "r")}
-            self._speeds.show(table["time"], columns | _of(first, "before", ("u", "v", "r")) | self._after(_STATES))
-            self._forces.show(table["time"], _of(first, "before", tuple(AXES)) | self._after(tuple(AXES)))
+            self._speeds.show(table["time"], columns | _drawn(opened, first, "before", _STATES) | self._after(_STATES))
+            self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | self._after(tuple(AXES)))
             self._track.show(table["time"], table["north"], table["east"])
             self._predict()
             self._map_of()
@@ -124,16 +122,15 @@ class MotionView:
         assert fit is not None, "what is drawn is open"
         if fit is opened.nominal or not (fit.names or not fit.unseen):
             return {f"{name}_after": np.full(opened.table["time"].size, np.nan) for name in names}
-        return _of(fit, "after", names)
+        return _drawn(opened, fit, "after", names)
 
     def _predict(self) -> None:
         opened, fit = self._session.opened, self._session.fit
         assert opened is not None, "what is drawn is open"
         assert fit is not None, "what is drawn is open"
-        time = opened.table["time"]
-        pieces = {"before": _pieces(time, opened.nominal)}
+        pieces = {"before": _pieces(opened, opened.nominal)}
         if fit is not opened.nominal:
-            pieces["after"] = _pieces(time, fit)
+            pieces["after"] = _pieces(opened, fit)
         self._track.predict(pieces)
 
     async def _way(self, time: float) -> None:
@@ -170,17 +167,17 @@ class MotionView:
             self._session.select(self._sorted[self._over].stretches(opened.table["time"], cells))
 
 
-def _of(fit: Fit, role: str, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    return {f"{name}_{role}": fit.columns[name] for name in names}
+def _drawn(opened: Opened, fit: Fit, role: str, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """A model's columns as lines that break where a prediction begins anew; forces are no predictions."""
+    anew = opened.table["anew"] == 1.0
+    return {f"{n}_{role}": fit.columns[n] if n in AXES else np.where(anew, np.nan, fit.columns[n]) for n in names}
 
 
-def _pieces(time: np.ndarray, fit: Fit) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _pieces(opened: Opened, fit: Fit) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """A model's way, cut where it begins anew."""
-    north, east = fit.columns["north"], fit.columns["east"]
-    step = np.hypot(np.diff(north), np.diff(east))
-    usual = float(np.nanmedian(step)) if np.isfinite(step).any() else 0.0
-    whole = np.flatnonzero(~(step < _FAR * usual + _NEAR)) + 1
-    edges = [0, *whole.tolist(), time.size]
+    time, north, east = opened.table["time"], fit.columns["north"], fit.columns["east"]
+    begins = np.flatnonzero(~(opened.table["anew"] == 0.0))
+    edges = [*begins.tolist(), time.size]
     return [
         (time[a:b], north[a:b], east[a:b]) for a, b in pairwise(edges) if b - a > 1 and np.isfinite(north[a:b]).all()
     ]

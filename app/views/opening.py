@@ -1,6 +1,5 @@
 """How a log comes onto the bench: dropped, chosen by its path, or the one of the demo; and its vehicle."""
 
-from contextlib import suppress
 from pathlib import Path
 
 from nicegui import events, ui
@@ -131,5 +130,3 @@ class Opening:
                 as_is=bool(self._as_is.value),
             )
         )
-        with suppress(RuntimeError):  # the page has changed to the bench meanwhile
-            self._told.set_text(self._session.trouble)
