@@ -1,0 +1,184 @@
+"""A tab's work, on a worker of its own: steps, back and forth, and what happens when the worker dies."""
+
+import asyncio
+from pathlib import Path
+
+import numpy as np
+import pytest
+from places import ROOT
+
+from undertow.app import worker
+from undertow.app.session import LOST, Session
+from undertow.app.views.opening import stored_as
+from undertow.workflows.workbench import Workbench
+from undertow.workflows.workbench_facts import Source
+
+DEMO = Source()
+FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def prepared() -> None:
+    worker.prepare()
+
+
+async def opened() -> Session:
+    """A session with the demo open and not searched, which is what takes long."""
+    session = Session()
+    session.search = _nothing  # type: ignore[method-assign]
+    await session.open(DEMO)
+    assert session.trouble == ""
+    return session
+
+
+async def _nothing() -> None:
+    """Instead of a search."""
+
+
+def test_steps_are_added_taken_back_and_taken_again():
+    async def story() -> None:
+        session = await opened()
+        try:
+            assert session.opened is not None
+            before = session.opened.nominal.error["position"]
+            await session.add(FIRST)
+            first = session.fit
+            await session.add(SECOND)
+            assert session.stand.names == (FIRST, SECOND)
+            assert [stair.names for stair in session.stairs] == [(), (FIRST,), (FIRST, SECOND)]
+            assert session.fit.error["position"] < before
+            assert session.fit.verdict == "pass"
+            assert {value.symbol for value in session.fit.values} == {"X_uu", "N_rr"}
+            await session.undo()
+            assert session.fit.error == first.error
+            await session.redo()
+            assert session.stand.names == (FIRST, SECOND)
+            await session.remove(FIRST)
+            assert session.stand.names == (SECOND,)
+            await session.move("N_rr", -3.0)
+            await session.move("N_rr", -4.0)
+            assert session.fit.values[0].after == -4.0
+            assert not session.fit.unseen
+            await session.undo()  # one way of a slider is one step
+            assert session.stand.moved == ()
+            assert session.can_redo
+        finally:
+            session.close()
+        assert not session.folder.exists()
+
+    asyncio.run(story())
+
+
+def test_an_effect_that_cannot_be_added_leaves_the_model_as_it_was():
+    async def story() -> None:
+        session = await opened()
+        try:
+            await session.add("surge_quadratic_dampin")
+            assert "did you mean" in session.trouble
+            assert session.stand.names == ()
+            assert not session.can_undo
+            await session.add(FIRST)
+            assert session.trouble == ""
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
+def test_a_killed_worker_is_told_and_another_goes_on():
+    async def story() -> None:
+        session = await opened()
+        try:
+            await session.add(FIRST)
+            error = session.fit.error
+            session._worker.process.kill()
+            session._worker.process.join()
+            await session.add(SECOND)
+            assert session.lost
+            assert session.trouble == LOST
+            assert session.stand.names == (FIRST,)
+            await session.again()
+            assert not session.lost
+            assert session.fit.error == pytest.approx(error)
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
+def test_a_log_that_cannot_be_read_is_told_in_the_words_of_the_command_line(tmp_path):
+    broken = tmp_path / "log.csv"
+    broken.write_bytes(b"\x00\xff\x00 this is no log")
+
+    async def story() -> str:
+        session = Session()
+        try:
+            await session.open(Source(logs=(str(broken),), vehicle="blueboat"))
+            assert session.opened is None
+            return session.trouble
+        finally:
+            session.close()
+
+    told = asyncio.run(story())
+    assert "log.csv" in told
+    assert "expected" in told
+
+
+def test_two_sessions_know_nothing_of_each_other():
+    async def story() -> None:
+        one, other = await opened(), Session()
+        try:
+            await one.add(FIRST)
+            assert other.opened is None
+            assert other.stand.names == ()
+            assert one.folder != other.folder
+            assert one.folder.stat().st_mode & 0o077 == 0
+        finally:
+            one.close()
+            other.close()
+
+    asyncio.run(story())
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "a/b\\c.csv", "x\x00.bin", ".", "", "log.csv.gz", "L" * 5000])
+def test_a_name_from_the_browser_never_becomes_a_path(name):
+    stored = stored_as(name, 7)
+    assert stored.startswith("upload-7")
+    assert Path(stored).name == stored
+    assert len(stored) < 20
+
+
+def test_commands_do_the_same():
+    session = Session()
+    try:
+        session.source = Source(logs=("/tmp/x/my log.bin",), hull=(("mass", 22.0),))
+        assert session.commands() == (
+            "undertow init 'my log.bin' --mass 22 --out vehicle.yaml --channels channels.yaml\n"
+            "undertow discover 'my log.bin' --vehicle vehicle.yaml --map channels.yaml --refit --out run"
+        )
+    finally:
+        session.close()
+
+
+def test_the_workbench_says_the_numbers_that_add_says():
+    import undertow
+
+    inputs = undertow.read_inputs(ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "demo.yaml")
+    bench, run = Workbench(inputs), undertow.add([FIRST, SECOND], inputs)
+    for names, step in zip(((), (FIRST,), (FIRST, SECOND)), run.findings.steps, strict=True):
+        said = bench.fit(names).error
+        assert said["position"] == pytest.approx(step.rollout("10").position, rel=1e-9)
+        assert said["yaw"] == pytest.approx(step.rollout("10").yaw, rel=1e-9)
+    model = run.discovery.corrected
+    assert bench.vehicle((FIRST, SECOND)).values == pytest.approx(model.values, rel=1e-9)
+
+
+def test_rows_of_several_logs_stand_one_after_the_other():
+    import undertow
+
+    inputs = undertow.read_inputs(ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "demo.yaml")
+    opened = Workbench(inputs).opened()
+    time = opened.table["time"]
+    assert (np.diff(time) > 0.0).all()
+    assert {values.size for values in opened.table.values()} == {time.size}
+    assert {values.size for values in opened.nominal.columns.values()} == {time.size}
