@@ -1,0 +1,194 @@
+"""The workbench in a real browser: the whole story once, and what a stranger gets."""
+
+import re
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+import zipfile
+from collections.abc import Iterator
+from contextlib import closing
+
+import pytest
+
+from undertow.physics.errors import RequestError
+from undertow.reports.page.pdf import find_browser
+
+pytest.importorskip("nicegui", reason="the workbench needs nicegui: pip install '.[app]'")
+driver = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser: pip install '.[dev]'")
+
+PATIENCE = 90_000
+"""Milliseconds that are waited for what is computed, on a machine that does other things too."""
+PEACE = 400
+"""Milliseconds after which what was sent is drawn."""
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A workbench that serves, in a process of its own."""
+    with closing(socket.create_server(("127.0.0.1", 0))) as free:
+        port = free.getsockname()[1]
+    command = [sys.executable, "-m", "undertow", "app", "--no-browser", "--port", str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as server:
+        try:
+            for _ in range(300):
+                if _status(f"http://127.0.0.1:{port}/") == 200:
+                    break
+                assert server.poll() is None, server.stdout.read()  # type: ignore[union-attr]
+                time.sleep(0.1)
+            yield f"http://127.0.0.1:{port}/"
+        finally:
+            server.terminate()
+            told = server.communicate(timeout=20)[0]
+    assert "Traceback" not in told, told
+    assert "has been deleted" not in told, told
+
+
+def _status(address: str, **headers: str) -> int:
+    try:
+        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10) as answer:
+            return answer.status
+    except urllib.error.HTTPError as error:
+        return error.code
+    except OSError:
+        return 0
+
+
+@pytest.fixture(scope="module")
+def browser():
+    try:
+        executable = find_browser()
+    except RequestError as error:
+        pytest.skip(f"no browser to look with: {error}")
+    with driver.sync_playwright() as started:
+        opened = started.chromium.launch(executable_path=str(executable), args=["--disable-gpu"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def tab(browser, address):
+    """A tab; what the page complains of, and what it asks of others, is kept in `heard`."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    page = context.new_page()
+    page.heard = []
+    page.on("console", lambda told: page.heard.append(told.text) if told.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: page.heard.append(str(error)))
+    local = (address, "data:", "blob:", address.replace("http", "ws"))
+    page.on("request", lambda asked: None if asked.url.startswith(local) else page.heard.append(asked.url))
+    page.set_default_timeout(PATIENCE)
+    page.goto(address)
+    yield page
+    context.close()
+
+
+def press(page, name: str) -> None:
+    """Press a button by its spoken name."""
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def now(page) -> float:
+    """The error of the present model [m]."""
+    return float(page.locator(".count .now").inner_text().split()[0])
+
+
+def steps(page, count: int) -> list[str]:
+    """The numbers of the staircase, as soon as there are so many."""
+    page.wait_for_function("n => document.querySelectorAll('.stairs .num').length === n", arg=count)
+    page.wait_for_timeout(PEACE)
+    return page.locator(".stairs .num").all_inner_texts()
+
+
+def test_the_whole_story(tab, tmp_path):
+    press(tab, "Try the demo: a boat recorded in Gazebo")
+    tab.get_by_role("heading", name="Measured against predicted").wait_for()
+    press(tab, "Add Surge quadratic damping")
+    tab.locator(".count .now").wait_for()
+    assert tab.get_by_role("heading", level=1).inner_text().startswith("The model is missing")
+    first = steps(tab, 2)
+    press(tab, "Add all effects that were found")
+    last = steps(tab, 6)
+    assert last[:2] == first
+    assert now(tab) < 0.2
+    press(tab, "Undo the last step")
+    assert steps(tab, 2) == first
+    press(tab, "Redo the step")
+    assert steps(tab, 6) == last
+    press(tab, "Remove Sway lift")
+    steps(tab, 5)
+    # A region that fails is clicked, and selects the same rows everywhere.
+    tab.locator("[aria-label='Where it fails'] svg [role=button]").nth(20).click()
+    tab.get_by_role("button", name="Clear selection").wait_for()
+    # A slider predicts anew, on the keyboard too.
+    fitted = now(tab)
+    tab.get_by_label("Move X_uu").focus()
+    tab.keyboard.press("End")
+    tab.get_by_role("button", name="Set all numbers to their fitted values").wait_for()
+    tab.wait_for_timeout(2 * PEACE)
+    assert now(tab) > fitted
+    press(tab, "Set all numbers to their fitted values")
+    tab.wait_for_function("m => parseFloat(document.querySelector('.count .now').innerText) === m", arg=fitted)
+    # Loaded again, everything is as it was.
+    tab.reload()
+    tab.locator(".count .now").wait_for()
+    assert now(tab) == fitted
+    for text, name in (("The report page", "report.html"), ("model.yaml", "model.yaml"), ("The run folder", ".zip")):
+        press(tab, "Take away")
+        with tab.expect_download() as got:
+            tab.get_by_text(text, exact=True).click()
+        assert got.value.suggested_filename.endswith(name)
+        got.value.save_as(tmp_path / got.value.suggested_filename)
+    assert "munk" in (tmp_path / "report.html").read_text("utf-8").lower()
+    assert "X_uu" in (tmp_path / "model.yaml").read_text("utf-8")
+    with zipfile.ZipFile(next(tmp_path.glob("*.zip"))) as run:
+        assert "findings.json" in run.namelist()
+    # A network is trained, and stopped.
+    tab.get_by_label("network").click()
+    tab.get_by_role("option", name="LSTM: with memory").click()
+    tab.get_by_label("epochs").fill("500")
+    press(tab, "Train a network")
+    tab.get_by_text(re.compile(r"^epoch [1-9]")).wait_for()
+    press(tab, "Stop training")
+    tab.get_by_text("Stopped. Nothing was kept.").wait_for()
+    assert tab.heard == []
+
+
+def test_two_tabs_do_not_see_each_other(tab, browser, address):
+    press(tab, "Try the demo: a boat recorded in Gazebo")
+    tab.get_by_role("heading", name="Measured against predicted").wait_for()
+    other = tab.context.new_page()
+    other.goto(address)
+    other.get_by_role("button", name="Try the demo: a boat recorded in Gazebo").wait_for()
+    assert other.get_by_text("Measured against predicted").count() == 0
+
+
+def test_what_cannot_be_read_is_told_and_the_page_lives(tab, tmp_path):
+    broken = tmp_path / "broken.csv"
+    broken.write_text("no,log\nat,all\n", "utf-8")
+    tab.locator("input[type=file]").set_input_files(broken)
+    tab.get_by_text("Ready: 1 log.").wait_for()
+    press(tab, "Open the log")
+    tab.get_by_role("alert").filter(has_text="expected").first.wait_for()
+    press(tab, "Try the demo: a boat recorded in Gazebo")
+    tab.get_by_role("heading", name="Measured against predicted").wait_for()
+
+
+def test_a_small_screen_needs_no_sideways_scrolling(browser, address):
+    context = browser.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(address)
+    press(page, "Try the demo: a boat recorded in Gazebo")
+    page.get_by_role("heading", name="Measured against predicted").wait_for(timeout=PATIENCE)
+    page.wait_for_timeout(2 * PEACE)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    context.close()
+
+
+@pytest.mark.parametrize(
+    "headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}, {"Host": "127.0.0.1:1"}]
+)
+@pytest.mark.parametrize("path", ["", "_nicegui_ws/socket.io/?EIO=4&transport=polling"])
+def test_a_stranger_gets_400_on_pages_and_sockets(address, headers, path):
+    assert _status(address + path, **headers) == 400
