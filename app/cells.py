@@ -43,7 +43,7 @@ class Sorted:
         squares = np.bincount(self.cell[known], weights=force[known] ** 2, minlength=size)
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(count >= _FEWEST, np.sqrt(squares / count), np.nan)
-        return error.reshape(self.shape), count.reshape(self.shape)
+        return error.reshape(self.shape), count.reshape(self.shape).astype(float)
 
     def stretches(self, time: Array, picked: Sequence[tuple[int, int]]) -> tuple[tuple[float, float], ...]:
         """The stretches of time [s] in which the boat was in some cells; what is less than a second apart is one."""

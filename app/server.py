@@ -59,10 +59,10 @@ def serve(
     """
     listening = listen(host, port)
     worker.prepare()  # what computes is loaded while the page is
-    port = listening.getsockname()[1]
+    bound: int = listening.getsockname()[1]
     token = "" if host in HERE else secrets.token_urlsafe(24)
-    hosts = _names(host, port)
-    address = f"http://{f'[{host}]' if ':' in host else host}:{port}/" + (f"?token={token}" if token else "")
+    hosts = _names(host, bound)
+    address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
     application = ClosedToStrangers(_application(first, hosts), hosts, token)
     import uvicorn
 

@@ -146,7 +146,7 @@ class Workbench:
             rollout(vehicle, stretch.motion, np.array([row]), steps).states[0, :, :2]
             for vehicle in (self._inputs.vehicle, after)
         ]
-        clock = time + stretch.motion.time_step * np.arange(steps + 1)
+        clock = time + stretch.motion.time_step * np.arange(steps + 1, dtype=float)
         return Way(clock, stretch.motion.position[row : row + steps + 1], *ways)
 
     def run(self, names: Sequence[str], progress: Say | None = None) -> Run:

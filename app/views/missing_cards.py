@@ -105,7 +105,7 @@ class MissingCards:
                 field = ui.input(label="effect or term").props("dense outlined").style("flex: 1")
 
                 async def act() -> None:
-                    if name := field.value.strip():
+                    if name := (field.value or "").strip():
                         await self._session.add(name if ":" in name else name.replace(" ", "_"))
 
                 field.on("keydown.enter", act)

@@ -112,7 +112,7 @@ class Opening:
         self._told.set_text(f"Ready: {', '.join(told)}.")
 
     async def _open(self) -> None:
-        path = self._path.value.strip()
+        path = (self._path.value or "").strip()
         logs = tuple(map(str, self._logs)) + ((path,) if path else ())
         if not logs:
             self._told.set_text("Drop a log above, or give its path; or try the demo.")

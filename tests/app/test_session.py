@@ -11,7 +11,7 @@ from undertow.app import worker
 from undertow.app.session import LOST, Session
 from undertow.app.views.opening import stored_as
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import Source
+from undertow.workflows.workbench_facts import Fit, Source
 
 DEMO = Source()
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
@@ -31,6 +31,18 @@ async def opened() -> Session:
     return session
 
 
+def fit_of(session: Session) -> Fit:
+    """The model of the present step."""
+    assert session.fit is not None
+    return session.fit
+
+
+def worker_of(session: Session) -> worker.Worker:
+    """The process that computes for a session."""
+    assert session._worker is not None
+    return session._worker
+
+
 async def _nothing() -> None:
     """Instead of a search."""
 
@@ -42,23 +54,23 @@ def test_steps_are_added_taken_back_and_taken_again():
             assert session.opened is not None
             before = session.opened.nominal.error["position"]
             await session.add(FIRST)
-            first = session.fit
+            first = fit_of(session)
             await session.add(SECOND)
             assert session.stand.names == (FIRST, SECOND)
             assert [stair.names for stair in session.stairs] == [(), (FIRST,), (FIRST, SECOND)]
-            assert session.fit.error["position"] < before
-            assert session.fit.verdict == "pass"
-            assert {value.symbol for value in session.fit.values} == {"X_uu", "N_rr"}
+            assert fit_of(session).error["position"] < before
+            assert fit_of(session).verdict == "pass"
+            assert {value.symbol for value in fit_of(session).values} == {"X_uu", "N_rr"}
             await session.undo()
-            assert session.fit.error == first.error
+            assert fit_of(session).error == first.error
             await session.redo()
             assert session.stand.names == (FIRST, SECOND)
             await session.remove(FIRST)
             assert session.stand.names == (SECOND,)
             await session.move("N_rr", -3.0)
             await session.move("N_rr", -4.0)
-            assert session.fit.values[0].after == -4.0
-            assert not session.fit.unseen
+            assert fit_of(session).values[0].after == -4.0
+            assert not fit_of(session).unseen
             await session.undo()  # one way of a slider is one step
             assert session.stand.moved == ()
             assert session.can_redo
@@ -90,16 +102,16 @@ def test_a_killed_worker_is_told_and_another_goes_on():
         session = await opened()
         try:
             await session.add(FIRST)
-            error = session.fit.error
-            session._worker.process.kill()
-            session._worker.process.join()
+            error = fit_of(session).error
+            worker_of(session).process.kill()
+            worker_of(session).process.join()
             await session.add(SECOND)
             assert session.lost
             assert session.trouble == LOST
             assert session.stand.names == (FIRST,)
             await session.again()
             assert not session.lost
-            assert session.fit.error == pytest.approx(error)
+            assert fit_of(session).error == pytest.approx(error)
         finally:
             session.close()
 

@@ -145,7 +145,7 @@ def test_the_whole_story(tab, tmp_path):
     with zipfile.ZipFile(next(tmp_path.glob("*.zip"))) as run:
         assert "findings.json" in run.namelist()
     # A network is trained, and stopped.
-    tab.get_by_label("network").click()
+    tab.get_by_role("combobox", name="network").click()
     tab.get_by_role("option", name="LSTM: with memory").click()
     tab.get_by_label("epochs").fill("500")
     press(tab, "Train a network")

@@ -16,8 +16,10 @@ import pytest
 import yaml
 from documents import Block
 from places import ROOT
+from typer.main import get_command
 from verbs import call, done
 
+from undertow.__main__ import app
 from undertow.comparison.error_limits import Limits, load_limits
 from undertow.measurements.channels.channel_map import read_channel_map
 from undertow.physics.vehicle import Vehicle, shipped_vehicles, vehicle_from_dict
@@ -37,6 +39,9 @@ CHEAPER = {
 
 MAY_FIND = {"inspect", "check"}
 """Verbs whose exit code 1 says that they found something."""
+
+SERVES = {"app"}
+"""Verbs that serve until they are ended: their words are parsed, and tests/app drives them in a browser."""
 
 SEEN_TO = {"python", "make", "pip", ".venv/bin/pip", ".", "cd"}
 """Commands that are not run: what they name is looked for."""
@@ -104,6 +109,9 @@ class Reader:
         verb = words[0]
         if verb == "discover" and "--out" in words:
             self.said += self.shared.discover(words)
+            return
+        if verb in SERVES:
+            assert get_command(app).commands[verb].make_context(verb, words[1:])  # type: ignore[attr-defined]
             return
         result = call(*words, *CHEAPER.get(verb, ((), ""))[0])
         codes = (0, 1) if verb in MAY_FIND else (0,)
