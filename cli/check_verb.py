@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, progress, prose, quiet, say, show, tell_replaced
+from .console import failing_clearly, print_json, progress, prose, say, show, tell_replaced
 from .options import (
     ForceOption,
     FrameOption,
@@ -47,15 +47,13 @@ def check(
     """Judge any model by the laws of a hull in water; exit code 1 when it breaks one."""
     with failing_clearly():
         from ..physics.files import write_json
-        from ..reports.terminal.reading_progress import reading_progress
         from ..workflows.check import check as judge
         from ..workflows.run_folder.moved_files import Moved
 
         earlier = earlier_files((("--out", "check", out),), (model, logs, log, vehicle, channels), force=force)
-        with reading_progress(progress, quiet()) as told:
-            reading = Reading(frame, channels, namespace)
-            moved = Moved(tuple(log or ()), None if logs else channels)
-            found = judge(model, logs or [], vehicle, reading, moved=moved, seed=seed, progress=told)
+        reading = Reading(frame, channels, namespace)
+        moved = Moved(tuple(log or ()), None if logs else channels)
+        found = judge(model, logs or [], vehicle, reading, moved=moved, seed=seed, progress=progress)
         if out is not None:
             write_json(out, found.to_dict())
         tell_replaced(earlier)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, say, show, tell_replaced, warn
+from .console import failing_clearly, print_json, progress, say, show, tell_replaced, warn
 from .options import (
     AsIsOption,
     ForceOption,
@@ -50,7 +50,7 @@ def compare(
         targets = (("--out", "compare", out), ("--series", "compare --series", series))
         earlier = earlier_files(targets, (logs, vehicle, channels, model), force=force)
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is), judge)
-        found = compare_models(inputs, model or [], series)
+        found = compare_models(inputs, model or [], series, progress=progress)
         if out is not None:
             write_json(out, found.to_dict())
         tell_replaced(earlier)

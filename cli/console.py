@@ -3,10 +3,8 @@
 import io
 import os
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import wraps
 from inspect import Parameter, signature
 from pathlib import Path
@@ -17,7 +15,7 @@ from typer.core import TyperGroup
 
 from ..physics.errors import MOST_TOLD
 from ..physics.printable import one_line, printable, shortened
-from ..physics.stage import Stage
+from ..reports.terminal.progress import Progress
 
 if TYPE_CHECKING:
     from ..discovery.findings import Step
@@ -26,8 +24,6 @@ if TYPE_CHECKING:
 
 WIDEST = 120
 """Columns beyond which nothing is spread out."""
-_WORTH_TELLING = 2.0
-"""Time from which a line of progress tells how long the work took so far [s]: less is no wait."""
 NARROWEST = 20
 """Columns below which nothing is squeezed: a name and a number beside each other need them; the terminal wraps."""
 
@@ -92,40 +88,16 @@ def _silence(stream: TextIO) -> None:
 def tell_replaced(paths: Iterable[Path]) -> None:
     """Say on stderr of which earlier files others took the place."""
     for path in paths:
-        _note(f"replaced the earlier {path}")
-
-
-@dataclass(slots=True)
-class _Work:
-    """What is told of the work of a verb: nothing where quiet was asked for; and since when it goes on."""
-
-    quiet: bool = False
-    since: float = 0.0
-
-
-_work = _Work()
-
-
-def quiet() -> bool:
-    """Whether nothing is to be told of work that goes on."""
-    return _work.quiet
-
-
-def progress(line: str) -> None:
-    """Print a line about work that goes on, on stderr, with the time that it took so far, and what is usually left."""
-    if not _work.quiet:
-        so_far = time.monotonic() - _work.since
-        left = line.left(so_far) if isinstance(line, Stage) else 0.0
-        more = f", about {left:.0f} s left" if left >= _WORTH_TELLING else ""
-        after = f" [{so_far:.0f} s{more}]" if so_far >= _WORTH_TELLING else ""
-        _note(line, after)
-
-
-def _note(line: str, after: str = "") -> None:
-    complain(f"  {shortened(one_line(line), MOST_TOLD)}{after}")
+        complain(f"  replaced the earlier {shortened(one_line(str(path)), MOST_TOLD)}")
 
 
 def complain(text: str) -> None:
+    """Print on stderr, below all progress."""
+    progress.close()
+    _on_stderr(text)
+
+
+def _on_stderr(text: str) -> None:
     """Print on stderr; where nobody can read that, the work goes on all the same."""
     try:
         print(text, file=sys.stderr, flush=True)
@@ -133,13 +105,19 @@ def complain(text: str) -> None:
         _silence(sys.stderr)
 
 
+progress = Progress(ticks=True, tell=_on_stderr)
+"""What the verb at work tells of it."""
+
+
 def say(text: str) -> None:
     """Print a line; what no terminal should be told is written as escapes."""
+    progress.close()
     print(shortened(one_line(text)))
 
 
 def say_lines(text: str) -> None:
     """Print several lines that are a whole, such as a channel map, in full."""
+    progress.close()
     print(printable(text))
 
 
@@ -154,6 +132,7 @@ def show(*parts: Any) -> None:
     """Print tables and texts, each with a blank line after it; None is passed over."""
     from ..reports.terminal.layout import terminal
 
+    progress.close()
     console = terminal()
     console.width = max(NARROWEST, min(console.width, WIDEST))
     for part in parts:
@@ -166,6 +145,7 @@ def print_json(data: dict[str, Any]) -> None:
     """Print strict JSON."""
     from ..physics.files import strict_json
 
+    progress.close()
     print(strict_json(data))
 
 
@@ -182,7 +162,7 @@ def telling(verb: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(verb)
     def told(*words: Any, quiet: bool = False, **options: Any) -> None:
-        _work.quiet, _work.since = quiet, time.monotonic()
+        progress.begin(quiet)
         verb(*words, **options)
 
     own = signature(verb)

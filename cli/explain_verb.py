@@ -38,7 +38,7 @@ def explain(
         from ..workflows.explain import distil
 
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
-        found = distil(model, inputs, DiscoverySettings(seed=seed), progress)
+        found = distil(model, inputs, DiscoverySettings(seed=seed), progress=progress)
         if as_json:
             print_json({**found.to_dict(), "warnings": list(inputs.warnings)})
         else:

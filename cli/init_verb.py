@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, progress, quiet, say, show, tell_replaced
+from .console import failing_clearly, progress, say, show, tell_replaced
 from .options import FEW_LOGS, ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
@@ -46,7 +46,6 @@ def init(
     """Make a vehicle file and a channel map of a log, every number with its source."""
     with failing_clearly():
         from ..reports.terminal.init_screen import init_screen
-        from ..reports.terminal.reading_progress import reading_progress
         from ..workflows.init import Hull
         from ..workflows.init import init as draft_of
 
@@ -55,10 +54,7 @@ def init(
         given = {"length": length, "mass": mass, "spacing": spacing, "thrust": thrust}
         if like is None and _on_a_terminal():
             given = {name: _ask(name) if value is None else value for name, value in given.items()}
-        with reading_progress(progress, quiet()) as told:
-            draft = draft_of(
-                logs, Hull(**given), like, Reading(frame, channels, namespace), progress=told, say=progress
-            )
+        draft = draft_of(logs, Hull(**given), like, Reading(frame, channels, namespace), progress=progress)
         draft.write(out, channels_out)
         tell_replaced(earlier)
         show(*init_screen(draft.vehicle, draft.thrusters, [doubt.value for doubt in draft.doubts]))
@@ -80,7 +76,7 @@ def offered(logs: list[Path], reading: Reading, out: Path) -> tuple[str, Path]:
     from ..physics.vehicle import shipped_vehicles
     from ..workflows.init import init as draft_of
 
-    draft = draft_of(logs, reading=reading, say=progress)
+    draft = draft_of(logs, reading=reading, progress=progress)
     seen = listing([f"{one.channel} ({one.side or 'side unknown'})" for one in draft.thrusters])
     told = f"discover: no --vehicle is given. The log shows {len(draft.thrusters)} thrusters: {seen}"
     if _on_a_terminal():

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, print_json, progress, quiet, say, say_lines, show, tell_replaced
+from .console import failing_clearly, print_json, progress, say, say_lines, show, tell_replaced
 from .options import ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, earlier_files
 
 
@@ -37,7 +37,6 @@ def inspect(
         from ..physics.file_marks import on_top
         from ..physics.files import write_text
         from ..physics.vehicle import load_vehicle
-        from ..reports.terminal.reading_progress import reading_progress
         from ..workflows.inspect import look_over
 
         earlier = earlier_files(
@@ -46,10 +45,7 @@ def inspect(
             force=force,
         )
         model = None if vehicle is None else load_vehicle(vehicle)
-        with reading_progress(progress, quiet()) as told:
-            found, read = look_over(
-                logs, model, Reading(frame, channels, namespace), fix=fix, progress=told, say=progress
-            )
+        found, read = look_over(logs, model, Reading(frame, channels, namespace), fix=fix, progress=progress)
         if map_out is not None:
             write_text(map_out, on_top("inspect --map-out", map_text(read.entries, read.unused)))
         tell_replaced(earlier)

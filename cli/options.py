@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..measurements.log_options import AS_GUESSED, Reading
-from .console import progress, quiet
+from .console import progress
 
 if TYPE_CHECKING:
     from ..measurements.prepared_logs import Inputs
@@ -48,12 +48,10 @@ def read_logs(
     reading: Reading = AS_GUESSED,
     judge: str | None = None,
 ) -> "Inputs":
-    """Logs read and prepared for a vehicle, with a bar or lines of progress."""
-    from ..reports.terminal.reading_progress import reading_progress
+    """Logs read and prepared for a vehicle, with progress."""
     from ..workflows.inputs import read_inputs
 
-    with reading_progress(progress, quiet()) as told:
-        return read_inputs(logs, vehicle, reading, judge=judge, progress=told, say=progress)
+    return read_inputs(logs, vehicle, reading, judge=judge, progress=progress)
 
 
 def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, interrupted, print_json, progress, prose, quiet, say, show, warn
+from .console import failing_clearly, interrupted, print_json, progress, prose, say, show, warn
 from .options import (
     AsIsOption,
     ForceOption,
@@ -61,7 +61,6 @@ def train(
 ) -> None:
     """Train a network that corrects the vehicle model, or stands in its place."""
     with failing_clearly():
-        from ..reports.terminal.training_progress import training_progress
         from ..workflows import train as trained
 
         trained.check_folder(out, resume, (logs, vehicle, channels), force=force)
@@ -70,16 +69,15 @@ def train(
         choice = trained.Choice(residual, trained.parsed_options(option or []), pure, heading)
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         try:
-            with training_progress(settings.epochs, progress, quiet()) as told:
-                done = trained.train(
-                    inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=told
-                )
+            done = trained.train(
+                inputs, choice, settings=settings, out=out, resume=resume, force=force, progress=progress
+            )
         except KeyboardInterrupt as error:
             kept = (out / trained.CHECKPOINT).exists()
             how = f"the same command with --resume goes on from {out}" if kept else "no epoch was done, nothing is kept"
             interrupted(error, how)
         if explain:
-            done = trained.explained(done, out, progress)
+            done = trained.explained(done, out, progress=progress)
         if as_json:
             print_json(done.to_dict())
             return

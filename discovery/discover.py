@@ -1,6 +1,6 @@
 """Discovery, step by step: look at the force balance or at rollouts, keep what is sure, fit it lawfully, conclude."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from ..physics.cards import Card
 from ..physics.frames import Array
 from ..physics.freed_memory import hand_back
 from ..physics.motion import Motion
+from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
 from .balance.sensor_errors import misalignment
 from .basis import Basis, choose
@@ -80,7 +81,7 @@ def find_missing(
     motions: Sequence[Motion],
     nominal: Vehicle,
     settings: DiscoverySettings | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
     basis: Basis | None = None,
 ) -> Discovery:
     """Name the physical effects that a vehicle model misses on measured motions.

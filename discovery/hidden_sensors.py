@@ -13,6 +13,7 @@ import numpy as np
 from ..measurements.kinematic_errors import corrected_for
 from ..physics.frames import Array
 from ..physics.motion import Motion
+from ..physics.stage import Stage
 from .basis import choose
 from .findings import SensorError
 from .found_effects import FoundTerm
@@ -98,7 +99,7 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> tuple[Select
     columns = _columns(search, state)
     if Beside(search, columns[:, :, :0], state).worth() - Beside(search, columns, state).worth() < _ASKS:
         return looked, None
-    say("the forces ask for an error of the sensors: searching beside it")
+    say(Stage("the forces ask for an error of the sensors: searching beside it"))
     empty = search.evaluate(search.nominal, ())
     estimate = best_beside(search, _columns(search, empty), empty).errors * _USUAL
     best, found = looked, None

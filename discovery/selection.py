@@ -5,7 +5,7 @@ is tried after it: a force balance may leave structure for terms that nobody has
 model that was found, and lose what cannot be told from nothing.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..measurements.statistics.second_processor import shared
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
 from ..physics.motion import Motion
-from ..physics.stage import SEARCHING, WEIGHING, Stage
+from ..physics.stage import SEARCHING, WEIGHING, Say, Stage
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import worse_as_a_whole
 from .balance.shooting import ShootingSettings
@@ -51,8 +51,6 @@ _LEAST = 3
 """Effects that seem to earn least, of which the one that does is left out."""
 _ROUNDS = 3
 """Searches at most, each with weights about the model of the one before."""
-
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +128,7 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     say(Stage("searching the catalogue of effects", SEARCHING))
     state = search.run(progress=say)
     if leaves_structure(search, state):
-        say("named effects leave structure: looking for terms that nobody has named")
+        say(Stage("named effects leave structure: looking for terms that nobody has named"))
         search, state = _with_terms(weak, search, state, say)
     else:
         state = search.again(state, say)

@@ -1,7 +1,7 @@
 """The verb `check`: from the name of a model, and logs if there are any, to what the laws say of it."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,9 @@ from ..physics.laws.audit.trial import possible_commands, reachable
 from ..physics.laws.damping_power import Envelope, envelope_of, mass_margin
 from ..physics.motion import Motion
 from ..physics.reading import read_json
+from ..physics.stage import Say
 from ..physics.vehicle import Vehicle, load_vehicle
+from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model
 from ..residuals.models.neural import is_network_folder
 from .inputs import read_inputs
@@ -31,6 +33,7 @@ _LEAST = 0.05
 still drifts a little."""
 
 
+@showing
 def check(
     model: Model | PathLike,
     logs: Sequence[PathLike] | PathLike = (),
@@ -39,7 +42,7 @@ def check(
     *,
     moved: Moved = UNMOVED,
     seed: int = 0,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Say | None = SHOWN,
 ) -> Audit:
     """Judge any model by the laws of a hull in water, and find the state in which it breaks them.
 
@@ -52,7 +55,7 @@ def check(
     reading : how logs are read; broken ones are taken as they are. Of a run's own logs the run knows it
     moved : where a run folder's own logs and map are now
     seed : of everything random
-    progress : told bytes done and bytes in all of each large log
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
     ------

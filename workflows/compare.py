@@ -13,14 +13,24 @@ from ..measurements.preparation.held_out import Fold
 from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs, PathLike
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import RequestError, expect
+from ..physics.stage import Say, Stage
 from ..physics.vehicle import load_vehicle
+from ..reports.terminal.pace import paced
+from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model, VehicleModel
 from .inputs import read_inputs
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
 
 
-def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLike | None = None) -> Comparison:
+@showing
+def compare(
+    inputs: Inputs,
+    models: Sequence[PathLike] = (),
+    series_file: PathLike | None = None,
+    *,
+    progress: Say | None = SHOWN,
+) -> Comparison:
     """Models against measurements: nominal, calibrated, two baselines and any others, on the same rows.
 
     Parameters
@@ -28,6 +38,7 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLi
     inputs : logs and nominal vehicle, with the part to judge on
     models : vehicle files, run folders, folders of trained networks, ONNX files, or `package.module:function`
     series_file : MCAP file to write for viewers, with what was measured and what each model but the baselines predicts
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Returns
     -------
@@ -45,10 +56,13 @@ def compare(inputs: Inputs, models: Sequence[PathLike] = (), series_file: PathLi
     expect("compare: models", models, (list, tuple), "give a list of paths")
     if series_file is not None:
         require_mcap()
-    return _compared(inputs.parted("compare"), (), models, series_file)
+    return _compared(inputs.parted("compare"), (), models, series_file, progress=progress)
 
 
-def compare_run(run: PathLike, models: Sequence[PathLike] = (), moved: Moved = UNMOVED) -> Comparison:
+@showing
+def compare_run(
+    run: PathLike, models: Sequence[PathLike] = (), moved: Moved = UNMOVED, *, progress: Say | None = SHOWN
+) -> Comparison:
     """The models of a run folder and any others, on the rows that the run was judged on; its logs are read again.
 
     Parameters
@@ -56,6 +70,7 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = (), moved: Moved = U
     run : the run folder
     models : see `compare`
     moved : where the run's logs and map are now
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Returns
     -------
@@ -70,13 +85,15 @@ def compare_run(run: PathLike, models: Sequence[PathLike] = (), moved: Moved = U
     folder = Path(run)
     record = read_run_inputs(folder, moved)
     made = record.folds
-    inputs = read_inputs(record.logs, record.vehicle, record.reading, judge=FOLDS if made else "test")
+    inputs = read_inputs(
+        record.logs, record.vehicle, record.reading, judge=FOLDS if made else "test", progress=progress
+    )
     sources = list(inputs.starts)
     unseen = [(one.fold(sources), inputs.vehicle.with_values(one.values)) for one in made]
     folds = [fold for fold, _ in unseen]
     size = fitted_numbers(folder)
     corrected = VehicleModel(load_vehicle(folder / "model.yaml"), CORRECTED, "symbolic", size, unseen=unseen)
-    return _compared(inputs.in_folds(folds) if folds else inputs, (corrected,), models, folds=folds)
+    return _compared(inputs.in_folds(folds) if folds else inputs, (corrected,), models, folds=folds, progress=progress)
 
 
 @single_threaded
@@ -86,12 +103,15 @@ def _compared(
     paths: Sequence[PathLike],
     series_file: PathLike | None = None,
     folds: Sequence[Fold] = (),
+    progress: Say | None = None,
 ) -> Comparison:
     given = [os.fspath(path) for path in paths]
     for path in given:
         if given.count(path) > 1:
             raise RequestError(f"model {path} is given twice; give it once")
     loaded = [_comparable(path, inputs) for path in given]  # before the fits, which take seconds
+    if progress is not None:
+        progress(Stage("calibrating the model of the vehicle file, to compare with"))
     found, notes = reference_models(inputs, middle, folds=folds)
     asked = [("", found[0])]
     for path, model in zip(given, loaded, strict=True):
@@ -100,10 +120,12 @@ def _compared(
         asked.append((path, model))
         found.append(model)
     named = [model for model in found if model.kind != BASELINE]
-    judged = [judge(model, inputs.parts) for model in found]
+    judged = [judge(model, inputs.parts) for model in paced(found, "models judged", progress, even=False)]
     if series_file is not None:
         told = compared(named, inputs.parts, inputs.channels)
         write_series(series_file, told, inputs.channels, inputs.parts, inputs.starts)
+    if progress is not None:
+        progress(Stage("finding where the models fail"))
     return comparison(judged, inputs, timed=True, notes=[*notes, *fitted_notes(asked, inputs)])
 
 

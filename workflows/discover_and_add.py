@@ -22,25 +22,27 @@ from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.freed_memory import hand_back
 from ..physics.sources import WHOLE, with_sources
-from ..physics.stage import COMPARING, SCORING, Stage
+from ..physics.stage import COMPARING, SCORING, Say, Stage
+from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import evaluate
 from ..residuals.series import series
-from .run_folder.run import Run, Say
+from .run_folder.run import Run
 
 References = tuple[list[Judged], list[str]]
 """The models that are always compared beside the nominal one, judged, and sentences on how they came to be."""
 
 
+@showing
 @single_threaded
-def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None) -> Run:
+def discover(inputs: Inputs, settings: DiscoverySettings | None = None, *, progress: Say | None = SHOWN) -> Run:
     """Name the physical effects that the vehicle model misses in the logs, add them one by one, and score each step.
 
     Parameters
     ----------
     inputs : logs and nominal vehicle, see `read_inputs`
     settings : of the search, its seed among them
-    progress : called with a line for each step
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
     ------
@@ -62,16 +64,19 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, progress
         return assess(inputs, found, chosen, known, progress, earned=True)
 
 
+@showing
 def add(
     effects: Sequence[str],
     inputs: Inputs,
-    progress: Say | None = None,
+    *,
+    progress: Say | None = SHOWN,
 ) -> Run:
     """Add effects by name to the nominal model, fit them together, and score before and after on held-out data.
 
     Parameters
     ----------
     effects : names of the catalogue (`thruster_asymmetry[port]` chooses the thruster), or terms such as `yaw:u|r|`
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
     ------

@@ -8,12 +8,18 @@ from ..discovery.distillation.distilled import Distilled
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike
 from ..physics.errors import expect
+from ..physics.stage import Say
+from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model
-from .run_folder.run import Say
 
 
+@showing
 def distil(
-    model: Model | PathLike, inputs: Inputs, settings: DiscoverySettings | None = None, progress: Say | None = None
+    model: Model | PathLike,
+    inputs: Inputs,
+    settings: DiscoverySettings | None = None,
+    *,
+    progress: Say | None = SHOWN,
 ) -> Distilled:
     """Say what of a model's correction is a named effect, and what remains.
 
@@ -25,7 +31,7 @@ def distil(
     model : a network, or any model of accelerations that takes the commands of the vehicle; or its folder or file
     inputs : logs and nominal vehicle, see `read_inputs`
     settings : of the search, its seed among them
-    progress : called with a line for each step
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
     ------

@@ -14,10 +14,11 @@ from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.in_words import listing, number
 from ..physics.reading import Plain
 from ..physics.sources import with_sources
+from ..physics.stage import Say, Stage
 from ..physics.vehicle import Vehicle
+from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import ROLLOUT_UNITS, evaluate
-from .run_folder.run import Say
 
 FIT_SCHEMA = "undertow.fit/1"
 _UNEXPLAINED = (2.0, 0.05)
@@ -112,12 +113,14 @@ class FitRun(Card):
         }
 
 
+@showing
 def fit(
     inputs: Inputs,
     free: Sequence[str] = (),
     hold: Sequence[str] = (),
     settings: DiscoverySettings | None = None,
-    progress: Say | None = None,
+    *,
+    progress: Say | None = SHOWN,
 ) -> FitRun:
     """Calibrate the parameters that the vehicle model has, and score before and after on held-out data.
 
@@ -126,6 +129,7 @@ def fit(
     inputs : logs and nominal vehicle, see `read_inputs`
     free, hold : symbols to calibrate beside those that have a value in the file, and symbols to leave
     settings : its seed is used
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
     ------
@@ -136,7 +140,7 @@ def fit(
     inputs = inputs.parted("fit")
     found = calibrate(inputs.fitting, inputs.vehicle, free, hold, settings, progress)
     if progress is not None:
-        progress("scoring before and after on held-out data")
+        progress(Stage("scoring before and after on held-out data"))
     models = (
         VehicleModel(inputs.vehicle, "nominal", "physics"),
         VehicleModel(found.vehicle, "calibrated", "physics", parameters=len(found.parameters)),

@@ -20,9 +20,11 @@ from ..physics.cards import Card
 from ..physics.errors import LogError
 from ..physics.file_marks import on_top
 from ..physics.files import write_text
+from ..physics.stage import Say
 from ..physics.typical_hulls import LENGTH
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..reports.terminal.pace import Pace
+from ..reports.terminal.pace import Pace, megabytes
+from ..reports.terminal.progress import SHOWN, showing
 from .first_vehicle import Hull, like_another, on_typical_hull
 from .inspect import logs_in
 
@@ -94,6 +96,7 @@ class Draft(Card):
             write_text(channels, on_top("init --channels", map_text(self.entries, self.unused)))
 
 
+@showing
 def init(
     logs: Iterable[PathLike | Log] | PathLike | Log,
     hull: Hull | None = None,
@@ -101,8 +104,7 @@ def init(
     reading: Reading = AS_GUESSED,
     *,
     name: str = "",
-    progress: Callable[[int, int], None] | None = None,
-    say: Callable[[str], None] | None = None,
+    progress: Say | None = SHOWN,
 ) -> Draft:
     """Make a vehicle and a channel map of logs of one boat.
 
@@ -117,7 +119,7 @@ def init(
     like : vehicle file or name of a shipped one, whose hull is taken where `hull` says nothing
     reading : how the logs are read
     name : of the vehicle; the first log's where it is empty
-    progress, say : see `read_inputs`
+    progress : see `read_inputs`
 
     Raises
     ------
@@ -131,8 +133,9 @@ def init(
     named = [Path(one) for one in given if not isinstance(one, Log)]
     paths, _ = logs_in(named) if named or not ready else ([], ())
     base = like if isinstance(like, Vehicle) or like is None else load_vehicle(like)
-    read = [*(read_log(path, reading, progress=progress, mend=True) for path in paths), *ready]
-    told = None if say is None else Pace(say, "checks of the log", even=False).told
+    told_bytes = megabytes(progress)
+    read = [*(read_log(path, reading, progress=told_bytes, mend=True) for path in paths), *ready]
+    told = Pace(progress, "checks of the log", even=False).told
     records = [_moving(log, told) for log in read]
     _check_commands(read, records)
     thrusters, astern = _with_astern(records, thrusters_in(records))
@@ -160,7 +163,7 @@ def _with_astern(records: Sequence[Record], thrusters: list[FoundThruster]) -> t
     return [one if one.shaped else one.unlike(float(f"{ratio:.3g}")) for one in thrusters], True
 
 
-def _moving(log: Log, told: Callable[[int, int], None] | None) -> Record:
+def _moving(log: Log, told: Callable[[int, int], None]) -> Record:
     """A log with its motion repaired, and its commands as they are: the vehicle file is to fit these."""
     clean = examine(log, progress=told).clean
     commands = {name: channel for name, channel in log.channels.items() if command_kind(name)}

@@ -1,7 +1,7 @@
 """Inputs of every verb: logs read and prepared once for a vehicle."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,13 +21,16 @@ from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.freed_memory import hand_back
+from ..physics.stage import Say
 from ..physics.vehicle import Vehicle, load_vehicle
-from ..reports.terminal.pace import Pace
+from ..reports.terminal.pace import Pace, megabytes
+from ..reports.terminal.progress import SHOWN, showing
 from .soundness import defects, sound
 
 _JUDGES = (*PARTS, "all", FOLDS)
 
 
+@showing
 @single_threaded
 def read_inputs(
     logs: Iterable[PathLike | Log] | PathLike | Log,
@@ -35,8 +38,7 @@ def read_inputs(
     reading: Reading = AS_GUESSED,
     *,
     judge: str | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    say: Callable[[str], None] | None = None,
+    progress: Say | None = SHOWN,
 ) -> Inputs:
     """Read and prepare logs for a vehicle.
 
@@ -49,8 +51,7 @@ def read_inputs(
     judge : the part on which models are scored: "test", "validation", "train", "all", or "folds" for all rows, each by
         models that are made without a part of the log around it; None for folds in a discovery, and the test part
         elsewhere
-    progress : told bytes done and bytes in all of each large log
-    say : called with a line now and then while long logs are checked
+    progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
     ------
@@ -74,10 +75,11 @@ def read_inputs(
         _check_names([*names, *(str(log.path) for log in ready)])
     if reading.channel_map is not None:
         reading = replace(reading, channel_map=_utf8(reading.channel_map))
-    read = (*(read_log(name, reading, progress=progress) for name in names), *ready)
+    told_bytes = megabytes(progress)
+    read = (*(read_log(name, reading, progress=told_bytes) for name in names), *ready)
     names = tuple(str(log.path) for log in read) if ready else names
     hand_back()
-    checked = None if say is None else Pace(say, "checks of the log", even=False).told
+    checked = Pace(progress, "checks of the log", even=False).told
     examinations = [examine(log, model, progress=checked) for log in read]
     inspections = tuple(inspect_log(log, model, examination=made) for log, made in zip(read, examinations, strict=True))
     if any(inspection.plan.missing for inspection in inspections):

@@ -1,6 +1,6 @@
 """The verb `inspect`: logs read as they are, looked over one by one and together, and one of them repaired."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..measurements.clean_log import check_target, write_clean
@@ -11,8 +11,10 @@ from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.quality.examination import examine
 from ..physics.errors import RequestError
 from ..physics.freed_memory import hand_back
+from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
-from ..reports.terminal.pace import Pace
+from ..reports.terminal.pace import Pace, megabytes
+from ..reports.terminal.progress import SHOWN, showing
 
 
 def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
@@ -35,14 +37,14 @@ def logs_in(paths: Sequence[Path]) -> tuple[list[Path], tuple[str, ...]]:
     return found, notes
 
 
+@showing
 def look_over(
     paths: Sequence[Path],
     vehicle: Vehicle | None = None,
     reading: Reading = AS_GUESSED,
     *,
     fix: Path | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    say: Callable[[str], None] | None = None,
+    progress: Say | None = SHOWN,
 ) -> tuple[Inspection | Inspections, Log]:
     """Inspect logs, and write one of them repaired.
 
@@ -50,8 +52,8 @@ def look_over(
     ----------
     paths : logs, folders of logs, or patterns
     vehicle : whose needs are checked
-    reading, progress : see `read_log`
-    say : called with a line now and then while a long log is checked
+    reading : see `read_log`
+    progress : called with lines about the work, shown where nothing is said; None for silence
     fix : file for the repaired log, None to write nothing
 
     Returns
@@ -70,11 +72,12 @@ def look_over(
         if len(logs) > 1:
             raise RequestError(f"--fix {fix}: expected one log to repair, got {len(logs)}; repair them one by one")
         check_target(fix, logs)
-    read = [read_log(log, reading, progress=progress, mend=True) for log in logs]
+    told_bytes = megabytes(progress)
+    read = [read_log(log, reading, progress=told_bytes, mend=True) for log in logs]
     hand_back()
     if len(read) > 1:
         return inspect_logs(read, vehicle).but(notes=notes), read[0]
-    checked = None if say is None else Pace(say, "checks of the log", even=False).told
+    checked = Pace(progress, "checks of the log", even=False).told
     examination = examine(read[0], vehicle, progress=checked)
     inspection = inspect_log(read[0], vehicle, examination=examination)
     inspection = inspection.but(notes=(*inspection.notes, *notes))

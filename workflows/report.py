@@ -1,7 +1,7 @@
 """The verb `report`: the page of each run, one page of several runs, models compared on demand, and PDF."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +10,11 @@ from ..physics.errors import RequestError
 from ..physics.file_system import at_rest, identity, link
 from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, replace_folder
+from ..physics.stage import Say
 from ..reports.page.fleet_page import fleet_page
 from ..reports.page.page import page
 from ..reports.page.pdf import find_browser, print_pdf
+from ..reports.terminal.progress import SHOWN, showing
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run
 from .run_folder.run_files import PAGE, PDF, RECORD, RUN_FILES, own_report, reseal
@@ -20,11 +22,11 @@ from .run_folder.targets import Kind, check_targets, same_place
 from .run_folder.write import write_page
 
 PathLike = str | os.PathLike[str]
-Say = Callable[[str], None]
 FLEET = Path("report.html")
 COMPARISON = "comparison.json"
 
 
+@showing
 def report(
     runs: Sequence[PathLike],
     *,
@@ -33,7 +35,7 @@ def report(
     out: PathLike | None = None,
     moved: Moved = UNMOVED,
     force: bool = False,
-    progress: Say | None = None,
+    progress: Say | None = SHOWN,
 ) -> list[Path]:
     """Write the page of each run folder, and of several runs one page for all.
 
@@ -161,9 +163,7 @@ def _compared(
 
     found = {}
     for folder in folders:
-        if progress is not None:
-            progress(f"comparing models on the logs of {folder}")
-        found[folder] = compare_run(folder, models, replace(moved, of_several=len(folders) > 1))
+        found[folder] = compare_run(folder, models, replace(moved, of_several=len(folders) > 1), progress=progress)
     return found
 
 

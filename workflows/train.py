@@ -19,12 +19,14 @@ from ..physics.folders import held, put_right
 from ..physics.forces import at_beginning
 from ..physics.in_words import listing
 from ..physics.reading import Plain
+from ..physics.stage import Say
+from ..reports.terminal.progress import SHOWN, showing
+from ..reports.terminal.training_progress import epochs_told
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
 from ..residuals.scores import evaluate
 from ..residuals.training.training_settings import Augmentation, Choice, TrainingSettings
-from .run_folder.run import Say
 from .run_folder.targets import check_target_folder
 
 if TYPE_CHECKING:
@@ -131,6 +133,7 @@ def _price_of_the_law(found: "Trained") -> list[str]:
     ]
 
 
+@showing
 def train(
     inputs: Inputs,
     choice: Choice | None = None,
@@ -139,7 +142,8 @@ def train(
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
     force: bool = False,
-    progress: "Callable[[Epoch], None] | None" = None,
+    progress: Say | None = SHOWN,
+    watch: "Callable[[Epoch], None] | None" = None,
 ) -> TrainRun:
     """Train a network on the training part of the logs, and score it beside the nominal model on held-out data.
 
@@ -152,7 +156,8 @@ def train(
     out : folder for the network, and for the checkpoint of a training under way; None writes nothing
     resume : go on with the training that was interrupted in `out`
     force : replace also files in `out` that undertow did not write, or that were changed since
-    progress : called after each epoch
+    progress : called with lines about the work, shown where nothing is said; None for silence
+    watch : called after each epoch
 
     Raises
     ------
@@ -167,6 +172,12 @@ def train(
     from ..residuals.training.epochs import train as train_network
 
     audits: list[Audit] = []
+    told = epochs_told((settings or TrainingSettings()).epochs, progress)
+
+    def each(epoch: "Epoch") -> None:
+        told(epoch)
+        if watch is not None:
+            watch(epoch)
 
     def keeps_all_laws(model: Model) -> bool:
         audits.append(audit_along(model, inputs.parts))
@@ -181,7 +192,7 @@ def train(
             settings=settings,
             folder=target,
             resume=resume,
-            progress=progress,
+            progress=each,
             auditor=keeps_all_laws,
         )
     if target is not None:
@@ -196,7 +207,8 @@ def train(
     return TrainRun(inputs, found, (row(nominal), row(network)))
 
 
-def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, progress: Say | None = None) -> TrainRun:
+@showing
+def explained(run: TrainRun, out: str | os.PathLike[str] | None = None, *, progress: Say | None = SHOWN) -> TrainRun:
     """The training with its correction distilled, see `undertow.distil`; `out` also gets `distillation.json`."""
     from .explain import distil
 

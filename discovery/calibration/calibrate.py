@@ -22,6 +22,7 @@ from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.laws.damping_power import mass_margin
 from ...physics.motion import Motion
+from ...physics.stage import CALIBRATING, PREDICTED, Say, Stage
 from ...physics.vehicle import Vehicle
 from ..balance.base import SEEING
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, overlap_of, rollouts_object
@@ -93,7 +94,7 @@ def calibrate(
     free: Sequence[str] = (),
     hold: Sequence[str] = (),
     settings: DiscoverySettings | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> Calibration:
     """Fit the parameters of a nominal model to measured motions.
 
@@ -113,7 +114,7 @@ def calibrate(
     say = progress or (lambda text: None)
     ground = groundwork(motions, nominal, settings, free, hold)
     motions, known, basis = ground.basis.motions, ground.known, ground.basis
-    say(f"calibrating {', '.join(known.symbols)}")
+    say(Stage(f"calibrating {', '.join(known.symbols)}", CALIBRATING))
     pool = nuisance_candidates(nominal, known.symbols)
     long = sum(m.duration for m in motions) >= 1.5 * QUARTERS * WHOLE_HORIZON
     horizon = WHOLE_HORIZON if long else HORIZON
@@ -239,5 +240,5 @@ def _held_out(
         vehicles = (nominal, convex.lawful.vehicle, rolled.lawful.vehicle)
         for name, vehicle in zip(found, vehicles, strict=True):
             found[name].append(judge_by.squares(vehicle))
-        say(f"predicted part {k + 1} of {QUARTERS} by models fitted to the others")
+        say(Stage(f"predicted part {k + 1} of {QUARTERS} by models fitted to the others", PREDICTED[k]))
     return {name: np.concatenate(parts) for name, parts in found.items()}

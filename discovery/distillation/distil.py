@@ -16,6 +16,7 @@ from ...physics.forces import modelled_acceleration
 from ...physics.frames import AXES, FORCE_UNITS, Array
 from ...physics.matrices import mass_matrix
 from ...physics.motion import Motion
+from ...physics.stage import Say, Stage
 from ...physics.vehicle import Vehicle
 from ...residuals.models.base import Model
 from ..balance.weak_form import WeakForm
@@ -38,7 +39,7 @@ def distil_model(
     motions: Sequence[Motion],
     nominal: Vehicle,
     settings: DiscoverySettings | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> Distilled:
     """Name what a model adds to a nominal vehicle along measured motions.
 
@@ -106,7 +107,7 @@ def _distilled(
     certain, named = search.restrict(state, sure), search.restrict(state, [*sure, *perhaps])
     remainder = left(state)
     rest = np.sqrt((remainder**2).mean(axis=0))
-    say("asking what remains for memory")
+    say(Stage("asking what remains for memory"))
     past = past_of(weak, nominal, remainder, [a for a in range(3) if matters[a] and rest[a] >= smallest[a]])
     if not model.remembers:  # what goes with the past goes with it through the present state
         past = {axis: replace(found, memory=0.0) for axis, found in past.items()}

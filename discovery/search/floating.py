@@ -1,11 +1,12 @@
 """The floating search: add, drop, swap or reshape effects until no change lowers the score of the model."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from ...measurements.statistics.second_processor import shared
+from ...physics.stage import Say, Stage
 from ..candidates.candidate import Candidate
 from .neighbours import changes, difference, present
 from .scoring import ALIVE, Scoring, SearchSettings, State
@@ -34,13 +35,13 @@ def static_effects(pool: Sequence[Candidate]) -> list[Candidate]:
 class Search(Scoring):
     """A floating search over candidates (Pudil, Novovicova and Kittler 1994, doi:10.1016/0167-8655(94)90127-9)."""
 
-    def run(self, start: State | None = None, progress: Callable[[str], None] | None = None) -> State:
+    def run(self, start: State | None = None, progress: Say | None = None) -> State:
         """Search from the nominal model (or from `start`) to one that no change, swap or two-for-one improves."""
         say = progress or _silent
         state = self.evaluate(self.nominal, ()) if start is None else self.evaluate(start.vehicle, start.active)
         return self._prune(self._simplest(self._climb(state, say), say), say)
 
-    def again(self, best: State, progress: Callable[[str], None] | None = None) -> State:
+    def again(self, best: State, progress: Say | None = None) -> State:
         """Search again without each effect of a crowd in turn, and keep the better model.
 
         Many effects together may be the stand-ins for one or two that the search passed by, a few for no more than as
@@ -60,7 +61,7 @@ class Search(Scoring):
             if other.score >= best.score - self.settings.margin:
                 break
             if progress is not None:
-                progress(f"{difference(best.active, other.active)} (searched again)")
+                progress(Stage(f"{difference(best.active, other.active)} (searched again)"))
             best = other
         return best
 
@@ -84,9 +85,7 @@ class Search(Scoring):
             now = trials[found.index(score)]
         return self.apply(state, whole, now, scores)
 
-    def _climb(
-        self, state: State, say: Callable[[str], None], barred: str | None = None, best: State | None = None
-    ) -> State:
+    def _climb(self, state: State, say: Say, barred: str | None = None, best: State | None = None) -> State:
         """Change a model, never adding what is barred, until no change improves it or it will not reach the best."""
         refused: set[frozenset[str]] = set()
         pool = [c for c in self.pool if c.key != barred]
@@ -94,7 +93,7 @@ class Search(Scoring):
             improved = None if best and self._behind(state, best) else self._step(state, refused, pool)
             if improved is None:
                 break
-            say(difference(state.active, improved.active))
+            say(Stage(difference(state.active, improved.active)))
             state = improved
         return state
 
@@ -103,7 +102,7 @@ class Search(Scoring):
         more = len(self.named(state.active)) > len(self.named(best.active))
         return more and state.score > best.score + _FAR_BEHIND
 
-    def _simplest(self, state: State, say: Callable[[str], None]) -> State:
+    def _simplest(self, state: State, say: Say) -> State:
         """Replace general effects by simpler ones, as many as it takes, if that is no worse.
 
         A general effect (a free thrust curve) is the best single stand-in for several of its special cases at once, and
@@ -116,16 +115,16 @@ class Search(Scoring):
         found = Search(self.balance, self.nominal, simple, self.settings).run(self.restrict(state, kept))
         if found.score > state.score:
             return state
-        say(f"{difference(state.active, found.active)} (simpler)")
+        say(Stage(f"{difference(state.active, found.active)} (simpler)"))
         return found
 
-    def _prune(self, state: State, say: Callable[[str], None]) -> State:
+    def _prune(self, state: State, say: Say) -> State:
         """Drop, one at a time, the effect that matters least, as long as it does not matter."""
         while self.named(state.active):
             for loss in sorted(self.losses(state)):
                 trial = self.without(state, loss.key)
                 if trial.score <= state.score or not self.matters(trial, state):
-                    say(f"- {loss.key} (too small to matter)")
+                    say(Stage(f"- {loss.key} (too small to matter)"))
                     state = trial
                     break
             else:

@@ -1,9 +1,12 @@
-"""Progress of a training: a bar on a terminal, a plain line every few epochs elsewhere."""
+"""Progress of a training: in the bar on a terminal, a plain line every few epochs elsewhere."""
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import math
+import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
+
+from ...physics.stage import Say
+from .progress import Progress
 
 if TYPE_CHECKING:
     from ...residuals.training.history import Epoch
@@ -12,39 +15,21 @@ EVERY = 10
 """Epochs between plain lines: thirty for a training of the usual 300."""
 
 
-@contextmanager
-def training_progress(
-    epochs: int, say: Callable[[str], None], quiet: bool = False
-) -> "Iterator[Callable[[Epoch], None]]":
-    """A function that shows an epoch: in a bar on stderr where that is a terminal, else through `say`.
+def epochs_told(epochs: int, say: Say | None) -> "Callable[[Epoch], None]":
+    """A function that tells of an epoch; the time left is that of all epochs, which a training seldom needs."""
+    begun, first = time.monotonic(), [0]
 
-    Through `say`, too, where `quiet` says that nobody wants a bar.
-    """
-    if quiet or not sys.stderr.isatty():
+    def told(epoch: "Epoch") -> None:
+        first[0] = first[0] or epoch.number  # of a training that is resumed, not 1
+        line = f"epoch {epoch.number} of at most {epochs}: {epoch_words(epoch)}"
+        done = epoch.number - first[0] + 1
+        left = (time.monotonic() - begun) * (epochs - epoch.number) / done if done > 1 else math.nan
+        if isinstance(say, Progress) and say.counted(line, epoch.number / epochs, left):
+            return
+        if say is not None and (epoch.number == 1 or epoch.number % EVERY == 0):
+            say(line)
 
-        def told(epoch: "Epoch") -> None:
-            if epoch.number == 1 or epoch.number % EVERY == 0:
-                say(f"epoch {epoch.number} of at most {epochs}: {epoch_words(epoch)}")
-
-        yield told
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("epoch"),
-        MofNCompleteColumn(),
-        BarColumn(20),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[words]}"),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("training", total=epochs, words="")
-
-        def drawn(epoch: "Epoch") -> None:
-            bar.update(task, completed=epoch.number, words=epoch_words(epoch))
-
-        yield drawn
+    return told
 
 
 def epoch_words(epoch: "Epoch") -> str:

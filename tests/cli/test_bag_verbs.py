@@ -14,7 +14,8 @@ from undertow.measurements.log import read_log
 from undertow.measurements.log_options import Reading
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.terminal import pace, reading_progress
+from undertow.reports.terminal import pace
+from undertow.reports.terminal.progress import Progress
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.read import read_run_inputs
 
@@ -97,15 +98,13 @@ def test_reading_a_large_log_is_told_in_lines_or_in_a_bar(monkeypatch, capsys):
     said = []
     monkeypatch.setattr(pace, "FIRST", 0.0)
     monkeypatch.setattr(pace, "EVERY", 0.0)
-    with reading_progress.reading_progress(said.append) as told:
-        for done_bytes in (10, 60_000_000, 120_000_000):
-            told(done_bytes, 120_000_000)
-        told(10, 1000)
+    told = pace.megabytes(said.append)
+    for done_bytes in (10, 60_000_000, 120_000_000):
+        told(done_bytes, 120_000_000)
+    told(10, 1000)
     begun = [line.partition(",")[0] for line in said]
     assert begun == ["reading: 0 of 120 MB", "reading: 60 of 120 MB", "reading: 0 of 0 MB"]
     assert said[1].endswith("about 0 s left")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    with reading_progress.reading_progress(said.append) as told:
-        told(60_000_000, 120_000_000)
-    assert len(said) == 3
-    assert "reading" in capsys.readouterr().err
+    pace.megabytes(Progress())(60_000_000, 120_000_000)
+    assert "reading: 60 of 120 MB" in capsys.readouterr().err

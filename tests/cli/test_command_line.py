@@ -20,6 +20,7 @@ from undertow.__main__ import main
 from undertow.cli import console
 from undertow.physics.stage import Stage
 from undertow.physics.vehicle import load_vehicle
+from undertow.reports.terminal import progress
 from undertow.residuals.models.base import VehicleModel
 from undertow.residuals.scores import rollout_scores
 
@@ -92,7 +93,7 @@ def test_progress_tells_the_time_so_far_and_quiet_tells_nothing(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock = iter([100.0, 101.0, 107.4, 200.0])
-    monkeypatch.setattr(console.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
 
     def verb(words: str) -> None:
         console.progress(words)
@@ -109,7 +110,7 @@ def test_a_stage_tells_what_is_usually_left(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock = iter([100.0, 101.0, 106.0])
-    monkeypatch.setattr(console.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
 
     def verb(words: str) -> None:
         console.progress(Stage(words, 0.6))

@@ -12,7 +12,8 @@ from verbs import call, done, strict
 import undertow
 from undertow.comparison.models_by_name import load_model
 from undertow.physics.errors import RequestError
-from undertow.reports.terminal.training_progress import epoch_words, training_progress
+from undertow.reports.terminal.progress import Progress
+from undertow.reports.terminal.training_progress import epoch_words, epochs_told
 from undertow.residuals.models.model_files import load_network
 from undertow.residuals.training.history import Epoch
 from undertow.workflows.inputs import read_inputs
@@ -144,7 +145,7 @@ def test_an_interrupted_training_is_resumed(place: Path, tmp_path: Path) -> None
             undertow.Choice("mlp", {"units": 32}),
             settings=undertow.TrainingSettings(epochs=20),
             out=tmp_path / "M",
-            progress=stop,
+            watch=stop,
         )
     words = ("train", place / "log.csv", "-v", "blueboat", "--residual", "mlp", "--option", "units=32")
     words = (*words, "--epochs", "20", "--out", tmp_path / "M")
@@ -253,14 +254,10 @@ def test_settings_of_the_recipe_and_of_augmentation_are_set_by_name() -> None:
 
 def test_a_terminal_sees_a_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "160")
     epoch = Epoch(3, 0.25, 0.125, 0.01)
     assert epoch_words(epoch) == "loss 0.25, validation error 0.125, breaks the laws at 1.0 %"
-
-    def silent(text: str) -> None:
-        raise AssertionError(text)
-
-    with training_progress(9, silent) as told:
-        told(epoch)
+    epochs_told(9, Progress())(epoch)
     assert "validation error 0.125" in " ".join(capsys.readouterr().err.split())
 
 

@@ -304,7 +304,7 @@ def test_without_the_extra_a_run_is_whole_but_for_it_and_says_so(
     target = undertow.write_run(run, tmp_path / "run", report=False)
     monkeypatch.setitem(sys.modules, "mcap.records", None)
     with pytest.warns(UserWarning, match=r"series.mcap is left out: .*pip install -e '\.\[logs\]'"):
-        undertow.write_run(run, target, report=False)
+        undertow.write_run(run, target, report=False, progress=None)
     assert {p.name for p in target.iterdir()} == {p.name for p in written.iterdir()} - set(VIEWED)
     told: list[str] = []
     undertow.write_run(run, target, report=False, progress=told.append)

@@ -1,6 +1,5 @@
 """A finished main job, before it is written."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,8 +15,6 @@ from ...physics.cards import Card
 
 if TYPE_CHECKING:
     from ...reports.page.figures.plots import Plots
-
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, repr=False)

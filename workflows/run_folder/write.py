@@ -19,12 +19,13 @@ from ...physics.errors import RequestError, expect
 from ...physics.files import write_json, write_text, writing
 from ...physics.folders import replace_folder
 from ...physics.freed_memory import hand_back
-from ...physics.stage import WRITING, Stage
+from ...physics.stage import WRITING, Say, Stage
 from ...reports.terminal.pace import Pace
+from ...reports.terminal.progress import SHOWN, showing
 from .moved_files import paths_from
 from .provenance import command, seen_from, versions
 from .read import read_run
-from .run import Run, Say
+from .run import Run
 from .run_files import DATA, PAGE, PDF, RUN_FILES, RUN_SCHEMA, own_run, seal
 from .targets import check_target_folder
 
@@ -52,12 +53,13 @@ def check_target(
     return target
 
 
+@showing
 def write_run(
     run: Run,
     out: str | os.PathLike[str],
     *,
     report: bool = True,
-    progress: Say | None = None,
+    progress: Say | None = SHOWN,
     force: bool = False,
 ) -> Path:
     """Write the run folder: built under a temporary name, then renamed, so it appears whole; see `replace_folder`.
@@ -68,8 +70,8 @@ def write_run(
     Parameters
     ----------
     report : False to leave the HTML page out
-    progress : called with a line for each step that takes long, and when `series.mcap` is left out, for want of the
-        extra `logs`; a warning without it
+    progress : called with lines about the work, and when `series.mcap` is left out, for want of the extra `logs`;
+        shown where nothing is said; None for silence, and a warning of what is left out
     force : replace also files that undertow did not write, or that were changed since
 
     Raises
@@ -145,7 +147,7 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> list[str
         Prediction("before", found.nominal, run.series, "before"),
         Prediction("after", found.corrected, run.series, "after", forces),
     )
-    pace = None if progress is None else Pace(progress, f"rows of {path.name}").told
+    pace = Pace(progress, f"rows of {path.name}").told
     write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace)
     logs = sorted(set(run.series["log"].tolist()))
     write_layouts(path.parent, path.name, views(logs, run.inputs.channels, forces))
