@@ -6,7 +6,7 @@ from typing import ClassVar
 from pydantic import ConfigDict, Field
 
 from ..discovery.findings import FailingPlace
-from ..physics.cards import Card
+from ..physics.cards import Card, Drawn
 from ..physics.file_records import Flag, Number, Record, Whole
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
 from .differences import PairedRecord
@@ -126,7 +126,7 @@ class ComparedModel(Record):
     seconds_to_evaluate: Number | None = None
 
 
-class Comparison(Card, Record):
+class Comparison(Card, Drawn, Record):
     """All models on the same rows.
 
     Attributes
@@ -142,6 +142,7 @@ class Comparison(Card, Record):
     """
 
     SCHEMA: ClassVar[str] = "undertow.comparison/1"
+    DRAWN_BY: ClassVar[str] = "reports.page.figures.record_plots:ComparisonPlots"
 
     split: str = "held-out"
     logs: tuple[str, ...] = ()

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
-from ..physics.cards import Card
+from ..physics.cards import Card, Drawn
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
 from ..physics.in_words import number, unit_text
@@ -232,7 +232,7 @@ class LogFacts(Record):
     notes: tuple[str, ...] = ()
 
 
-class Findings(Card, Record):
+class Findings(Card, Drawn, Record):
     """What discovery concludes from a log.
 
     Attributes
@@ -260,6 +260,7 @@ class Findings(Card, Record):
     """
 
     SCHEMA: ClassVar[str] = "undertow.findings/1"
+    DRAWN_BY: ClassVar[str] = "reports.page.figures.record_plots:FindingsPlots"
 
     verdict: Literal["missing", "nothing missing", "undecided"]
     warnings: tuple[str, ...] = ()

@@ -42,6 +42,8 @@ def plots() -> dict[str, Figure]:
         "plot_force_sway": run.plot.force("sway_quadratic_damping", "v"),
         "plot_coefficients": run.plot.coefficients(),
         "plot_failures": run.plot.failures("yaw"),
+        "plot_places": run.findings.plot.failures(),
+        "plot_models": run.comparison.plot.errors(),
     }
     figures = {name: axes.get_figure(root=True) for name, axes in drawn.items()}
     for figure in figures.values():

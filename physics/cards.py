@@ -1,6 +1,8 @@
-"""Cards: what an object shows of itself in a console and a notebook, a few lines instead of all its numbers."""
+"""Cards and plots: what an object shows of itself in a console and a notebook, instead of all its numbers."""
 
 from html import escape
+from importlib import import_module
+from typing import Any, ClassVar
 
 from .printable import one_line, shortened
 
@@ -34,3 +36,17 @@ class Card:
             f"<tr><th {cell}>{escape(label)}</th><td {cell}>{escape(text)}</td></tr>" for label, text in self._lines()
         )
         return f"<table><caption>{escape(type(self).__name__)}</caption>{rows}</table>"
+
+
+class Drawn:
+    """An object of which there are plots; who draws them lies floors above, and is looked up when somebody asks."""
+
+    __slots__ = ()
+    DRAWN_BY: ClassVar[str]
+    """Module and class, or function, as the package has them: "reports.page.figures.record_plots:FindingsPlots"."""
+
+    @property
+    def plot(self) -> Any:
+        """Plots of it, as matplotlib axes."""
+        module, _, name = self.DRAWN_BY.partition(":")
+        return getattr(import_module(f"..{module}", __package__), name)(self)

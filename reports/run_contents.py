@@ -2,18 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import pandas as pd
 
 from ..comparison.facts import AuditRecord, Comparison, MadeFrom
 from ..discovery.findings import Findings
 from ..measurements.inspection import Inspection
-from ..physics.cards import Card
+from ..physics.cards import Card, Drawn
 from ..physics.vehicle import Vehicle
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class RunFolder(Card):
+class RunFolder(Card, Drawn):
     """The files that `discover` wrote, read and checked.
 
     Attributes
@@ -34,6 +35,8 @@ class RunFolder(Card):
     digests : dict
         The first 12 hexadecimal digits of each file's SHA-256.
     """
+
+    DRAWN_BY: ClassVar[str] = "reports.page.figures.plots:of_folder"
 
     folder: Path
     findings: Findings

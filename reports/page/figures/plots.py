@@ -5,7 +5,7 @@ They show what the page shows, in plain colours and on axes of the caller's choi
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -16,15 +16,14 @@ from ....physics.errors import RequestError
 from ....physics.frames import AXES, FORCE_UNITS
 from ....physics.in_words import unit_text
 from ....physics.vehicle import Vehicle
+from ...run_contents import RunFolder
 from ..coefficients import coefficient_rows
 from .figure_data import held_out_stretch, rollouts
 from .missing_force import SIGNALS, means, missing_force, signals
+from .record_plots import AFTER, BEFORE, MEASURED, FindingsPlots, draw_coefficients, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-MEASURED, BEFORE, AFTER = "0.75", "tab:red", "tab:blue"
-"""Colours of what was measured, of the nominal and of the corrected model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,31 +41,9 @@ class Plots:
     nominal: Vehicle
     corrected: Vehicle
 
-    def staircase(self, quantity: str = "position", horizon: str = "10", ax: "Axes | None" = None) -> "Axes":
-        """The error of predictions as effects are added, on rows that no fit saw.
-
-        Parameters
-        ----------
-        quantity : surge, sway, yaw or position
-        horizon : of the predictions [s]: "2", "10" or "30"
-
-        Raises
-        ------
-        RequestError
-            for a quantity or a horizon that was not judged.
-        """
-        steps = self.findings.steps
-        errors = [getattr(step.rollout(horizon), quantity, None) for step in steps]
-        if not steps or all(error is None or not np.isfinite(error) for error in errors):
-            raise RequestError(f"plot: no error of {quantity} over {horizon} s; there are surge, sway, yaw, position")
-        axes = _axes(ax)
-        names = [(step.added or "nominal").replace("_", " ") for step in steps]
-        colours = [BEFORE, *["0.6"] * (len(steps) - 2), AFTER][: len(steps)]
-        axes.barh(names, [np.nan if error is None else error for error in errors], color=colours)
-        axes.invert_yaxis()
-        unit = {"position": "m", "yaw": "rad/s"}.get(quantity, "m/s")
-        axes.set(xlabel=f"{quantity} error of {horizon} s predictions [{unit}]")
-        return axes
+    def staircase(self, quantity: str = "position", horizon: str = "", ax: "Axes | None" = None) -> "Axes":
+        """The error of predictions as effects are added; see `FindingsPlots.staircase`."""
+        return FindingsPlots(self.findings).staircase(quantity, horizon, ax)
 
     def predictions(self, axes: "Sequence[Axes]" = ()) -> "Sequence[Axes]":
         """Measured speeds, and those of both models, restarted every 10 s, over the first two minutes judged."""
@@ -100,7 +77,7 @@ class Plots:
             listed = ", ".join(signals(self.series))
             raise RequestError(f"plot: no column {against!r} in the series; there are {listed}")
         found = missing_force(self.series, self.nominal, self._axis(what), against)
-        axes = _axes(ax)
+        axes = new_axes(ax)
         axes.plot(found.values, found.lacking, ".", color=MEASURED, ms=2, label="measured less nominal model")
         axes.plot(*means(found.values, found.lacking), "o", color=BEFORE, label="its means")
         axes.plot(*means(found.values, found.added), "-", color=AFTER, lw=2, label="what was added")
@@ -112,17 +89,7 @@ class Plots:
     def coefficients(self, ax: "Axes | None" = None) -> "Axes":
         """The coefficients of the missing effects before and after, each over its value after, with 95 % intervals."""
         rows = coefficient_rows(self.findings.candidates, self.findings.missing, self.nominal, self.corrected)
-        axes = _axes(ax)
-        for place, row in enumerate(rows):
-            scale = row.after or 1.0
-            axes.plot(np.array(row.interval) / scale, [place, place], color=AFTER, lw=5, alpha=0.4)
-            axes.plot(row.after / scale, place, "o", color=AFTER)
-            axes.plot(row.before / scale, place, "x", color=BEFORE)
-        labels = [f"{row.symbol} = {row.after:.3g} {unit_text(row.unit)}" for row in rows]
-        axes.set_yticks(range(len(rows)), labels)
-        axes.invert_yaxis()
-        axes.set_xlabel("value over the corrected one (x: before)")
-        return axes
+        return draw_coefficients(rows, ax)
 
     def failures(self, axis: str = "surge", model: str = "before", ax: "Axes | None" = None) -> "Axes":
         """Where a model fails: its error of acceleration over surge speed and yaw rate, a point a row.
@@ -135,7 +102,7 @@ class Plots:
         index = self._axis(axis)
         column = ("u_dot", "v_dot", "r_dot")[index]
         error = np.abs((self.series[column] - self.series[f"{column}_{model}"]).to_numpy(dtype=float))
-        axes = _axes(ax)
+        axes = new_axes(ax)
         order = np.argsort(error)
         drawn = axes.scatter(
             self.series["u"].to_numpy()[order],
@@ -164,12 +131,9 @@ class Plots:
         return max(range(3), key=lambda axis: missing_force(self.series, self.nominal, axis).told)
 
 
-def _axes(ax: Any) -> Any:
-    if ax is not None:
-        return ax
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(layout="constrained")[1]
+def of_folder(run: RunFolder) -> Plots:
+    """What can be drawn of a run that was written."""
+    return Plots(run.findings, run.series, run.nominal, run.corrected)
 
 
 def _named(ending: str) -> str:

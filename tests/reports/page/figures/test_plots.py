@@ -67,8 +67,30 @@ def test_failures_are_coloured_by_the_error_of_each_row(run: Any) -> None:
 def test_a_run_folder_draws_the_same_on_axes_that_it_is_given(run: Any, tmp_path: Path) -> None:
     folder = undertow.load_run(undertow.write_run(run, tmp_path / "run", report=False))
     _, axes = plt.subplots()
-    plots = undertow.Plots(folder.findings, folder.series, folder.nominal, folder.corrected)
-    assert plots.staircase(ax=axes) is axes
+    assert folder.plot.staircase(ax=axes) is axes
+    assert folder.findings.plot.staircase(ax=axes) is folder.comparison.plot.errors(ax=axes) is axes
+
+
+def test_findings_and_comparisons_draw_themselves(run: Any) -> None:
+    stairs = [bar.get_width() for bar in run.findings.plot.staircase("surge", "2").patches]
+    assert stairs == pytest.approx([step.rollout("2").surge for step in run.findings.steps])
+    (label,) = [text.get_text() for text in run.findings.plot.coefficients().get_yticklabels()]
+    assert label.startswith("X_uu = -1")  # what is added, and not what the vehicle then has
+    compared = run.comparison
+    errors = run.comparison.plot.errors()
+    assert [text.get_text() for text in errors.get_yticklabels()] == [model.name for model in compared.models]
+    assert [bar.get_width() for bar in errors.patches] == pytest.approx(
+        [m.rollout["10"].position for m in compared.models]
+    )
+    assert errors.get_xlabel() == "position error of 10 s predictions [m]"
+    places = [place for place in compared.failures if place.model == "nominal"]
+    drawn = [bar.get_width() for bar in compared.plot.failures().patches[::2]]
+    assert drawn == pytest.approx([100.0 * place.share_of_error for place in places])
+    assert len(run.findings.plot.failures().patches) == 2 * len(run.findings.failures)
+    with pytest.raises(RequestError, match="no failures of a model 'lstm'; there are those of nominal"):
+        compared.plot.failures("lstm")
+    with pytest.raises(RequestError, match="no error of position over 99 s"):
+        compared.plot.errors(horizon="99")
 
 
 def test_what_is_not_there_is_refused(run: Any) -> None:
