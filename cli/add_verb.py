@@ -37,7 +37,7 @@ def add(
         list[str], typer.Argument(metavar="EFFECT...", help="Effects to add; with --vehicle, a LOG last.")
     ],
     run: Annotated[
-        Path | None, typer.Option("--run", help="Run folder whose logs and nominal vehicle are used.")
+        Path | None, typer.Option("--run", help="Run folder whose logs, nominal vehicle and thrusters are used.")
     ] = None,
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
     log: RunLogs = None,
@@ -73,7 +73,7 @@ def add(
                     "or give --vehicle V in place of --run. Where they were moved, --log LOG and --map MAP say where to"
                 )
             record = read_run_inputs(run, Moved(tuple(log or ()), channels))
-            paths, nominal = record.logs, record.vehicle
+            names, paths, nominal = record.as_found(effects), record.logs, record.vehicle
             reading = replace(record.reading, as_is=as_is or record.reading.as_is)
         else:
             reading = Reading(frame, channels, namespace, as_is)

@@ -3,7 +3,7 @@
 import hashlib
 import re
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -47,12 +47,29 @@ _LONGEST_HEADER = 65536
 
 @dataclass(frozen=True, slots=True)
 class RunRecord:
-    """What a run was made from: logs where they are now, how they were read, vehicle; and the folds that judged it."""
+    """What a run was made from, and what a verb that goes on from it must know of its findings.
+
+    Attributes
+    ----------
+    logs, reading : the logs where they are now, and how they were read
+    vehicle : the nominal one
+    folds : that judged it; none where a test part did
+    on_thrusters : effects of one thruster that it added, each with its thruster
+    """
 
     logs: list[str]
     reading: Reading
     vehicle: Vehicle
     folds: tuple[FoldRecord, ...] = ()
+    on_thrusters: tuple[tuple[str, str], ...] = ()
+
+    def as_found(self, effects: Sequence[str]) -> list[str]:
+        """The effects by name, each on the thrusters on which the run found it where the name tells no thruster."""
+        found = [
+            (name, [f"{effect}[{thruster}]" for effect, thruster in self.on_thrusters if effect == name])
+            for name in effects
+        ]
+        return [each for name, meant in found for each in (meant or [name])]
 
 
 def read_run(folder: Path) -> RunFolder:
@@ -218,13 +235,14 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
     there = logs_now(folder, made_logs(record), moved)
     map_there = map_now(folder, made_map(record), moved.channel_map)
     reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
-    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), _folds(folder / "findings.json"))
+    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), *_found(folder / "findings.json"))
 
 
-def _folds(path: Path) -> tuple[FoldRecord, ...]:
-    """The folds that a run was judged by; none of a run with a test part, or of one whose findings are not there."""
+def _found(path: Path) -> tuple[tuple[FoldRecord, ...], tuple[tuple[str, str], ...]]:
+    """The folds that a run was judged by, and effects with their thrusters; none where its findings are not there."""
     try:
-        found = read_record(read_bytes(path, MOST_TEXT), Findings, path).folds
+        found = read_record(read_bytes(path, MOST_TEXT), Findings, path)
     except (OSError, ValueError, RequestError):
-        return ()
-    return () if found is None else found.models
+        return (), ()
+    on = tuple((step.added, step.thruster) for step in found.steps if step.added and step.thruster)
+    return () if found.folds is None else found.folds.models, on

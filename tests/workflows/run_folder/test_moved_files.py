@@ -171,3 +171,15 @@ def test_a_run_that_names_itself_as_its_log_is_no_circle(trip: Path) -> None:
     record |= {"logs": ["."], "from_run": {"logs": ["."], "channel_map": None}}
     (trip / "run" / "run.json").write_text(json.dumps(record), "utf-8")
     assert trip / "run" / "model.yaml" in list(inputs_of([trip / "run"]))
+
+
+def test_an_effect_of_a_thruster_is_added_where_the_run_found_it(trip: Path) -> None:
+    path = trip / "run" / "findings.json"
+    told = json.loads(path.read_text("utf-8"))
+    told["steps"] += [told["steps"][-1] | {"added": "thruster_asymmetry", "thruster": "stbd"}]
+    path.write_text(json.dumps(told))
+    record = read_run_inputs(trip / "run")
+    assert record.as_found(["thruster_asymmetry", HIDDEN]) == ["thruster_asymmetry[stbd]", HIDDEN]
+    assert record.as_found(["thruster_asymmetry[port]", "yaw:u|r|"]) == ["thruster_asymmetry[port]", "yaw:u|r|"]
+    path.unlink()
+    assert read_run_inputs(trip / "run").as_found(["thruster_asymmetry"]) == ["thruster_asymmetry"]
