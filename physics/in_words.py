@@ -6,6 +6,8 @@ from typing import Any
 
 MINUS = "\N{MINUS SIGN}"
 NARROW = "\N{NO-BREAK SPACE}"
+_ALMOST = 0.999
+"""Share that stands for all: files round to it, and what is left is there."""
 
 
 def words(name: str) -> str:
@@ -50,14 +52,14 @@ def number(value: Any, digits: int = 3, *, minus: str = "-", blank: str = "n/a")
 
 
 def share_removed(share: Any) -> str:
-    """The share of a squared error that an effect removes: more than all where other effects add to it beside it.
+    """The share of an error that is removed: never all of it, and more than all where other effects add to it.
 
     Examples
     --------
-    >>> [share_removed(share).replace(NARROW, " ") for share in (0.3, 1.34)]
-    ['30 %', 'more than all']
+    >>> [share_removed(share).replace(NARROW, " ") for share in (0.3, 1.0, 1.34)]
+    ['30 %', '> 99 %', 'more than all']
     """
-    return "more than all" if finite(share) > 1.0 else percent(share)
+    return "more than all" if finite(share) > 1.0 else percent(min(finite(share), _ALMOST))
 
 
 def percent(share: Any, *, minus: str = "-", blank: str = "n/a") -> str:

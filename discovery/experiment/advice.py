@@ -175,4 +175,6 @@ def _words(key: str) -> str:
 
 
 def _percent(share: float) -> str:
+    if share > 1.0:
+        return "more than all"
     return f"{share:.0%}".replace("%", " %") if share >= 0.0095 else f"{share:.1%}".replace("%", " %")

@@ -5,7 +5,7 @@ from math import isfinite
 
 from ...comparison.facts import Comparison
 from ...discovery.findings import Findings, Step
-from ...physics.in_words import listing, number, percent
+from ...physics.in_words import listing, number, share_removed
 from ...residuals.scores import ROLLOUT_UNITS
 from ..wording import pick_horizon
 from .rivals import difference
@@ -55,7 +55,7 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
         return f"{done.capitalize()} makes {what} worse {where}, from {ends}{doubt}."
     if after >= before * (1.0 - _LEVEL):
         return f"{done.capitalize()} leaves {what} as it was {where}, {number(before, 2)} {unit}."
-    return f"{done.capitalize()} removes {percent(1.0 - after / before)} of {what} {where}{doubt}."
+    return f"{done.capitalize()} removes {share_removed(1.0 - after / before)} of {what} {where}{doubt}."
 
 
 def opening(findings: Findings, comparison: Comparison) -> list[str]:

@@ -11,7 +11,7 @@ from ...discovery.found_effects import FoundEffect, FoundTerm
 from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES
-from ...physics.in_words import listing, number, percent, unit_text, words
+from ...physics.in_words import listing, number, percent, share_removed, unit_text, words
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ..wording import (
     CALIBRATED,
@@ -30,6 +30,8 @@ from .layout import Fitting, Prose, bullets, glossary, plain_table, section, sta
 
 VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "yellow", "no evidence": "dim"}
 
+_OF_AN_AXIS = "beside the others, on the axis where it is most"
+"""Of what the errors of a table of effects are shares."""
 _WORSE = 1.05
 """Share of the error before from which predictions are said to get worse: less may be chance on one part of a log."""
 
@@ -80,13 +82,15 @@ def error_left(steps: Sequence[Step]) -> str:
 def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:
     """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
     rest = len(candidates) - most
-    caption = f"and {rest} more in findings.json" if rest > 0 else ""
+    caption = f"error removed: {_OF_AN_AXIS}; and {rest} more in findings.json" if rest > 0 else ""
     return _effects("Effects, best first", candidates[:most], caption=caption, verdicts=True)
 
 
 def added_table(candidates: Sequence[FoundEffect]) -> RenderableType:
     """The effects that a person added by name, with their fitted values, whatever undertow itself thinks of them."""
-    return _effects("Effects added, fitted together", candidates, caption="", verdicts=False)
+    return _effects(
+        "Effects added, fitted together", candidates, caption=f"error removed: {_OF_AN_AXIS}", verdicts=False
+    )
 
 
 def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
@@ -185,7 +189,7 @@ def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, ver
             Text(effect),
             *[Text(verdict, style=VERDICT_STYLES.get(verdict, ""))] * verdicts,
             Text("\n".join(_value(term, gap) for term in terms)),
-            "" if unseen else percent(item.error_drop),
+            "" if unseen else share_removed(item.error_drop),
             "" if unseen else percent(item.confidence),
         )
     return table

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ....discovery.found_effects import FoundEffect, FoundTerm
-from ....physics.in_words import MINUS, listing, percent, unit_text
+from ....physics.in_words import listing, percent, share_removed, unit_text
 from ...run_contents import RunFolder
 from ...wording import added_to, effect_words, interval, twins, within
 from ..coefficients import coefficient_rows
@@ -23,7 +23,10 @@ def missing_effects(run: RunFolder) -> Section:
     parts = [element("div", *map(_effect, chosen), cls="columns")] * bool(chosen)
     drawings = []
     if candidates:
-        caption = "The share of held-out error that each effect removes, and how sure that is. Blue effects were added."
+        caption = (
+            "The share of held-out error that each effect removes beside the others, on the axis where that is most, "
+            "and how sure that is. Blue effects were added."
+        )
         drawings.append(figure([ranked_effects(candidates)], caption))
     rows = coefficient_rows(candidates, missing, run.nominal, run.corrected)
     if rows:
@@ -42,7 +45,7 @@ def missing_effects(run: RunFolder) -> Section:
 
 def _effect(item: FoundEffect) -> Html:
     values = [element("div", element("b", _value(term)), f"  (95 %: {interval(term.ci95)})") for term in item.terms]
-    removed, sure = percent(item.error_drop, minus=MINUS), percent(item.confidence)
+    removed, sure = share_removed(item.error_drop), percent(item.confidence)
     others = twins(item)
     return element(
         "div",
@@ -51,7 +54,9 @@ def _effect(item: FoundEffect) -> Html:
         *[element("div", item.equation, cls="equation")] * bool(item.equation),
         *values,
         *[element("p", f"{added_to(item)} value.", cls="facts")] * bool(added_to(item)),
-        element("p", f"Removes {removed} of the held-out error; confidence {sure}.", cls="facts"),
+        element(
+            "p", f"Removes {removed} of an axis's held-out error, beside the others; confidence {sure}.", cls="facts"
+        ),
         *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
         cls="card effect",
     )
@@ -82,7 +87,7 @@ def _candidates(candidates: Sequence[FoundEffect]) -> Html:
                 ),
                 render(*lines(map(_value, terms))),
                 render(*lines(interval(term.ci95) for term in terms)),
-                "" if unseen else percent(item.error_drop, minus=MINUS),
+                "" if unseen else share_removed(item.error_drop),
                 "" if unseen else percent(item.confidence),
                 render(*lines(twins(item))),
             )

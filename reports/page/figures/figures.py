@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from ....discovery.found_effects import FoundEffect
-from ....physics.in_words import MINUS, finite, number, percent, unit_text, words
+from ....physics.in_words import MINUS, finite, number, percent, share_removed, unit_text, words
 from ..coefficients import CoefficientRow
 from ..markup import Html
 from .figure_data import rollouts
@@ -186,7 +186,7 @@ def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
             edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
             bold: Look = {**edge, "weight": "bold" if item.verdict == "missing" else "normal"}
             axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
-            axes.annotate(percent(drops[index], minus=MINUS), (1, index), (48, 0), **bold)
+            axes.annotate(share_removed(drops[index]), (1, index), (48, 0), **bold)
             sure = percent(item.confidence, blank="")
             axes.annotate(sure, (1, index), (110, 0), color=ROLES["muted"], **edge)
         axes.set(ylim=(len(shown) - 0.5, -0.5), xlim=(0.0, max(drops.max(initial=0.0), 1e-9)), xticks=[], yticks=[])

@@ -179,7 +179,7 @@ def test_a_share_above_the_whole_is_no_percentage():
     assert "sway lift (more than all)" in str(_worst([place], ""))
 
 
-@pytest.mark.parametrize(("times", "words"), [(1.0, "removes 100"), (1.3, "removes more than all")])
+@pytest.mark.parametrize(("times", "words"), [(1.0, "removes >\N{NO-BREAK SPACE}99"), (1.3, "removes more than all")])
 def test_an_effect_is_named_only_where_held_out_rows_saw_it(run: RunFolder, times: float, words: str):
     stage = scene(run.series, "before")
     square = np.square(stage.error)[None]
