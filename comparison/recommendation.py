@@ -69,19 +69,25 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
     chosen = _simplest(lawful or named)
     still = [c for c in field if c.model.kind == BASELINE and not chosen.beats(c)]
     if still:
-        name = min(still, key=lambda c: c.score).name
+        base = min(still, key=lambda c: c.score)
         kept = " that keeps the laws" if lawful and len(lawful) < len(named) else ""
-        sentence = (
-            f"Trust none of the models on these rows: in {what} none{kept} is better than {name} by more than chance."
-        )
-        base = next(c for c in still if c.name == name)
+        sentence = f"Trust none of the models on these rows: {_beaten(base, chosen, what, kept)}."
         tempting = [f"{c.name} is, but breaks {c.broken}" for c in named if c not in lawful and c.beats(base)] * bool(
             kept
         )
-        return Best(model=name, sentence=" ".join([sentence, *[f"{'; '.join(tempting)}."] * bool(tempting)]))
+        return Best(model=base.name, sentence=" ".join([sentence, *[f"{'; '.join(tempting)}."] * bool(tempting)]))
     others = [c for c in named if c is not chosen]
     told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
     return Best(model=chosen.name, sentence=" ".join(filter(None, told)))
+
+
+def _beaten(base: _Contender, chosen: _Contender, what: str, kept: str) -> str:
+    """That a baseline is better than the best model, or that none is better than it."""
+    guess = f"{base.name}, a guess that knows nothing of the boat"
+    if base.beats(chosen):
+        less = percent(-base.against(chosen).relative)
+        return f"in {what} {guess}, errs {less} less than {chosen.name}, the best{kept or ' of them'}"
+    return f"in {what} none{kept} is better by more than chance than {guess}"
 
 
 def _simplest(field: Sequence[_Contender]) -> _Contender:

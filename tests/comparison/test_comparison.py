@@ -277,7 +277,17 @@ def test_where_no_model_beats_a_baseline_none_is_trusted(inputs: Inputs):
     field = [judge(model, inputs.parts) for model in (bad, *baselines(HULL))]
     told = best([(j.model, j.errors, j.audit) for j in field])
     assert told.model in ("zero acceleration", "hold velocity")
-    assert told.sentence.startswith("Trust none of the models on these rows")
+    assert told.sentence == (
+        "Trust none of the models on these rows: in the speeds predicted over 10 s none is better by more than chance "
+        f"than {told.model}, a guess that knows nothing of the boat."
+    )
+    wild = judge(VehicleModel(HULL.with_values({"thrust_scale": 9.0}), "nominal"), inputs.parts)
+    told = best([(j.model, j.errors, j.audit) for j in (wild, *field[1:])])
+    assert re.fullmatch(
+        rf"Trust none of the models on these rows: in the speeds predicted over 10 s {told.model}, a guess that knows "
+        r"nothing of the boat, errs \d+\s% less than nominal, the best of them\.",
+        told.sentence,
+    )
 
 
 def test_rows_that_are_too_few_for_anything_are_said_to_be(inputs: Inputs):
