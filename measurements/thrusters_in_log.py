@@ -14,6 +14,8 @@ from .quality.resting import neutral_of
 
 _PULSES = (1100.0, 1500.0, 1900.0)
 """Full astern, neutral and full ahead of a speed controller [us], where neither the log nor its parameters tell."""
+_NEAREST = ("newton", "rad_s", "pwm", "normalized")
+"""Kinds of commands, the nearest to the thrust first: between the others and the water lie curves that nobody knows."""
 _POINTS = 8
 """Steps of a bent curve to either side: lines between them keep a square within 0.4 % of full thrust."""
 _FAST = 0.9
@@ -97,13 +99,26 @@ class SurgeAnswer:
 def thrusters_in(records: Sequence[Record]) -> list[FoundThruster]:
     """The thrusters whose commands are in every one of some logs of one boat, port ones first."""
     names = sorted(set.intersection(*(set(record.commands) for record in records)) if records else set())
-    kinds = [(command_kind(name) or ("",))[0] for name in names]
-    # An autopilot logs what it wants of a motor as a share, too; what it sends to the motor is nearer to its thrust.
-    names = [name for name, kind in zip(names, kinds, strict=True) if kind != "normalized" or set(kinds) == {kind}]
+    names = _nearest_to_thrust(names)
     told = placed(records)
     right = _right_names(names, told)
     found = [_thruster(records, name, right[name], told.get(name)) for name in names]
     return sorted(found, key=lambda one: (("port", "starboard", "").index(one.side), one.channel))
+
+
+def _nearest_to_thrust(names: Sequence[str]) -> list[str]:
+    """One command of each thruster: a simulator logs a force beside its pulses, an autopilot what it wants as a share.
+
+    >>> _nearest_to_thrust(["newton_port", "normalized_left", "pwm_port", "pwm_stbd"])
+    ['newton_port', 'pwm_stbd']
+    """
+    kinds = {name: command_kind(name) or ("", name) for name in names}
+    shares = {kind for kind, _ in kinds.values()} == {"normalized"}
+    named = {name: told for name, told in kinds.items() if shares or told[0] != "normalized"}
+    nearest: dict[str, str] = {}
+    for name in sorted(named, key=lambda name: _NEAREST.index(named[name][0])):
+        nearest.setdefault(named[name][1], name)
+    return [name for name in names if name in nearest.values()]
 
 
 def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str]:

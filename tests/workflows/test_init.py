@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from dataflash_files import SERVOS, dataflash_of
-from places import shared
+from places import ROOT, shared
 from round_trip import world
 
 from undertow.measurements.channels.channel_map import map_text
@@ -218,3 +218,9 @@ def test_a_length_beside_another_boat_is_refused_rather_than_lost(path):
 def test_a_length_in_millimetres_is_refused():
     with pytest.raises(RequestError, match="at most 500 m, got 1200 m; give metres"):
         Hull(length=1200.0)
+
+
+def test_a_log_with_forces_beside_pulses_has_each_thruster_once():
+    draft = init(ROOT / "data" / "gazebo_blueboat.csv.gz", Hull(mass=20.0))
+    assert [one.channel for one in draft.thrusters] == ["newton_port", "newton_stbd"]
+    assert [one.side for one in draft.thrusters] == ["port", "starboard"]
