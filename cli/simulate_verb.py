@@ -41,6 +41,7 @@ def simulate(
 ) -> None:
     """Write the log of a world with hidden effects."""
     with failing_clearly():
+        from ..measurements.activity import excitation_of
         from ..physics.errors import RequestError
         from ..physics.vehicle import load_vehicle
         from ..physics.worlds.simulated_log import check_ending
@@ -64,3 +65,6 @@ def simulate(
         changed = [f"{s} {before[s]:g} -> {v:g}" for s, v in world.vehicle.values.items() if v != before[s]]
         listed = ", ".join(changed) or "nothing"
         say(f"{out}: {duration:g} s, {programme} manoeuvres, {noise} sensors, seed {seed}; hidden: {listed}")
+        left_out = [] if programme == "gentle" else excitation_of([world.truth]).sentences
+        for sentence in left_out:
+            say(f"{sentence} A longer --duration, or another --seed, has more manoeuvres in it.")
