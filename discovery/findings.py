@@ -16,6 +16,8 @@ from .identifiability.visible import Identifiability
 from .lawful.price_of_law import Passivity
 from .search.bootstrap import Interval
 
+_NOTHING = 1e-8
+"""Force at work on an axis that nobody looked at: `search.scoring` puts 1e-9 in the place of none."""
 _EMPTY = (
     BeforeValidator(lambda content: content or None),
     WrapSerializer(lambda value, handler: handler(value) or {}),
@@ -162,6 +164,11 @@ class Criterion(Record):
     unit: Mapping[str, str] = {}
     force_scale: Mapping[str, Number] = {}
     search: str = ""
+
+    @property
+    def unjudged(self) -> tuple[str, ...]:
+        """Axes whose velocity may be wrong, so that no force was judged there."""
+        return tuple(axis for axis, scale in self.force_scale.items() if scale <= _NOTHING)
 
 
 class Unexplained(Record):

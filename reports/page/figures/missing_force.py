@@ -19,6 +19,7 @@ from .svg import ROLES, STYLE, canvas, drawn, panel
 SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
 """Columns of a series that a force may depend on, beside the commands, and their units."""
 _COMMANDS = ("newton_", "pwm_", "normalized_", "rad_s_")
+_VELOCITIES = dict(zip(AXES, ("u", "v", "r"), strict=True))
 _SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"}
 _LEAST = 5
 """Rows of a part that is drawn."""
@@ -73,21 +74,27 @@ def signals(series: Iterable[object]) -> list[str]:
     return [*(name for name in SIGNALS if name in names), *(name for name in names if name.startswith(_COMMANDS))]
 
 
-def missing_force(series: pd.DataFrame, nominal: Vehicle, axis: int, signal: str = "") -> MissingForce:
-    """What the nominal model lacks on an axis, over a signal; default: the one that tells most of it."""
+def missing_force(
+    series: pd.DataFrame, nominal: Vehicle, axis: int, signal: str = "", unjudged: Sequence[str] = ()
+) -> MissingForce:
+    """What the nominal model lacks on an axis, over a signal; default: the one that tells most of it.
+
+    Velocities and accelerations along axes that were not judged tell nothing.
+    """
     lacking = series[("X_residual", "Y_residual", "N_residual")[axis]].to_numpy(dtype=float)
     columns = ("u_dot", "v_dot", "r_dot")
     more = np.column_stack([(series[f"{c}_after"] - series[f"{c}_before"]).to_numpy(dtype=float) for c in columns])
     added = (more @ mass_matrix(nominal).T)[:, axis]
     known = np.isfinite(lacking) & np.isfinite(added)
     rows = {name: series[name].to_numpy(dtype=float)[known] for name in signals(series)}
-    chosen = signal or best_signal(rows, lacking[known])
+    chosen = signal or best_signal(rows, lacking[known], unjudged)
     return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen])
 
 
-def best_signal(rows: Mapping[str, Array], force: Array) -> str:
-    """The column that tells most of a force (n,), among those that it may depend on."""
-    return max(signals(rows), key=lambda name: told_by(rows[name], force))
+def best_signal(rows: Mapping[str, Array], force: Array, unjudged: Sequence[int] = ()) -> str:
+    """The column that tells most of a force (n,), among those that it may depend on and that can be trusted."""
+    doubted = [f"{_VELOCITIES[axis]}{ending}" for axis in unjudged for ending in ("", "_dot")]
+    return max((n for n in signals(rows) if n not in doubted), key=lambda name: told_by(rows[name], force))
 
 
 def means(values: Array, force: Array) -> tuple[Array, Array]:
@@ -99,7 +106,8 @@ def convincing(findings: Findings, series: pd.DataFrame, nominal: Vehicle) -> li
     """What lacks on each axis for which something was added that explains a good part of it, most first."""
     if not findings.missing or "X_residual" not in series:
         return []
-    every = [missing_force(series, nominal, axis) for axis in range(3)]
+    unjudged = findings.criterion.unjudged
+    every = [missing_force(series, nominal, axis, "", unjudged) for axis in range(3) if AXES[axis] not in unjudged]
     return sorted((one for one in every if one.told >= _MATTERS), key=lambda one: -one.told)
 
 

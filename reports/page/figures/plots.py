@@ -19,7 +19,7 @@ from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ..coefficients import coefficient_rows
 from .figure_data import held_out_stretch, rollouts
-from .missing_force import SIGNALS, means, missing_force, signals
+from .missing_force import SIGNALS, MissingForce, means, missing_force, signals
 from .record_plots import AFTER, BEFORE, MEASURED, FindingsPlots, draw_coefficients, new_axes
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class Plots:
         if against and against not in signals(self.series):
             listed = ", ".join(signals(self.series))
             raise RequestError(f"plot: no column {against!r} in the series; there are {listed}")
-        found = missing_force(self.series, self.nominal, self._axis(what), against)
+        found = self._lacking(self._axis(what), against)
         axes = new_axes(ax)
         axes.plot(found.values, found.lacking, ".", color=MEASURED, ms=2, label="measured less nominal model")
         axes.plot(*means(found.values, found.lacking), "o", color=BEFORE, label="its means")
@@ -128,7 +128,10 @@ class Plots:
         axes = [term.axis for term in found.terms if term.axis in AXES] if found else []
         if axes:
             return AXES.index(axes[0])
-        return max(range(3), key=lambda axis: missing_force(self.series, self.nominal, axis).told)
+        return max(range(3), key=lambda axis: self._lacking(axis).told)
+
+    def _lacking(self, axis: int, against: str = "") -> MissingForce:
+        return missing_force(self.series, self.nominal, axis, against, self.findings.criterion.unjudged)
 
 
 def of_folder(run: RunFolder) -> Plots:

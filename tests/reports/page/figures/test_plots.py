@@ -107,3 +107,14 @@ def test_the_page_shows_the_force_of_the_axis_on_which_something_was_added(run: 
     assert (found[0].axis, found[0].signal) == (0, "u")
     assert found[0].told > 0.95
     assert convincing(run.findings.but(missing=()), run.series, run.discovery.nominal) == []
+
+
+def test_no_force_is_drawn_over_a_velocity_that_was_not_judged(run: Any) -> None:
+    scales = {**run.findings.criterion.force_scale, "surge": 1e-9}
+    doubted = run.findings.but(criterion=run.findings.criterion.but(force_scale=scales))
+    assert doubted.criterion.unjudged == ("surge",)
+    found = convincing(doubted, run.series, run.discovery.nominal)
+    assert all(one.axis != 0 and one.signal not in ("u", "u_dot") for one in found)
+    plots = undertow.Plots(doubted, run.series, run.discovery.nominal, run.discovery.corrected)
+    assert plots.force("yaw").get_xlabel() not in ("surge speed [m/s]", "u_dot [m/s²]")
+    assert plots.force("surge", against="u").get_xlabel() == "surge speed [m/s]"
