@@ -12,6 +12,7 @@ from ..measurements.canonical import command_kind
 from ..measurements.channels.channel_map import Entry, map_text
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
+from ..measurements.preparation.needs import like_commands
 from ..measurements.prepared_logs import PathLike
 from ..measurements.quality.examination import examine
 from ..measurements.quality.record import Record
@@ -176,9 +177,10 @@ def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:
             raise LogError(f"{log.path}: {record.why_not}")
         if not record.commands:
             listed = ", ".join(log.unused[:6]) or "nothing"
+            stream = (*like_commands(log), "STREAM")[0]
             raise LogError(
                 f"{log.path}: no thruster command is recognised in this log; expected one command a thruster. Name "
-                f"them in a channel map, for example 'pwm_port: {(log.unused or ('RCOU:C1',))[0]}', and give it with "
+                f"them in a channel map, for example 'pwm_port: {stream}', and give it with "
                 f"--map. Not used so far: {listed}"
             )
     common = set.intersection(*(set(record.commands) for record in records))

@@ -96,6 +96,11 @@ def _natural(name: str) -> tuple[int, str]:
     return len(name), name
 
 
+def like_commands(log: Log) -> list[str]:
+    """Streams that became no channel, and whose names are like those of commands."""
+    return [stream for stream in log.unused if _COMMAND.search(stream)]
+
+
 def _command_problem(log: Log, name: str) -> str:
     kind, thruster = command_kind(name) or ("", name)
     unit = COMMAND_UNITS.get(kind, "?")
@@ -108,7 +113,7 @@ def _command_problem(log: Log, name: str) -> str:
             f"vehicle file, or map a stream of kind {kind} to {name}."
         )
     commands = [other for other in log.channels if command_kind(other)]
-    likely = [stream for stream in log.unused if _COMMAND.search(stream)]
+    likely = like_commands(log)
     cure = f"map a stream to {name}, such as {some(likely, 6)}" if likely else f"map a stream to {name}"
     return (
         f"missing command channel {name} of thruster '{thruster}'; commands in the log: "

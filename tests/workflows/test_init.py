@@ -224,3 +224,21 @@ def test_a_log_with_forces_beside_pulses_has_each_thruster_once():
     draft = init(ROOT / "data" / "gazebo_blueboat.csv.gz", Hull(mass=20.0))
     assert [one.channel for one in draft.thrusters] == ["newton_port", "newton_stbd"]
     assert [one.side for one in draft.thrusters] == ["port", "starboard"]
+
+
+def test_a_stream_that_is_no_command_is_no_example_of_one(tmp_path):
+    columns = {
+        "t": "0.1 * k",
+        "x": "k",
+        "y": "0",
+        "psi": "0",
+        "u": "1",
+        "v": "0",
+        "r": "0",
+        "odom_z": "0",
+        "prop_demand": "0",
+    }
+    rows = [",".join(str(eval(text, {"k": k})) for text in columns.values()) for k in range(200)]
+    (tmp_path / "log.csv").write_text("\n".join([",".join(columns), *rows]) + "\n")
+    with pytest.raises(LogError, match="for example 'pwm_port: prop_demand'"):
+        init(tmp_path / "log.csv")
