@@ -11,7 +11,7 @@ from ..physics.errors import RequestError
 from ..physics.file_marks import on_top
 from ..physics.files import write_bytes
 from ..physics.printable import one_line
-from .log import Log
+from .log import REPAIRED, Log
 
 VERB = "inspect --fix"
 _PART = 1 << 16
@@ -58,7 +58,7 @@ def write_clean(log: Log, fixes: Sequence[str], left: Sequence[str], out: str | 
     check_target(target, [log.path])
     done = [f"fixed: {fix}" for fix in fixes] or ["nothing had to be fixed"]
     wrong = [f"not fixed: {sentence}" for sentence in left]
-    remarks = [f"repaired by undertow from {log.name}", *done, *wrong, *log.notes]
+    remarks = [f"{REPAIRED} {log.name}", *done, *wrong, *log.notes]
     head = "".join(f"# {one_line(' '.join(remark.split()))}\n" for remark in remarks)
     data = on_top(VERB, "".join((head, *_table(log)))).encode("utf-8")
     return write_bytes(target, gzip.compress(data, mtime=0) if target.suffix == ".gz" else data)

@@ -1,7 +1,7 @@
 """A `Log`: the canonical channels of one file, in SI units and NED/FRD axes, each on its own time stamps."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,9 @@ from .formats.registry import read_recording
 from .log_options import AS_GUESSED, Reading
 
 __all__ = ["Channel", "Log", "read_log"]
+
+REPAIRED = "repaired by undertow from"
+"""How the first remark above a repaired log begins, and the first note of such a log."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -218,6 +221,8 @@ def read_log(
     recording = read_recording(path, request)
     names = [*(stream.label for stream in recording.streams), *recording.unread]
     told = check_namespace(names, namespace, str(path))
+    if any(note.startswith(REPAIRED) for note in recording.notes):
+        _check_map_of_repaired(path, entries, {name for one in recording.streams for name in (one.name, one.field)})
     mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
     notes = (*recording.notes, *told, *mapped.notes)
     told_of = (recording.start_ns, recording.out_of_step)
@@ -241,3 +246,14 @@ def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Call
         return recognise(name) is not None or is_vertical_acceleration(name)
 
     return lambda names: frozenset(name for name in names if wanted(name))
+
+
+def _check_map_of_repaired(path: Path, entries: Mapping[str, Entry | None], names: Container[str]) -> None:
+    """Refuse the channel map of the log that was repaired: what it would do is done."""
+    wanted = next((entry.source for entry in entries.values() if entry and entry.source not in names), None)
+    if wanted is not None:
+        raise LogError(
+            f"{path}: the channel map takes '{wanted}', which is not in this log: 'undertow inspect --fix' wrote it, "
+            "and its channels have their own names, units and axes already. Leave --map out; the map is for the log "
+            "that was repaired"
+        )

@@ -303,3 +303,16 @@ def test_a_defect_of_the_log_is_told_beside_every_finding(place: Path):
     warnings = read_inputs("swapped.csv", "blueboat", Reading(as_is=True)).warnings
     assert any("port and starboard look swapped" in warning for warning in warnings)
     assert not any("swapped" in note for note in read_inputs("raw.csv", "blueboat").notes)
+
+
+def test_the_map_of_the_raw_log_is_refused_beside_the_repaired_one(place: Path):
+    raw = table()
+    raw["SPEED"] = raw.pop("u")
+    written(place / "raw.csv", raw)
+    (place / "map.yaml").write_text("u: {from: SPEED}\n")
+    call("inspect", "raw.csv", "--map", "map.yaml", "--fix", "fixed.csv")
+    told = refused("inspect", "fixed.csv", "--map", "map.yaml", match="the channel map takes 'SPEED', which is not in")
+    assert "'undertow inspect --fix' wrote it" in told
+    assert "Leave --map out" in told
+    (place / "map.yaml").write_text("v: {from: v, scale: -1}\n")  # of the repaired one
+    call("inspect", "fixed.csv", "--map", "map.yaml")
