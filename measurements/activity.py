@@ -66,7 +66,7 @@ def excitation_of(motions: Sequence[Motion], weights: Sequence[float] | None = N
         sentences.append("The boat hardly turned: nothing can be learned about yaw.")
     elif min(starboard, port) < 0.02:
         side = "starboard" if starboard > port else "port"
-        sentences.append(f"The boat turned to {side} only: a trim cannot be told from yaw damping.")
+        sentences.append(f"The boat turned to {side} only: a trim is hard to tell from yaw damping.")
     seconds = float(sum(each * motion.duration for each, motion in zip(stands_for, motions, strict=True)))
     return Excitation(
         seconds=seconds,

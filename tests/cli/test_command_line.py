@@ -154,8 +154,8 @@ def test_simulate_says_what_it_hid_and_equal_seeds_give_equal_files(here: Path) 
     told, *left_out = said.splitlines()
     assert told == "log.csv: 20 s, rich manoeuvres, field sensors, seed 3; hidden: X_uu -8 -> -20"
     assert left_out[-1] == (
-        "The boat turned to port only: a trim cannot be told from yaw damping. A longer --duration, or another --seed, "
-        "has more manoeuvres in it."
+        "The boat turned to port only: a trim is hard to tell from yaw damping. A longer --duration, or another "
+        "--seed, has more manoeuvres in it."
     )
     done(*words, "log.csv.gz")
     done(*words, "log.parquet")

@@ -39,7 +39,7 @@ class Excitation(Check):
                 value=seen.seconds,
                 unit="s",
                 channels=("u",) if "astern" in sentence else ("r",),
-                consequence="a model fitted to this log says nothing about it",
+                consequence="what a model fitted to this log says of it is not sure",
                 remedy="record it, or give a log in which the boat does it",
                 parts=parts,
             )
