@@ -220,3 +220,14 @@ def test_a_ship_that_breaks_the_law_itself_is_still_corrected():
     assert found.passivity is not None
     assert found.passivity.verdict == "fail"
     assert "The damping of CyberShip II creates energy" in found.passivity.sentence
+
+
+def test_a_value_that_is_gone_in_a_moment_widens_no_envelope():
+    motion = simulate_world(HULL, {}, duration=60.0, seed=4).truth
+    velocity = motion.velocity.copy()
+    velocity[300, 0], velocity[420, 2] = 9.0, -7.0
+    box, spoilt = envelope_of([motion], HULL), envelope_of([replace(motion, velocity=velocity)], HULL)
+    assert np.array(spoilt.upper) == pytest.approx(np.array(box.upper), abs=0.15)
+    assert np.array(spoilt.lower) == pytest.approx(np.array(box.lower), abs=0.15)
+    velocity[300:330, 0] = 9.0  # three seconds: it went that fast
+    assert envelope_of([replace(motion, velocity=velocity)], HULL).upper[0] == 9.0
