@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field, field_serializer
 
+from ..physics.cards import Card
 from ..physics.errors import LogError
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import earth_to_body
@@ -25,6 +27,9 @@ from .quality.examination import Examination, examine, is_sound, pool, verdict
 from .quality.finding import Finding
 from .quality.portion import longest as longest_span
 from .statistics.white_noise import noise_level
+
+_TOLD = 5
+"""Findings that a card tells: more is for who asks."""
 
 
 class ChannelSummary(Record):
@@ -71,7 +76,7 @@ class Fixed(Record):
     usable: Flag
 
 
-class Inspection(Record):
+class Inspection(Card, Record):
     """A log seen from all sides.
 
     Attributes
@@ -100,13 +105,25 @@ class Inspection(Record):
     fixed: Fixed | None = absent()
     curable: Flag = Field(default=False, exclude=True)
 
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        worst = [f for verdict in ("defect", "warning") for f in self.quality if f.verdict == verdict]
+        return [
+            ("log", self.path),
+            ("verdict", self.verdict),
+            *((one.verdict, one.sentence) for one in worst[:_TOLD]),
+            ("more", f"{len(worst) - _TOLD} more in .quality" if len(worst) > _TOLD else ""),
+            ("channels", ", ".join(channel.name for channel in self.channels)),
+            ("missing", "; ".join(self.plan.missing)),
+        ]
+
     @property
     def repaired(self) -> bool:
         """Whether the log can be used once the safe fixes are made: no defect is left, and nothing else is missing."""
         return (self.usable or self.curable) and is_sound([f for f in self.quality if f.fix is None])
 
 
-class Inspections(Record):
+class Inspections(Card, Record):
     """Several logs of one boat, each by itself, and what they show together where they were looked over together.
 
     Attributes
@@ -124,6 +141,10 @@ class Inspections(Record):
     quality: tuple[Finding, ...] | None = absent()
     logs: tuple[Inspection, ...]
     notes: tuple[str, ...] | None = absent()
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        return [("verdict", self.verdict or ""), *((Path(one.path).name, one.verdict) for one in self.logs)]
 
     @field_serializer("logs")
     def _each_with_its_schema(self, logs: tuple[Inspection, ...]) -> list[Any]:

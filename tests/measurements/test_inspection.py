@@ -13,6 +13,7 @@ from undertow.measurements.inspection import inspect_log
 from undertow.measurements.log import Log, read_log
 from undertow.measurements.statistics.white_noise import noise_level
 from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.world import simulate_world
 
 TIME = 0.05 * np.arange(2401, dtype=float)
 TWIN = load_vehicle("blueboat")
@@ -126,3 +127,11 @@ def test_the_field_logs_are_out_of_step_as_their_notes_say():
     turning = inspect_log(read_log(shared("blueboat") / "log_231.csv")).alignment[0]
     assert turning.offset is not None
     assert 0.04 < turning.offset < 0.15
+
+
+def test_an_inspection_shows_itself_as_a_card(tmp_path: Path):
+    path = simulate_world(TWIN, {}, duration=60.0, seed=3).write(tmp_path / "log.csv")
+    shown = repr(inspect_log(read_log(path)))
+    assert shown.splitlines()[0] == "Inspection"
+    assert len(shown) < 2000
+    assert "verdict" in shown
