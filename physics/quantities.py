@@ -34,6 +34,10 @@ _TOLD = {
 """What pydantic complains about, in words that need no pydantic; anything else is told in its own."""
 _NAME = 60
 """Letters of a key that are told, and compared with those that are known."""
+_NEAR = 0.4
+"""Likeness from which a key may be a misspelling of another: "weight" and "environment" have 0.35."""
+_MEANT = {"weight": "mass", "izz": "inertia_z", "iz": "inertia_z", "inertia": "inertia_z", "thruster": "thrusters"}
+"""Other people's names of keys."""
 
 
 def _number(value: Any) -> Any:
@@ -101,6 +105,7 @@ def location(parts: Sequence[Any]) -> str:
 def unknown_key(key: Any, known: Iterable[str], where: str = "") -> str:
     """Say that a key is not known, and which known one is nearest."""
     names = sorted(k for k in known if "{" not in k)
-    near = get_close_matches(str(key)[:_NAME], names, n=1, cutoff=0.0)
+    meant = _MEANT.get(str(key).lower(), str(key))
+    near = [meant] if meant in names else get_close_matches(meant[:_NAME], names, n=1, cutoff=_NEAR)
     told = f"unknown key {shown(key, _NAME)}{where and ' in '}{where}"
-    return f"{told}: did you mean {near[0]!r}?" if near else told
+    return f"{told}: did you mean {near[0]!r}?" if near else f"{told}; there are {shortened(', '.join(names))}"

@@ -36,7 +36,7 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
     ("text", "match"),
     [
         ("predictions: {10: {positon: 1}}", "unknown key 'positon' in predictions.10: did you mean 'position'"),
-        ("acceleration: {position: 1}", "unknown key 'position' in acceleration: did you mean"),
+        ("acceleration: {position: 1}", "unknown key 'position' in acceleration; there are surge, sway, yaw"),
         ("predicitons: {10: {surge: 1}}", "unknown key 'predicitons' in the limits file: did you mean 'predictions'"),
         ("predictions: {ten: {surge: 1}}", "predictions: expected seconds ahead, .*such as 10, got 'ten'"),
         ("predictions: {0: {surge: 1}}", "expected seconds ahead, 0.1 to 600"),
