@@ -64,6 +64,11 @@ def lines(texts: Iterable[str]) -> list[Html]:
 
 def figure(svgs: Sequence[Html], caption: str, *, cls: str = "") -> Html:
     """Drawings side by side with one caption that says what to see."""
-    return element(
-        "figure", element("div", *svgs, cls=f"plots {cls}".strip()), element("figcaption", caption), cls="card"
-    )
+    drawings = element("div", *map(enlargeable, svgs), cls=f"plots {cls}".strip())
+    return element("figure", drawings, element("figcaption", caption), cls="card")
+
+
+def enlargeable(svg: Html) -> Html:
+    """A drawing that fills the window when it is clicked, and goes back when it is clicked again; without a script."""
+    box = Html('<input type="checkbox" aria-label="enlarge this drawing">')
+    return element("label", box, svg, cls="zoom")

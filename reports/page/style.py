@@ -110,6 +110,7 @@ figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(
 .columns {{ margin: 14px 0; }}
 .columns > .card {{ margin: 0; min-width: 0; }}
 .scroll + h3, .facts + h3 {{ margin-top: 1.6em; }}
+.columns > .card:only-child svg {{ max-width: 560px; }}
 .effect {{ border-left: 5px solid var(--after); }}
 .equation {{
   display: inline-block; font-family: var(--mono); font-size: .95rem; background: var(--tint); border-radius: 7px;
@@ -134,6 +135,18 @@ b.noted {{ color: var(--muted); }}
 .told dd {{ margin: 0 0 0 1em; max-width: 52em; }}
 .facts {{ color: var(--muted); font-size: .92rem; }}
 .warn {{ border-left: 3px solid var(--before); padding-left: 10px; font-size: .92rem; }}
+.warning {{ border-left: 6px solid var(--before); font-size: 1.06rem; font-weight: 600; max-width: none; }}
+.zoom {{ display: block; min-width: 0; }}
+.zoom input {{ position: absolute; opacity: 0; width: 1px; height: 1px; }}
+.zoom:has(:focus-visible) {{ outline: 2px solid var(--after); outline-offset: 4px; }}
+@media screen {{
+  .zoom {{ cursor: zoom-in; }}
+  .zoom:has(:checked) {{
+    position: fixed; inset: 0; z-index: 9; padding: 3vmin; background: var(--card); cursor: zoom-out;
+    display: grid; align-items: center;
+  }}
+  .zoom > :checked + svg {{ max-width: none !important; min-width: 0 !important; width: 100%; height: 94vh; }}
+}}
 .scroll {{ overflow-x: auto; }}
 .scroll, .plots.wide {{
   background:

@@ -2,6 +2,7 @@
 
 import json
 from base64 import b64encode
+from collections.abc import Sequence
 from functools import cache
 from hashlib import sha256
 from importlib import resources
@@ -28,8 +29,8 @@ _HORIZON = 10.0
 """After so many seconds a rollout begins anew from the measurement, as in the series of the run."""
 _BEYOND = 0.6
 """How far a slider goes beyond what is between the values before and after, as a share of that."""
-_MOST_KNOBS = 12
-"""Sliders at most: more would not be read."""
+_AT_ONCE = 8
+"""Sliders that are seen at once, as high as the drawing beside them; more are folded."""
 _DIGITS = {"north": 3, "east": 3, "psi": 5, "u": 4, "v": 4, "r": 5}
 """Decimals of the measurement: what the page's drawings show, with some to spare."""
 
@@ -85,7 +86,7 @@ def play(run: RunFolder) -> Section | None:
     )
     side = element(
         "div",
-        element("div", _error(), *map(_knob, knobs), cls="knobs"),
+        element("div", _error(), *map(_knob, knobs[:_AT_ONCE]), *_folded(knobs[_AT_ONCE:]), cls="knobs"),
         element("div", _button("all-before", "Before"), _button("all-after", "After"), cls="buttons"),
         _canvas("track", "The track from above, measured, before and by your values"),
         cls="desk",
@@ -126,7 +127,7 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
         )
         what = named.get(symbol, words(symbol) if symbol.endswith("_scale") else "a term without a name")
         found.append(Knob(symbol, what, parameter.unit, before, after, low, high))
-    return found[:_MOST_KNOBS]
+    return found
 
 
 def _apart(vehicle: Vehicle, symbol: str) -> bool:
@@ -176,6 +177,12 @@ def _knob(knob: Knob) -> Html:
     slider = Html('<input type="range">')
     marks = element("span", element("i", cls="before"), element("i", cls="after"), cls="ends")
     return element("label", element("span", label, element("output"), cls="name"), slider, marks, cls="knob")
+
+
+def _folded(knobs: Sequence[Knob]) -> list[Html]:
+    """The sliders for which there is no room, behind a line that opens them."""
+    told = f"{len(knobs)} more: {', '.join(knob.symbol for knob in knobs)}"
+    return [element("details", element("summary", told), *map(_knob, knobs))] if knobs else []
 
 
 def _canvas(name: str, told: str) -> Html:

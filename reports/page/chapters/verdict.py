@@ -54,7 +54,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
         cls="what",
     )
     return render(
-        *(element("p", unit_text(text), cls="warn") for text in findings.warnings),
+        *(element("p", unit_text(text), cls="card warning") for text in findings.warnings),
         element(title, findings.headline or lacking),
         *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
         element("div", *figures, what, cls="card numbers"),

@@ -19,7 +19,7 @@ from ..figures.figure_data import regime_rows
 from ..figures.figures import regime_bars
 from ..figures.regimes import regime_table
 from ..figures.svg import HEAT
-from ..markup import Html, element, figure, lines, render, table
+from ..markup import Html, element, enlargeable, figure, lines, render, table
 from .base import Chapter, Section
 from .verdict import legend
 
@@ -83,7 +83,7 @@ def _maps(series: pd.DataFrame, places: Sequence[FailingPlace]) -> Html:
     return element(
         "figure",
         key,
-        element("div", *drawings, cls="plots pair"),
+        element("div", *map(enlargeable, drawings), cls="plots pair"),
         element("figcaption", caption),
         cls="card",
     )

@@ -10,7 +10,7 @@ import pandas as pd
 from ....discovery.findings import Findings
 from ....physics.binned_means import binned_means, told_by
 from ....physics.frames import AXES, FORCE_UNITS, Array
-from ....physics.in_words import unit_text
+from ....physics.in_words import share_removed, unit_text
 from ....physics.matrices import mass_matrix
 from ....physics.vehicle import Vehicle
 from ..markup import Html
@@ -129,7 +129,7 @@ def _drawing(found: MissingForce) -> Html:
         unit = unit_text(FORCE_UNITS[found.axis])
         axes.set(ylim=found.ends, xlabel=found.label, ylabel=f"{AXES[found.axis]} [{unit}]")
         axes.locator_params(nbins=5)
-        axes.set_title(f"{AXES[found.axis]}: {100.0 * found.told:.0f} % explained", loc="left", fontsize=12, pad=6)
+        axes.set_title(f"{AXES[found.axis]}: {share_removed(found.told)} explained", loc="left", fontsize=12, pad=6)
         return drawn(
             figure, f"the {AXES[found.axis]} force that the model lacks over {found.label}, and what was added"
         )

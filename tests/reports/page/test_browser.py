@@ -204,6 +204,21 @@ def test_the_page_plays(pages, looked):
     assert float(told.inner_text().removesuffix(" m")) == after
 
 
+def test_a_drawing_fills_the_window_when_it_is_clicked(pages, looked):
+    tab = looked(pages["one"], "light", 1280)
+    drawing = tab.locator(".plots.three .zoom").first
+    small = drawing.locator("svg").bounding_box()
+    drawing.click()
+    large = drawing.locator("svg").bounding_box()
+    assert large["width"] > 2.5 * small["width"]
+    assert (large["x"] >= 0, large["x"] + large["width"] <= 1280, large["y"] + large["height"] <= 900) == (True,) * 3
+    drawing.click()
+    assert drawing.locator("svg").bounding_box() == small
+    drawing.click()
+    tab.emulate_media(media="print")
+    assert drawing.locator("svg").bounding_box()["width"] < 1.5 * small["width"]
+
+
 @pytest.mark.parametrize(("width", "most"), [(1280, 6), (390, 10)])
 def test_the_story_takes_few_screens(pages, looked, width, most):
     tab = looked(pages["one"], "light", width)

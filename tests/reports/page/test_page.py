@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from sample_run import edit, write_sample
 
 from undertow.physics.vehicle import load_vehicle
+from undertow.reports.page.chapters import play
 from undertow.reports.page.chapters.play import script
 from undertow.reports.page.coefficients import coefficient_rows
 from undertow.reports.page.figures.figure_data import rollouts
@@ -184,3 +186,17 @@ def test_the_laws_stand_on_the_page_what_is_broken_first(run):
     assert " noted<" in told
     (run / "audit.json").unlink()
     assert "Laws of a hull" not in write_page(run).read_text()
+
+
+def test_sliders_for_which_there_is_no_room_are_folded_and_none_is_left_out(sample, monkeypatch):
+    monkeypatch.setattr(play, "_AT_ONCE", 2)
+    run = read_run(sample)
+    values = {"X_u": -3.0, "Y_v": -9.0, "N_r": -2.0, "X_uu": -7.0, "N_rr": -1.0, "lag": 0.2}
+    run = replace(run, corrected=run.corrected.with_values(values))
+    section = play.play(run)
+    assert section is not None
+    moved = [knob.symbol for knob in play.knobs_of(run.nominal, run.corrected)]
+    assert set(values) <= set(moved)
+    seen, _, folded = str(section.body).partition("</details>")[0].partition("<details>")
+    assert (seen.count('knob"'), folded.count('knob"')) == (2, len(moved) - 2)
+    assert f"<summary>{len(moved) - 2} more: {', '.join(moved[2:])}</summary>" in folded
