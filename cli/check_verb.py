@@ -61,8 +61,9 @@ def check(
             print_json(found.to_dict())
         else:
             from ..reports.terminal.audit_screen import audit_screen, headline
+            from ..reports.terminal.layout import BAD, GOOD
 
-            prose(headline(found))
+            prose(headline(found), BAD if found.verdict == "fail" else GOOD)
             show(*audit_screen(found))
             if out is not None:
                 say(f"Audit: {out}")

@@ -80,10 +80,11 @@ def ci(
         if as_json:
             print_json(found.to_dict())
         else:
+            from ..reports.terminal.layout import BAD, GOOD
             from ..reports.terminal.limits_screen import limits_table, verdict_text
 
             warn(found.warnings)
-            prose(verdict_text(found))
+            prose(verdict_text(found), GOOD if found.verdict == "holds" else BAD)
             show(limits_table(found))
     if found.verdict == "broken":
         raise typer.Exit(1)

@@ -63,7 +63,7 @@ def compare(
 
             warn(found.warnings)
             table = comparison_table(found.models, found.split, found.differences)
-            show(best_text(found.best), table, failures_table(found.failures, told_of(found.models, found.structure)))
+            show(best_text(found), table, failures_table(found.failures, told_of(found.models, found.structure)))
             show(structure_list(found.structure), notes_list(found))
             if out is not None:
                 say(f"Comparison: {out}")

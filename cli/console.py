@@ -121,11 +121,11 @@ def say_lines(text: str) -> None:
     print(printable(text))
 
 
-def prose(text: str) -> None:
+def prose(text: str, style: str = "") -> None:
     """Print a paragraph, wrapped at the terminal's width, and a blank line; nothing for an empty text."""
     from ..reports.terminal.layout import Prose
 
-    show(Prose(text) if text else None)
+    show(Prose(text, style) if text else None)
 
 
 def show(*parts: Any) -> None:
@@ -247,5 +247,7 @@ def show_steps(steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = ()
 
 def warn(warnings: Iterable[str]) -> None:
     """What is wrong with the logs, above everything else."""
+    from ..reports.terminal.layout import UNSURE
+
     for text in warnings:
-        prose(f"Warning: {text}")
+        prose(f"Warning: {text}", UNSURE)

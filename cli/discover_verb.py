@@ -87,7 +87,6 @@ def tell_discovery(
 
     with beside(read) as reading:  # the search is loaded while the logs are read
         from ..discovery.settings import DiscoverySettings
-        from ..reports.page.outcome import opening
         from ..reports.terminal import failures_screen as screen
         from ..reports.terminal import findings_screen as terminal
         from ..workflows.discover_and_add import discover as find
@@ -102,8 +101,8 @@ def tell_discovery(
         return
     say("")
     warn(findings.warnings)
-    for text in opening(findings, run.comparison):
-        prose(text)
+    for line in terminal.opening_lines(findings, run.comparison):
+        show(line)
     if in_short:
         show(terminal.candidates_table([c for c in findings.candidates if c.verdict == "missing"]))
         show_steps(findings.steps, findings.candidates)

@@ -86,7 +86,7 @@ def _beaten(base: _Contender, chosen: _Contender, what: str, kept: str) -> str:
     guess = f"{base.name}, a guess that knows nothing of the boat"
     if base.beats(chosen):
         less = percent(-base.against(chosen).relative)
-        return f"in {what} {guess}, errs {less} less than {chosen.name}, the best{kept or ' of them'}"
+        return f"{guess}, errs {less} less than {chosen.name}, the best{kept or ' of them'}, in {what}"
     return f"in {what} none{kept} is better by more than chance than {guess}"
 
 

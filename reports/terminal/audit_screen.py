@@ -7,9 +7,9 @@ from rich.text import Text
 from ...comparison.audit import Audit
 from ...physics.in_words import listing, number, percent, unit_text
 from ...physics.laws.audit.base import Ruling
-from .layout import Fitting, Prose, bullets, plain_table, section
+from .layout import ASIDE, BAD, GOOD, UNSURE, Fitting, Prose, bullets, plain_table, section
 
-_STYLES = {"pass": "green", "fail": "bold red", "noted": "yellow", "n/a": "dim"}
+_STYLES = {"pass": GOOD, "fail": BAD, "noted": UNSURE, "n/a": ASIDE}
 _SHORT = {"share of full thrust": "full thrust", "of the rigid body's": "rigid body", "times the expected": "expected"}
 _UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "from": "s", "to": "s"}
 

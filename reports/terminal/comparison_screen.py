@@ -8,24 +8,29 @@ from rich.table import Table
 from rich.text import Text
 
 from ...comparison.differences import PairedRecord
-from ...comparison.facts import Best, ComparedModel, Comparison, Domain
+from ...comparison.facts import ComparedModel, Comparison, Domain
 from ...physics.frames import AXES
 from ...physics.in_words import number, percent, unit_text
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, RolloutRecord
 from ..wording import judged_rows
-from .layout import Fitting, Prose, bullets, plain_table, section, stacked
+from .layout import BAD, GOOD, Fitting, Prose, bullets, plain_table, section, stacked
 
 MARKS = {"better": "<", "worse": ">", "no difference": "=", "too short to tell": "?"}
-_STYLES = {"better": "green", "worse": "red"}
+_STYLES = {"better": GOOD, "worse": BAD}
 _ROLLED = (*AXES, "position")
 
 Marks = Mapping[tuple[str, str, str | None, str], str]
 """Verdicts of differences by model, quantity, horizon and axis."""
 
 
-def best_text(best: Best) -> RenderableType | None:
+def best_text(found: Comparison) -> RenderableType | None:
     """Which model to trust, and why; None where nothing says so."""
-    return Prose(best.sentence, style="bold") if best.sentence else None
+    return Prose(found.best.sentence, style=f"bold {trust_style(found)}") if found.best.sentence else None
+
+
+def trust_style(found: Comparison) -> str:
+    """Good where a model is to be trusted, bad where none is: a guess that knows nothing is named then."""
+    return BAD if any(one.name == found.best.model and one.kind == "baseline" for one in found.models) else GOOD
 
 
 def comparison_table(

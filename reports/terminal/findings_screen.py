@@ -6,13 +6,15 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...discovery.findings import Advice, Calibrated, Left, SensorError, Step
+from ...comparison.facts import Comparison
+from ...discovery.findings import Advice, Calibrated, Findings, Left, SensorError, Step
 from ...discovery.found_effects import FoundEffect, FoundTerm
 from ...discovery.lawful.price_of_law import Passivity
 from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, share_removed, unit_text, words
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
+from ..page.outcome import gets_worse, opening, outcome
 from ..wording import (
     CALIBRATED,
     OWN_NUMBERS,
@@ -26,14 +28,27 @@ from ..wording import (
     twins,
     within,
 )
-from .layout import Fitting, Prose, bullets, glossary, plain_table, section, stacked
+from .comparison_screen import trust_style
+from .layout import ASIDE, BAD, FOUND, GOOD, UNSURE, Fitting, Prose, bullets, glossary, plain_table, section, stacked
 
-VERDICT_STYLES = {"missing": "bold cyan", "possible": "yellow", "cannot tell": "yellow", "no evidence": "dim"}
+VERDICT_STYLES = {"missing": FOUND, "possible": UNSURE, "cannot tell": UNSURE, "no evidence": ASIDE}
+HEADLINE_STYLES = {"missing": FOUND, "nothing missing": GOOD, "undecided": UNSURE}
 
 _OF_AN_AXIS = "beside the others, on the axis where it is most"
 """Of what the errors of a table of effects are shares."""
 _WORSE = 1.05
 """Share of the error before from which predictions are said to get worse: less may be chance on one part of a log."""
+
+
+def opening_lines(findings: Findings, comparison: Comparison) -> list[Prose]:
+    """How the terminal begins, in the colours of what is said: see `page.outcome.opening`."""
+    done = BAD if gets_worse(findings.steps) else GOOD
+    styles = {
+        findings.headline: HEADLINE_STYLES.get(findings.verdict, ""),
+        outcome(findings, comparison): done,
+        comparison.best.sentence: trust_style(comparison),
+    }
+    return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison)]
 
 
 def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -> Table:
@@ -56,7 +71,7 @@ def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -
     names = _names(candidates)
     for index, step in enumerate(steps):
         added, rollout = step.added, step.rollout(horizon)
-        style = "red" if index == 0 else "bold cyan" if index == len(steps) - 1 else ""
+        style = (BAD if gets_worse(steps) else GOOD) if index == len(steps) - 1 > 0 else ""
         cells = [number(step.acceleration_rmse.of(axis), 2) for axis in AXES]
         cells += [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
         named = step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"

@@ -10,7 +10,7 @@ from ...measurements.canonical import COMMAND_UNITS
 from ...measurements.thrusters_in_log import FoundThruster
 from ...physics.in_words import number, unit_text
 from ...physics.vehicle import Vehicle
-from .layout import Prose, bullets, plain_table, section
+from .layout import UNSURE, Prose, bullets, plain_table, section
 
 _HULL = ("mass", "inertia_z", "X_udot", "Y_vdot", "N_rdot", "X_u", "Y_v", "N_r")
 _UNITS = {"mass": "kg", "inertia_z": "kg m^2"}
@@ -19,7 +19,7 @@ _UNITS = {"mass": "kg", "inertia_z": "kg m^2"}
 def init_screen(vehicle: Vehicle, thrusters: Sequence[FoundThruster], doubts: Sequence[str]) -> list[RenderableType]:
     """Thrusters, numbers of the hull with their sources, and what nobody told and no log shows."""
     parts: list[RenderableType] = [_thrusters(vehicle, thrusters), _hull(vehicle)]
-    return [*parts, section("To look at", bullets(doubts), style="bold yellow")] if doubts else parts
+    return [*parts, section("To look at", bullets(doubts), style=f"bold {UNSURE}")] if doubts else parts
 
 
 def _thrusters(vehicle: Vehicle, thrusters: Sequence[FoundThruster]) -> Table:

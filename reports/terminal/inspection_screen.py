@@ -13,7 +13,7 @@ from ...measurements.inspection import ChannelSummary, Inspection, Inspections
 from ...measurements.quality.finding import Verdict
 from ...physics.in_words import listing, number, percent, unit_text
 from ...physics.vehicle import Vehicle
-from .layout import Fitting, Prose, bullets, plain_table, section, stacked
+from .layout import BAD, UNSURE, Fitting, Prose, bullets, plain_table, section, stacked
 from .quality_table import quality_parts, style_of
 
 _MOST_UNUSED = 12
@@ -21,7 +21,6 @@ _MOST_STRETCHES = 4
 """Names that are told of what is not used, and stretches: some lines, beside what is used."""
 _COLUMNS: tuple[Verdict, ...] = ("defect", "warning", "cannot tell")
 """Verdicts that several logs are told apart by."""
-WARNING = "yellow"
 
 
 def inspection_screen(inspection: Inspection, vehicle: Vehicle | None = None) -> RenderableType:
@@ -38,11 +37,11 @@ def inspection_screen(inspection: Inspection, vehicle: Vehicle | None = None) ->
     length = f": {number(excitation.seconds)} s of usable motion" if excitation else ""
     parts: list[RenderableType] = [Prose(f"{inspection.path}{length}")]
     if inspection.verdict:
-        parts.append(Prose(inspection.verdict, "bold red" if plan.missing else style_of(quality)))
+        parts.append(Prose(inspection.verdict, BAD if plan.missing else style_of(quality)))
     parts += quality_parts(quality)
     if plan.missing:
         title = f"Not usable for {vehicle.name}, because" if vehicle else "Not usable, because"
-        parts.append(section(title, bullets(plan.missing), style="bold red"))
+        parts.append(section(title, bullets(plan.missing), style=BAD))
     else:
         title = f"What undertow would do with it for {vehicle.name}" if vehicle else "What undertow would do with it"
         parts.append(section(title, bullets(_plan(inspection, vehicle))))
@@ -55,7 +54,7 @@ def inspection_screen(inspection: Inspection, vehicle: Vehicle | None = None) ->
     compared = [item.sentence for item in inspection.alignment]
     if compared and not quality:
         late, in_step = ([_sentence(t) for t in compared if ("in step" in t) is fine] for fine in (False, True))
-        lists = [bullets(texts, style) for texts, style in ((late, WARNING), (in_step, "")) if texts]
+        lists = [bullets(texts, style) for texts, style in ((late, UNSURE), (in_step, "")) if texts]
         parts.append(section("Time alignment", *lists))
     if inspection.channels:
         parts.append(_channels(inspection.channels))
@@ -70,7 +69,7 @@ def fixed_text(inspection: Inspection) -> RenderableType | None:
     done = fixed.done or ["nothing had to be put right"]
     parts = [section(f"Written to {fixed.path}", bullets(done))]
     if fixed.left:
-        parts.append(section("Not put right; the remedies above tell how", bullets(fixed.left, WARNING)))
+        parts.append(section("Not put right; the remedies above tell how", bullets(fixed.left, UNSURE)))
     return stacked(parts)
 
 
@@ -136,7 +135,7 @@ def _notes(inspection: Inspection) -> list[tuple[Sequence[str], str]]:
     left_out = [f"Not used: {_by_topic(unused[:most])}"] if unused else []
     if len(unused) > most:
         left_out[0] += f"; and {len(unused) - most} more (--json has them all)"
-    return [([_sentence(note) for note in plan.notes], WARNING), (inspection.notes, ""), (left_out, "dim")]
+    return [([_sentence(note) for note in plan.notes], UNSURE), (inspection.notes, ""), (left_out, "dim")]
 
 
 def _by_topic(names: Sequence[str]) -> str:
@@ -166,7 +165,7 @@ def _excitation(excitation: Excitation, told: bool) -> list[tuple[Sequence[str],
         f"turning to port {percent(excitation.turning_to_port)}",
     ]
     facts = [f"Speeds: {', '.join(ranges)}.", f"Share of the time: {', '.join(shares)}."]
-    return [(facts, ""), (() if told else excitation.sentences, WARNING)]
+    return [(facts, ""), (() if told else excitation.sentences, UNSURE)]
 
 
 def _channels(channels: Sequence[ChannelSummary]) -> RenderableType:

@@ -5,7 +5,7 @@ from rich.text import Text
 
 from ...comparison.held_limits import HeldLimit, HeldLimits
 from ...physics.in_words import listing, number, percent, unit_text
-from .layout import plain_table
+from .layout import BAD, GOOD, plain_table
 
 _MOST = 3
 """Broken limits that the first sentence names: the table has all."""
@@ -34,7 +34,7 @@ def limits_table(found: HeldLimits) -> RenderableType:
     if told:
         table.add_column("", overflow="fold")
     for one in found.limits:
-        holds = Text("yes") if one.holds else Text("NO", style="bold red")
+        holds = Text("yes", style=GOOD) if one.holds else Text("NO", style=BAD)
         share = percent(one.measured / one.limit) if one.limit > 0.0 else ""
         cells = [what(one), one.axis, number(one.measured), number(one.limit), share, unit_text(one.unit)]
         table.add_row(*cells, holds, *[one.told] * told)

@@ -8,9 +8,9 @@ from rich.text import Text
 
 from ...measurements.canonical import is_canonical
 from ...measurements.quality.finding import Finding
-from .layout import Prose, bullets, plain_table, section
+from .layout import ASIDE, BAD, GOOD, UNSURE, Prose, bullets, plain_table, section
 
-STYLES = {"defect": "bold red", "warning": "yellow", "note": "cyan", "cannot tell": "dim", "ok": "green"}
+STYLES = {"defect": BAD, "warning": UNSURE, "note": "cyan", "cannot tell": ASIDE, "ok": GOOD}
 _TABLED = ("defect", "warning", "note")
 
 
@@ -20,7 +20,7 @@ def quality_parts(findings: Sequence[Finding]) -> list[RenderableType]:
     parts: list[RenderableType] = []
     if tabled:
         parts.append(_table(tabled))
-    for verdict, title, style in (("cannot tell", "Cannot be told", "dim"), ("ok", "Checked and sound", "")):
+    for verdict, title, style in (("cannot tell", "Cannot be told", ASIDE), ("ok", "Checked and sound", "")):
         told = [f"{item.check}: {item.sentence}" for item in findings if item.verdict == verdict]
         if told:
             parts.append(section(title, bullets(told, style)))

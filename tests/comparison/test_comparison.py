@@ -284,8 +284,8 @@ def test_where_no_model_beats_a_baseline_none_is_trusted(inputs: Inputs):
     wild = judge(VehicleModel(HULL.with_values({"thrust_scale": 9.0}), "nominal"), inputs.parts)
     told = best([(j.model, j.errors, j.audit) for j in (wild, *field[1:])])
     assert re.fullmatch(
-        rf"Trust none of the models on these rows: in the speeds predicted over 10 s {told.model}, a guess that knows "
-        r"nothing of the boat, errs \d+\s% less than nominal, the best of them\.",
+        rf"Trust none of the models on these rows: {told.model}, a guess that knows nothing of the boat, errs \d+\s% "
+        r"less than nominal, the best of them, in the speeds predicted over 10 s\.",
         told.sentence,
     )
 

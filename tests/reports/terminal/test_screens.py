@@ -6,14 +6,14 @@ import re
 import pytest
 from rich.console import Console
 
-from undertow.comparison.facts import Comparison
+from undertow.comparison.facts import Best, ComparedModel, Comparison
 from undertow.discovery.findings import Findings, SensorError, Step
 from undertow.measurements.activity import Excitation
 from undertow.measurements.alignment import Alignment
 from undertow.measurements.inspection import ChannelSummary, Inspection, Plan, Segment
 from undertow.measurements.preparation.dataset import PAPER
 from undertow.physics.vehicle import load_vehicle
-from undertow.reports.terminal.comparison_screen import comparison_table
+from undertow.reports.terminal.comparison_screen import comparison_table, trust_style
 from undertow.reports.terminal.failures_screen import failures_table
 from undertow.reports.terminal.findings_screen import (
     added_table,
@@ -22,12 +22,13 @@ from undertow.reports.terminal.findings_screen import (
     error_left,
     missing_in_words,
     not_judged,
+    opening_lines,
     sensors_list,
     steps_table,
     unnamed_table,
 )
 from undertow.reports.terminal.inspection_screen import inspection_screen
-from undertow.reports.terminal.layout import Prose, bullets
+from undertow.reports.terminal.layout import BAD, Prose, bullets, terminal
 
 ERRORS = {"surge": 0.35, "sway": 0.23, "yaw": 0.486}
 ROLLOUT = {"2": {**ERRORS, "position": 0.4}, "10": {**ERRORS, "position": 2.26, "diverged": 1, "starts": 60}}
@@ -327,3 +328,27 @@ def test_what_the_log_does_wrong_is_told_and_nothing_else():
     told = printed(sensors_list([sound, late]))
     assert "The commands act 0.06 s earlier" in told
     assert "All is well" not in told
+
+
+def test_colours_say_what_the_words_say_and_go_where_nobody_wants_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    found = FINDINGS.but(headline="One is missing.")
+    comparison = Comparison(models=(), best=Best(model="corrected", sentence="Trust corrected."))
+
+    def shown() -> str:
+        for line in opening_lines(found, comparison):
+            terminal().print(line)
+        return capsys.readouterr().out
+
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    coloured = shown()
+    assert "\x1b[32mTrust corrected.\x1b[0m" in coloured
+    assert "\x1b[1;36mOne is missing.\x1b[0m" in coloured
+    assert trust_style(comparison.but(models=(ComparedModel(name="corrected", kind="baseline"),))) == BAD
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert not re.search(r"\x1b\[[\d;]*3\d", shown())
+    monkeypatch.delenv("FORCE_COLOR")
+    assert "\x1b" not in shown()
