@@ -21,6 +21,8 @@ _MOST_LOGS = 12
 """Logs that have tabs of their own: more do not fit on a screen, and their topics are in the file all the same."""
 _COLOURS = ("#1a1a1a", "#d9822b", "#1f77b4", "#2ca02c", "#9467bd", "#8c564b", "#e377c2", "#17becf", "#bcbd22")
 """Of the curves of a plot, in turn: measured dark, before orange, after blue as on the page, then effects."""
+_MCAP = {"use_timestamp": "0", "use_mcap_log_time": "1", "clamp_large_arrays": "1", "max_array_size": "500"}
+"""How PlotJuggler reads an MCAP file; without these it asks, for these and for topics."""
 _SIDE = 35.0
 """Per cent of the window for the track and the commands."""
 
@@ -182,7 +184,10 @@ def plotjuggler_layout(shown: Sequence[View], series: str) -> str:
     ElementTree.SubElement(root, "Plugins")
     files = ElementTree.SubElement(root, "previouslyLoaded_Datafiles")
     file = ElementTree.SubElement(files, "fileInfo", {"filename": series, "prefix": ""})
-    ElementTree.SubElement(file, "plugin", {"ID": "DataLoad MCAP"})
+    plugin = ElementTree.SubElement(file, "plugin", {"ID": "DataLoad MCAP"})
+    plots = [plot for view in shown for plot in (*view.speeds, *view.forces, view.commands)]
+    topics = dict.fromkeys(curve.topic for plot in plots for curve in plot.curves)
+    ElementTree.SubElement(plugin, "parameters", {**_MCAP, "selected_topics": ";".join(topics)})
     ElementTree.SubElement(root, "customMathEquations")
     ElementTree.SubElement(root, "snippets")
     ElementTree.indent(root, " ")

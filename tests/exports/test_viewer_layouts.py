@@ -84,6 +84,10 @@ def test_every_curve_of_plotjuggler_is_a_number_of_the_series(run: Path, held: M
     assert {area.attrib["count"] for area in root.iter("DockSplitter")} == {"3", "4"}
     (file,) = root.iter("fileInfo")
     assert (run / file.attrib["filename"]).is_file()
+    (asked,) = file.iterfind("plugin/parameters")  # with these PlotJuggler opens the file, and asks nothing
+    topics = asked.attrib["selected_topics"].split(";")
+    assert set(topics) == {name.rsplit("/", 1)[0] for name in curves} <= set(held)
+    assert all(asked.attrib[name].isdecimal() for name in set(asked.attrib) - {"selected_topics"})
     logs = {topic.split("/")[1] for topic in held if topic.startswith("/log")}
     assert len(list(root.iter("Tab"))) == 2 * max(1, len(logs))
 
