@@ -25,15 +25,15 @@ def test_one_effect_says_all_that_a_person_asks() -> None:
 def test_machines_may_read_it() -> None:
     every = strict(done("effects", "--json"))
     assert (every["schema"], len(every["effects"])) == ("undertow.effects/1", len(EFFECTS))
-    (one,) = strict(done("effects", "steady_current", "--json"))["effects"]
+    (one,) = strict(done("effects", "steady_current", "--vehicle", "otter", "--json"))["effects"]
     assert [p["symbol"] for p in one["parameters"]] == ["current_north", "current_east"]
     assert set(one["typical"]) == {"current_north", "current_east"}
 
 
 def test_symbols_and_the_tools_own_spellings_are_understood() -> None:
     for name in ("N_uv", "munk moment", "munk_moment"):
-        assert done("effects", name).startswith("munk moment")
-    assert done("effects", "thruster_asymmetry[stbd]").startswith("thruster asymmetry")
+        assert done("effects", name, "--vehicle", "otter").startswith("munk moment")
+    assert done("effects", "thruster_asymmetry[stbd]", "--vehicle", "otter").startswith("thruster asymmetry")
 
 
 def test_an_unknown_name_is_answered_with_the_nearest() -> None:

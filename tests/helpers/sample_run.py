@@ -46,12 +46,10 @@ def acceleration(state, command, p):
     return np.array([x / 33.5, y / 48.5, n / 8.5])
 
 
-def simulate(start, commands, p, restart=None):
-    """Rows of (u, v, r, psi, north, east), put back on `restart` every 10 s where one is given."""
+def simulate(start, commands, p):
+    """Rows of (u, v, r, psi, north, east); states and commands may be those of many pieces, side by side."""
     rows, state = [], np.array(start, float)
-    for index, command in enumerate(commands):
-        if restart is not None and index % (10 * RATE) == 0:
-            state = restart[index].copy()
+    for command in commands:
         rows.append(state.copy())
         for _ in range(4):
             u, v, _r, psi = state[:4]
@@ -59,6 +57,13 @@ def simulate(start, commands, p, restart=None):
             way = (u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi))
             state = state + 0.25 / RATE * np.array([*rates, state[2], *way])
     return np.array(rows)
+
+
+def predicted(truth, commands, p):
+    """The same, put back on the truth every 10 s: all pieces at once, (row of a piece, state, piece)."""
+    length = 10 * RATE
+    starts, pieces = truth[::length].T, commands.reshape(-1, length, 2).transpose(1, 2, 0)
+    return simulate(starts, pieces, p).transpose(2, 0, 1).reshape(-1, 6)
 
 
 def write_sample(folder: Path, seconds: float = 300.0) -> Path:
@@ -76,9 +81,7 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
     part = np.where(
         np.arange(count) < 0.7 * count, "train", np.where(np.arange(count) < 0.85 * count, "validation", "test")
     )
-    measured = np.array(
-        [acceleration(state[:3], command, TRUTH) for state, command in zip(truth, commands, strict=True)]
-    )
+    measured = acceleration(truth[:, :3].T, commands.T, TRUTH).T
     measured = measured + rng.normal(0.0, 0.01, measured.shape)
     series = pd.DataFrame(truth, columns=["u", "v", "r", "psi", "north", "east"])
     series = pd.concat([pd.DataFrame({"time": np.arange(count) / RATE, "log": 0, "part": part}), series], axis=1)
@@ -87,8 +90,8 @@ def write_sample(folder: Path, seconds: float = 300.0) -> Path:
     steps = []
     accelerations = ("u_dot", "v_dot", "r_dot")
     for index, p in enumerate(stages):
-        motion = simulate(truth[0], commands, p, restart=truth)
-        along = np.array([acceleration(state[:3], command, p) for state, command in zip(truth, commands, strict=True)])
+        motion = predicted(truth, commands, p)
+        along = acceleration(truth[:, :3].T, commands.T, p).T
         name = {0: "before", len(stages) - 1: "after"}.get(index)
         if name:
             series[[f"{key}_{name}" for key in accelerations]] = along

@@ -9,7 +9,6 @@ from sample_run import compare_many, write_sample
 from undertow.physics.errors import RequestError
 from undertow.reports.page.pdf import find_browser, print_pdf
 from undertow.workflows.report import report
-from undertow.workflows.run_folder.write import write_page
 
 LOOKS = [(scheme, width) for scheme in ("light", "dark") for width in (1280, 390)]
 A4_WIDTH = 703  # pixels between the margins of the print style, 186 mm
@@ -84,7 +83,8 @@ def pages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
     runs = [write_sample(folder / "long", seconds=600.0), write_sample(folder / "short", seconds=60.0)]
     compare_many(runs[0])
-    return {"one": write_page(runs[0]), "fleet": report(runs, out=folder / "fleet.html")[-1]}
+    one, *_, fleet = report(runs, out=folder / "fleet.html")
+    return {"one": one, "fleet": fleet}
 
 
 @pytest.fixture
