@@ -34,6 +34,7 @@ myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
+nb_output_stderr = "remove"  # progress
 nb_execution_in_temp = True  # what a notebook writes is no page
 
 suppress_warnings = ["ref.python"]  # `name` is an attribute of many

@@ -34,7 +34,8 @@ STYLE: dict[Any, Any] = {
 def plots() -> dict[str, Figure]:
     """Every plot of a run, on the log that comes with the package."""
     data = Path(undertow.__file__).parent / "data"
-    run = undertow.discover(undertow.read_inputs(data / "gazebo_blueboat.csv.gz", data / "demo.yaml"))
+    inputs = undertow.read_inputs(data / "gazebo_blueboat.csv.gz", data / "demo.yaml", progress=None)
+    run = undertow.discover(inputs, progress=None)
     drawn = {
         "plot_staircase": run.plot.staircase(),
         "plot_predictions": run.plot.predictions()[0],
