@@ -19,7 +19,7 @@ from .svg import ROLES, STYLE, canvas, drawn, panel
 SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
 """Columns of a series that a force may depend on, beside the commands, and their units."""
 _COMMANDS = ("newton_", "pwm_", "normalized_", "rad_s_")
-_VELOCITIES = dict(zip(AXES, ("u", "v", "r"), strict=True))
+_VELOCITIES: dict[str, str] = dict(zip(AXES, ("u", "v", "r"), strict=True))
 _SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"}
 _LEAST = 5
 """Rows of a part that is drawn."""
