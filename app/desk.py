@@ -62,7 +62,7 @@ class Desk:
         vehicle, made = self._vehicle(found, tell)
         mapped = made or (Path(found.channel_map) if found.channel_map else None)
         reading = Reading(found.frame or None, mapped, None, found.as_is)
-        self._inputs = read_inputs(list(found.logs), vehicle, reading, say=say)
+        self._inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
         self._bench = Workbench(self._inputs, refit=not source.vehicle and bool(source.logs))
         return self._bench.opened()
 
@@ -136,8 +136,8 @@ class Desk:
         from ..workflows.train import train
 
         vehicle = self._open_bench.vehicle(names) if names else self._open_inputs.vehicle
-        inputs = read_inputs(list(self._open_inputs.paths), vehicle, self._open_inputs.reading)
-        done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=say)
+        inputs = read_inputs(list(self._open_inputs.paths), vehicle, self._open_inputs.reading, progress=None)
+        done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=None, watch=say)
         return Trained(" ".join(done.sentences), tuple(map(_rival, done.models)))
 
     @property
@@ -159,7 +159,7 @@ class Desk:
             vehicle = load_vehicle(source.vehicle)
         else:
             reading = Reading(source.frame or None, Path(source.channel_map) if source.channel_map else None)
-            draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, say=say)
+            draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, progress=say)
             assert self._folder is not None, "a folder is given with the log"
             made = self._folder / "channels.yaml"
             draft.write(self._folder / "vehicle.yaml", made)

@@ -22,6 +22,7 @@ from ..physics.frames import AXES, Array
 from ..physics.in_words import number, unit_text, words
 from ..physics.matrices import mass_matrix
 from ..physics.simulation import rollout
+from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
 from ..reports.page.chapters.play import knobs_of
 from ..reports.page.figures.missing_force import MissingForce, best_signal, force_drawings
@@ -31,7 +32,7 @@ from ..residuals.models.base import VehicleModel
 from ..residuals.scores import rollout_errors
 from ..residuals.series import RESTART, Stretch, predicted, stretches
 from .discover_and_add import add, discover
-from .run_folder.run import Run, Say
+from .run_folder.run import Run
 from .run_folder.write import write_run
 from .workbench_facts import Card, Check, Fit, Opened, Searched, Value, Way
 
@@ -103,7 +104,7 @@ class Workbench:
 
     def search(self, progress: Say | None = None) -> Searched:
         """Search for what is missing, as `discover` does; cards for all that was tried."""
-        run = discover(self._whole, self._settings, progress)
+        run = discover(self._whole, self._settings, progress=progress)
         self._run = run
         self._put(run.inputs, run.discovery.basis)
         findings = run.findings
@@ -163,7 +164,7 @@ class Workbench:
             return found
         if found is not None and OWN_NUMBERS in names and found.findings.calibrated:
             return found
-        return add(added, self._whole, progress)
+        return add(added, self._whole, progress=progress)
 
     def write(self, names: Sequence[str], folder: PathLike, progress: Say | None = None) -> Path:
         """Write the run folder of these effects; see `run`."""

@@ -14,6 +14,7 @@ from undertow.workflows.workbench import Workbench
 from undertow.workflows.workbench_facts import Fit, Source
 
 DEMO = Source()
+DEMO_LOG = ROOT / "data" / "gazebo_blueboat.csv.gz"
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
 
 
@@ -175,7 +176,7 @@ def test_commands_do_the_same():
 def test_the_workbench_says_the_numbers_that_add_says():
     import undertow
 
-    inputs = undertow.read_inputs(ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "demo.yaml")
+    inputs = undertow.read_inputs(DEMO_LOG, ROOT / "data" / "demo.yaml", progress=None)
     bench, run = Workbench(inputs), undertow.add([FIRST, SECOND], inputs)
     for names, step in zip(((), (FIRST,), (FIRST, SECOND)), run.findings.steps, strict=True):
         said = bench.fit(names).error
@@ -188,7 +189,7 @@ def test_the_workbench_says_the_numbers_that_add_says():
 def test_rows_of_several_logs_stand_one_after_the_other():
     import undertow
 
-    inputs = undertow.read_inputs(ROOT / "data" / "gazebo_blueboat.csv.gz", ROOT / "data" / "demo.yaml")
+    inputs = undertow.read_inputs(DEMO_LOG, ROOT / "data" / "demo.yaml", progress=None)
     opened = Workbench(inputs).opened()
     time = opened.table["time"]
     assert (np.diff(time) > 0.0).all()
