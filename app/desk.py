@@ -1,4 +1,7 @@
-"""What a worker does for the page that asks it: one open log, its vehicle, and the workbench on both."""
+"""What a worker does for the page that asks it: one open log, its vehicle, and the workbench on both.
+
+What shows a log is loaded at once, what searches it when that is asked for.
+"""
 
 import json
 import shutil
@@ -6,10 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..comparison.facts import ComparedModel
-from ..exports.javascript import FUNCTION, force_equation, vehicle_data
 from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
 from ..physics.effects import EFFECTS
@@ -19,10 +20,13 @@ from ..physics.frames import AXES
 from ..physics.in_words import unit_text, words
 from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
-from ..workflows.init import init
 from ..workflows.inputs import read_inputs
-from ..workflows.workbench import HORIZON, Workbench
+from ..workflows.opened_log import HORIZON, OpenedLog
 from ..workflows.workbench_facts import Field, Fit, Opened, Rival, Searched, Source, Trained, Way
+
+if TYPE_CHECKING:
+    from ..comparison.facts import ComparedModel
+    from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
 
@@ -42,7 +46,9 @@ class Desk:
     """Everything that a page may ask of a worker; each method takes and gives what can be sent between processes."""
 
     def __init__(self) -> None:
+        self._log: OpenedLog | None = None
         self._bench: Workbench | None = None
+        self._made = False
         self._inputs: Inputs | None = None
         self._folder: Path | None = None
 
@@ -63,8 +69,9 @@ class Desk:
         mapped = made or (Path(found.channel_map) if found.channel_map else None)
         reading = Reading(found.frame or None, mapped, None, found.as_is)
         self._inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
-        self._bench = Workbench(self._inputs, refit=not source.vehicle and bool(source.logs))
-        return self._bench.opened()
+        self._log, self._made = OpenedLog(self._inputs), not source.vehicle and bool(source.logs)
+        self._bench = None
+        return self._log.opened()
 
     def opened(self) -> Opened:
         """What is open."""
@@ -140,10 +147,18 @@ class Desk:
         done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=None, watch=say)
         return Trained(" ".join(done.sentences), tuple(map(_rival, done.models)))
 
+    def load(self) -> None:
+        """Load what a search needs, before it is asked for."""
+        from ..workflows import workbench as _  # noqa: F401
+
     @property
-    def _open_bench(self) -> Workbench:
+    def _open_bench(self) -> "Workbench":
         if self._bench is None:
-            raise RequestError("no log is open; open one first")
+            if self._log is None:
+                raise RequestError("no log is open; open one first")
+            from ..workflows.workbench import Workbench  # here, because a log is shown before a search is loaded
+
+            self._bench = Workbench(self._log, refit=self._made)
         return self._bench
 
     @property
@@ -159,6 +174,8 @@ class Desk:
             vehicle = load_vehicle(source.vehicle)
         else:
             reading = Reading(source.frame or None, Path(source.channel_map) if source.channel_map else None)
+            from ..workflows.init import init
+
             draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, progress=say)
             assert self._folder is not None, "a folder is given with the log"
             made = self._folder / "channels.yaml"
@@ -189,7 +206,7 @@ def _section(vehicle: Vehicle, symbol: str) -> str:
     return symbol if symbol in _APART else vehicle.parameter(symbol).section
 
 
-def _rival(model: ComparedModel) -> Rival:
+def _rival(model: "ComparedModel") -> Rival:
     step, ahead = model.acceleration.rmse, model.rollout.get(f"{HORIZON:g}")
     error = {"position": None if ahead is None else ahead.position, **{axis: step.of(axis) for axis in AXES}}
     return Rival(model.name, error, tuple(law.law for law in model.laws if law.outcome == "fail"))
@@ -197,5 +214,7 @@ def _rival(model: ComparedModel) -> Rival:
 
 def _javascript(vehicle: Vehicle, path: Path) -> Path:
     """A script that makes the model: no library, rollouts included."""
+    from ..exports.javascript import FUNCTION, force_equation, vehicle_data
+
     data = json.dumps(vehicle_data(vehicle), allow_nan=False, indent=1)
     return write_text(path, f"{force_equation()}\nconst model = {FUNCTION}({data});\n")

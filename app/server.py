@@ -97,26 +97,36 @@ def _application(first: Source | None, hosts: list[str]) -> Any:
     from nicegui import Client, core, ui
     from nicegui import app as nicegui_app
 
+    from ..physics.vehicle import shipped_vehicles
     from .page import Page
     from .session import Session
+    from .spare import Spare
 
     sessions: dict[str, Session] = {}
-    vehicles: list[tuple[str, ...]] = []
+    spares: list[Spare] = []
+
+    def made() -> Session:
+        """A session with its page."""
+        session = Session(spares[0] if spares else None)
+        Page(session, shipped_vehicles(), first)
+        return session
 
     @ui.page("/", title="undertow")
     async def bench(client: Client) -> None:
+        fresh = None if sessions else made()  # the first page of all needs not wait for its socket
         await client.connected()
-        if client.is_deleted:
-            return
         tab = str(client.tab_id)
-        if tab not in sessions:
-            sessions[tab] = Session()
+        if client.is_deleted:
+            if fresh is not None:
+                fresh.close()
+            return
+        if fresh is not None and tab not in sessions:
+            sessions[tab] = fresh
+        elif tab not in sessions:
+            sessions[tab] = made()
+        else:
+            Page(sessions[tab], shipped_vehicles(), first)
         session = sessions[tab]
-        if not vehicles:
-            from ..physics.vehicle import shipped_vehicles
-
-            vehicles.append(shipped_vehicles())
-        Page(session, vehicles[0], first)
 
         def left() -> None:
             """End the session when no page of its tab is open any more."""
@@ -126,13 +136,26 @@ def _application(first: Source | None, hosts: list[str]) -> Any:
 
         client.on_delete(left)
 
+    async def begin() -> None:
+        spares.append(Spare(first))
+
     def end() -> None:
+        for spare in spares:
+            spare.close()
         for session in sessions.values():
             session.close()
         sessions.clear()
 
+    nicegui_app.on_startup(begin)
     nicegui_app.on_shutdown(end)
     application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    ui.run_with(application, title="undertow", tailwind=False, reconnect_timeout=RECONNECT, show_welcome_message=False)
+    ui.run_with(
+        application,
+        title="undertow",
+        tailwind=False,
+        reconnect_timeout=RECONNECT,
+        show_welcome_message=False,
+        gzip_middleware_factory=None,
+    )
     core.sio.eio.cors_allowed_origins = [f"http://{name}" for name in hosts]  # by default any page may connect
     return application

@@ -14,6 +14,7 @@ from typing import Any
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
 from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Trained, Way
+from .spare import Spare
 from .worker import Worker, WorkerLostError
 
 LOST = (
@@ -51,6 +52,10 @@ class Work:
 class Session:
     """One tab's work; whoever shows it is told of every change.
 
+    Parameters
+    ----------
+    spare : a worker that may have opened already what is asked for
+
     Attributes
     ----------
     source, opened, searched : what is open, and what was found
@@ -62,7 +67,8 @@ class Session:
     lost : the worker has ended, and `again` begins with a new one
     """
 
-    def __init__(self) -> None:
+    def __init__(self, spare: Spare | None = None) -> None:
+        self._spare = spare
         self.source: Source | None = None
         self.opened: Opened | None = None
         self.searched: Searched | None = None
@@ -127,7 +133,7 @@ class Session:
             self.searched, self.fit, self.stairs, self.selected, self.trouble = None, None, (), (), ""
             self._history, self._at, self._shown = [Stand()], 0, None
             self.source, self.opened = source, None
-            opened = await self._ask("reading the log", "open", source, str(self.folder))
+            opened = await self._open(source)
             if opened is None:
                 return
             self.opened = opened
@@ -289,6 +295,17 @@ class Session:
         refit = [] if source.vehicle else ["--refit"]
         lines.append(["undertow", "discover", *logs, *options, *refit, "--out", "run"])
         return "\n".join([*(shlex.join(line) for line in lines), *_adding(added, "run")])
+
+    async def _open(self, source: Source) -> Opened | None:
+        """Read a log, or take what the spare worker has read of it already."""
+        taken = self._spare.take(source) if self._spare is not None and self._worker is None else None
+        if taken is not None:
+            worker, folder, waiting = taken
+            shutil.rmtree(self.folder, ignore_errors=True)
+            self._worker, self.folder = worker, folder
+            with suppress(WorkerLostError, LogError, RequestError, VehicleError, RuntimeError):
+                return await waiting
+        return await self._ask("reading the log", "open", source, str(self.folder))
 
     # -- how -----------------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from typing import Any
 from ..physics.errors import LogError, RequestError, VehicleError
 
 Say = Callable[[Any], None]
-_ROOMS = ("undertow.app.desk", "undertow.workflows.workbench")
+_ROOMS = ("undertow.app.desk",)
 """What every worker needs, loaded once by the process that all of them are forked from."""
 _REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}
 

@@ -25,13 +25,13 @@ def app(
 ) -> None:
     """Do the whole job with the mouse: see where the model fails, add what is missing, watch the error fall."""
     with failing_clearly():
+        from importlib.util import find_spec
+
         from ..physics.errors import RequestError
         from ..physics.extras import how_to_install
 
-        try:
-            import nicegui  # noqa: F401 (asked for before anything is opened)
-        except ModuleNotFoundError:
-            raise RequestError(f"the workbench needs NiceGUI; {how_to_install('app')}") from None
+        if find_spec("nicegui") is None:
+            raise RequestError(f"app: the workbench needs NiceGUI: {how_to_install('app')}")
         from ..app.server import serve
         from ..workflows.workbench_facts import Source
 

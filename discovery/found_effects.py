@@ -4,6 +4,7 @@ from typing import Literal, get_args
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
+from ..physics.effects import BY_NAME
 from ..physics.file_records import Flag, Number, Record, absent
 from .reason import Reason
 from .search.bootstrap import Interval
@@ -85,6 +86,20 @@ class FoundEffect(Record):
     changes: Number | None = absent()
     indistinguishable_from: tuple[str, ...] = ()
     terms: tuple[FoundTerm, ...] = ()
+
+    @property
+    def thrusters(self) -> tuple[str, ...]:
+        """The thrusters that are meant, of an effect that concerns one; else none."""
+        effect = BY_NAME.get(self.effect)
+        if effect is None or not effect.per_thruster:
+            return ()
+        ending = effect.symbols[0].replace("{thruster}", "")
+        return tuple(term.symbol.removesuffix(ending) for term in self.terms)
+
+    @property
+    def key(self) -> str:
+        """The effect as `add` takes it, with its thruster."""
+        return f"{self.effect}[{self.thrusters[0]}]" if self.thrusters else self.effect
 
     @property
     def rank(self) -> int:

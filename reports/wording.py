@@ -16,13 +16,8 @@ from ..physics.in_words import MINUS, NARROW, finite, listing, number, words
 
 def effect_words(candidate: FoundEffect) -> str:
     """The effect of a candidate in words, with the thruster that is meant where it concerns one."""
-    name = candidate.effect
-    effect = BY_NAME.get(name)
-    if effect is None or not effect.per_thruster:
-        return words(name)
-    ending = effect.symbols[0].replace("{thruster}", "")
-    meant = [term.symbol.removesuffix(ending) for term in candidate.terms]
-    return f"{words(name)} ({', '.join(meant)})" if meant else words(name)
+    name, meant = words(candidate.effect), candidate.thrusters
+    return f"{name} ({', '.join(meant)})" if meant else name
 
 
 def judged_rows(split: str) -> str:

@@ -5,22 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ..discovery.balance.long_logs import digest
 from ..discovery.basis import Basis, choose
 from ..discovery.by_hand import Bench, ByHand
 from ..discovery.findings import Findings
 from ..discovery.found_effects import FoundEffect
 from ..discovery.settings import DiscoverySettings
-from ..measurements.preparation.derive import accelerations
-from ..measurements.preparation.held_out import folds_of
-from ..measurements.prepared_logs import Inputs, PathLike
-from ..measurements.quality.finding import SEVERITY
+from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
-from ..physics.frames import AXES, Array
-from ..physics.in_words import number, unit_text, words
-from ..physics.matrices import mass_matrix
+from ..physics.in_words import unit_text, words
 from ..physics.simulation import rollout
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
@@ -29,21 +23,14 @@ from ..reports.page.figures.missing_force import MissingForce, best_signal, forc
 from ..reports.page.outcome import opening
 from ..reports.wording import effect_words, interval, twins, within
 from ..residuals.models.base import VehicleModel
-from ..residuals.scores import rollout_errors
-from ..residuals.series import RESTART, Stretch, predicted, stretches
 from .discover_and_add import add, discover
+from .opened_log import FORCES, OpenedLog
 from .run_folder.run import Run
 from .run_folder.write import write_run
-from .workbench_facts import Card, Check, Fit, Opened, Searched, Value, Way
+from .workbench_facts import Card, Fit, Opened, Searched, Value, Way
 
 OWN_NUMBERS = "own numbers"
 """Among the names of effects: the numbers that the vehicle file has, fitted to the log, before anything is added."""
-HORIZON = RESTART
-"""Seconds of a prediction, as the report page has it."""
-_FORCES = ("X", "Y", "N")
-_STATES = ("north", "east", "psi", "u", "v", "r")
-_GAP = 1.5
-"""Steps between rows from which a record is broken there."""
 _AHEAD = 30.0
 """Length of a prediction that somebody asks for at a place [s]."""
 _DRAWN = 8
@@ -55,58 +42,36 @@ class Workbench:
 
     Parameters
     ----------
-    inputs : logs and vehicle, see `read_inputs`; folds judge
+    log : the log that was opened
     refit : fit the model's own numbers while effects are searched, as for a vehicle file made of the log
     """
 
-    def __init__(self, inputs: Inputs, *, refit: bool = False) -> None:
+    def __init__(self, log: OpenedLog, *, refit: bool = False) -> None:
         self._settings = DiscoverySettings(refit=refit)
         self._run: Run | None = None
-        self._whole = inputs.whole()
-        motions, _ = digest(self._whole.fitting, self._settings.weak)
-        self._put(self._whole.in_folds(folds_of(motions)))
+        self._whole = log.whole
+        self._put(log)
 
-    def _put(self, inputs: Inputs, basis: Basis | None = None) -> None:
-        """Begin with inputs whose judged rows are cut where folds begin and end, so that no prediction crosses one.
+    def _put(self, log: OpenedLog, basis: Basis | None = None) -> None:
+        """Begin with a log.
 
         Parameters
         ----------
-        basis : what judges them, where a discovery has chosen it; else it is chosen when it is first asked for
+        basis : what judges it, where a discovery has chosen it; else it is chosen when it is first asked for
         """
-        self._inputs = inputs
+        self._log, self._inputs, self._rows = log, log.inputs, log.rows
         self._benches = {} if basis is None else {False: Bench(basis)}
         self._fits: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Fit] = {}
-        self._rows = _Rows(sorted(stretches(inputs.parts), key=lambda s: (s.log, float(s.motion.time[0]))))
 
     def opened(self) -> Opened:
         """What is measured, and what the nominal model makes of it."""
-        inputs = self._inputs
-        inspections = inputs.inspections
-        found = [finding for inspection in inspections for finding in inspection.quality]
-        checks = tuple(
-            Check(f.verdict, f.sentence, f.consequence, f.remedy, f.fix.sentence if f.fix else "")
-            for f in sorted(found, key=lambda f: SEVERITY.index(f.verdict))
-            if f.verdict != "ok"
-        )
-        nominal = VehicleModel(inputs.vehicle, "nominal", "physics")
-        return Opened(
-            inputs.log_names,
-            inputs.vehicle.name,
-            self._rows.seconds,
-            tuple(inputs.warnings),
-            tuple(inputs.notes),
-            checks,
-            self._rows.measured(inputs.channels),
-            inputs.channels,
-            HORIZON,
-            self._judged((), nominal),
-        )
+        return self._log.opened()
 
     def search(self, progress: Say | None = None) -> Searched:
         """Search for what is missing, as `discover` does; cards for all that was tried."""
         run = discover(self._whole, self._settings, progress=progress)
         self._run = run
-        self._put(run.inputs, run.discovery.basis)
+        self._put(OpenedLog(run.inputs, cut=True), run.discovery.basis)
         findings = run.findings
         judged = [c for c in findings.candidates if not c.cannot_tell]
         cards = [self._card(c, findings, drawn=k < _DRAWN) for k, c in enumerate(judged)]
@@ -115,7 +80,7 @@ class Workbench:
             findings.verdict,
             findings.headline,
             tuple(opening(findings, run.comparison))[1:],
-            (*own, *(_key(c) for c in findings.added)),
+            (*own, *(c.key for c in findings.added)),
             tuple(cards),
             tuple(s.sentence for s in findings.sensors if s.verdict != "no evidence"),
             tuple((one.manoeuvre, one.why) for one in findings.advice),
@@ -160,7 +125,7 @@ class Workbench:
         """
         found = self._run
         added = [name for name in names if name != OWN_NUMBERS]
-        if found is not None and (not names or set(names) == {_key(c) for c in found.findings.added}):
+        if found is not None and (not names or set(names) == {c.key for c in found.findings.added}):
             return found
         if found is not None and OWN_NUMBERS in names and found.findings.calibrated:
             return found
@@ -197,33 +162,17 @@ class Workbench:
         return VehicleModel(vehicle, "corrected", "symbolic", unseen=() if made is None else made.apart)
 
     def _fitted(self, names: tuple[str, ...], moved: tuple[tuple[str, float], ...]) -> Fit:
-        model = self._model(names, moved)
-        return self._judged(names, model, moved=bool(moved))
-
-    def _judged(self, names: tuple[str, ...], model: VehicleModel, *, moved: bool = False) -> Fit:
-        """A model on the rows that judge."""
-        found = rollout_errors(model, self._inputs.parts.judged, (HORIZON,)).get(f"{HORIZON:g}")
-        error = {} if found is None else found.score.record.model_dump()
-        made = self._made(names)
+        model, made, nominal = self._model(names, moved), self._made(names), self._inputs.vehicle
+        error, lost = self._log.error(model)
         ci95 = {} if made is None else made.ci95
         values = tuple(
             Value(k.symbol, k.what, unit_text(k.unit), k.before, k.after, _ends(ci95.get(k.symbol)), k.low, k.high)
-            for k in knobs_of(self._inputs.vehicle, model.vehicle)
+            for k in knobs_of(nominal, model.vehicle)
         )
         passivity = None if made is None or moved else made.passivity
         verdict, law = ("", "") if passivity is None else (passivity.verdict, passivity.sentence)
-        columns = self._rows.columns(model, self._inputs.vehicle)
-        error = {name: float(error[name]) for name in ("position", *AXES) if name in error}
-        return Fit(
-            names,
-            error,
-            0 if found is None else found.diverged,
-            columns,
-            values,
-            verdict,
-            law,
-            unseen=bool(names) and not moved,
-        )
+        unseen = bool(names) and not moved
+        return Fit(names, error, lost, self._rows.columns(model, nominal), values, verdict, law, unseen)
 
     def _card(self, found: FoundEffect, findings: Findings, *, drawn: bool) -> Card:
         tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
@@ -235,7 +184,7 @@ class Workbench:
         effect = BY_NAME.get(found.effect)
         likely = found.chance is not None and found.chance.none
         return Card(
-            _key(found),
+            found.key,
             effect_words(found).capitalize(),
             found.equation,
             unit_text(found.sentence),
@@ -250,14 +199,14 @@ class Workbench:
     def _picture(self, found: FoundEffect) -> str:
         """The force that lacks on the axis that the effect explains best, and what it alone adds there."""
         try:
-            model = self._model((_key(found),), ())
+            model = self._model((found.key,), ())
         except RequestError:
             return ""
         table = self._rows.measured(self._inputs.channels)
         left = self._rows.columns(model, self._inputs.vehicle)
         nominal = self._rows.columns(VehicleModel(self._inputs.vehicle, "nominal"), self._inputs.vehicle)
         drawn = []
-        for axis, force in enumerate(_FORCES):
+        for axis, force in enumerate(FORCES):
             known = np.isfinite(nominal[force]) & np.isfinite(left[force])
             lacking, added = nominal[force][known], (nominal[force] - left[force])[known]
             if lacking.size and np.any(added):
@@ -266,84 +215,6 @@ class Workbench:
                 drawn.append(MissingForce(axis, lacking, added, signal, rows[signal]))
         best = max(drawn, key=lambda one: one.told, default=None)
         return str(force_drawings([best])[0]) if best is not None else ""
-
-
-class _Rows:
-    """The rows of all stretches on one axis of time, with a row of NaN where the record breaks."""
-
-    def __init__(self, along: Sequence[Stretch]) -> None:
-        self._along = along
-        self._offsets: list[float] = []
-        clock, ends, shift, log = [], [], 0.0, None
-        for stretch in along:
-            time, step = stretch.motion.time, stretch.motion.time_step
-            if stretch.log != log:
-                last = clock[-1][-1] if clock else -step
-                shift, log = float(last + step - time[0]) if clock else -float(time[0]), stretch.log
-                broken = bool(clock)
-            else:
-                broken = bool(time[0] + shift - clock[-1][-1] > _GAP * step)
-            self._offsets.append(shift)
-            if broken:
-                ends.append(sum(part.size for part in clock))
-            clock.append(time + shift)
-        self._breaks = np.array(ends, int)
-        self._clock = np.concatenate(clock)
-
-    @property
-    def seconds(self) -> float:
-        """Length of all stretches [s]."""
-        return sum(stretch.motion.duration for stretch in self._along)
-
-    def spread(self, values: Array) -> Array:
-        """A column (rows,) with its breaks."""
-        return np.insert(np.asarray(values, float), self._breaks, np.nan) if self._breaks.size else values
-
-    def measured(self, channels: Sequence[str]) -> dict[str, Array]:
-        """What was measured."""
-        at = np.insert(self._clock, self._breaks, self._clock[self._breaks - 1] + 1e-3) if self._breaks.size else None
-        found = {"time": self._clock if at is None else at, "anew": self.spread(np.concatenate(self._anew()))}
-        parts = [
-            np.column_stack([s.motion.position, s.motion.heading, s.motion.velocity, accelerations(s.motion)])
-            for s in self._along
-        ]
-        whole, commands = np.concatenate(parts), np.concatenate([s.motion.commands for s in self._along])
-        names = (*_STATES, "u_dot", "v_dot", "r_dot")
-        found |= {name: self.spread(whole[:, k]) for k, name in enumerate(names)}
-        return found | {name: self.spread(commands[:, k]) for k, name in enumerate(channels)}
-
-    def _anew(self) -> list[Array]:
-        """One where predictions begin anew from the measurement, by stretch; see `residuals.series.restarted`."""
-        every = [round(RESTART / s.motion.time_step) for s in self._along]
-        rows = [np.arange(s.motion.time.size) for s in self._along]
-        return [(row % n == 0).astype(float) for row, n in zip(rows, every, strict=True)]
-
-    def columns(self, model: VehicleModel, nominal: Vehicle) -> dict[str, Array]:
-        """What a model predicts, and the force that it leaves, in the nominal model's mass."""
-        said = np.concatenate(predicted(model, self._along))
-        measured = np.concatenate([accelerations(s.motion) for s in self._along])
-        left = (measured - said[:, :3]) @ mass_matrix(nominal)
-        names = ("north", "east", "psi", "u", "v", "r")
-        found = {name: self.spread(said[:, 3 + k]) for k, name in enumerate(names)}
-        return found | {name: self.spread(left[:, k]) for k, name in enumerate(_FORCES)}
-
-    def at(self, time: float) -> tuple[Stretch, int]:
-        """The stretch and its row nearest to an instant of the table."""
-        row = int(np.argmin(np.abs(self._clock - time)))
-        for stretch in self._along:
-            if row < stretch.motion.time.size:
-                return stretch, row
-            row -= stretch.motion.time.size
-        raise RequestError(f"there is no row at {number(time)} s")
-
-
-def _key(found: FoundEffect) -> str:
-    """The name of an effect as `add` takes it, with its thruster."""
-    effect = BY_NAME.get(found.effect)
-    if effect is None or not effect.per_thruster or not found.terms:
-        return found.effect
-    thruster = found.terms[0].symbol.removesuffix(effect.symbols[0].replace("{thruster}", ""))
-    return f"{found.effect}[{thruster}]"
 
 
 def _ends(ci95: tuple[float, float] | None) -> tuple[float, float] | None:

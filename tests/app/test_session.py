@@ -10,6 +10,7 @@ from places import ROOT
 from undertow.app import worker
 from undertow.app.session import LOST, Session
 from undertow.app.views.opening import stored_as
+from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
 from undertow.workflows.workbench_facts import Fit, Source
 
@@ -177,7 +178,7 @@ def test_the_workbench_says_the_numbers_that_add_says():
     import undertow
 
     inputs = undertow.read_inputs(DEMO_LOG, ROOT / "data" / "demo.yaml", progress=None)
-    bench, run = Workbench(inputs), undertow.add([FIRST, SECOND], inputs)
+    bench, run = Workbench(OpenedLog(inputs)), undertow.add([FIRST, SECOND], inputs, progress=None)
     for names, step in zip(((), (FIRST,), (FIRST, SECOND)), run.findings.steps, strict=True):
         said = bench.fit(names).error
         assert said["position"] == pytest.approx(step.rollout("10").position, rel=1e-9)
@@ -190,7 +191,7 @@ def test_rows_of_several_logs_stand_one_after_the_other():
     import undertow
 
     inputs = undertow.read_inputs(DEMO_LOG, ROOT / "data" / "demo.yaml", progress=None)
-    opened = Workbench(inputs).opened()
+    opened = OpenedLog(inputs).opened()
     time = opened.table["time"]
     assert (np.diff(time) > 0.0).all()
     assert {values.size for values in opened.table.values()} == {time.size}

@@ -1,0 +1,152 @@
+"""A log that was opened for the workbench: its rows, and what any model makes of them; nothing here searches."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..discovery.balance.long_logs import digest
+from ..discovery.settings import DiscoverySettings
+from ..measurements.preparation.derive import accelerations
+from ..measurements.preparation.held_out import folds_of
+from ..measurements.prepared_logs import Inputs
+from ..measurements.quality.finding import SEVERITY
+from ..physics.errors import RequestError
+from ..physics.frames import AXES, Array
+from ..physics.in_words import number
+from ..physics.matrices import mass_matrix
+from ..physics.vehicle import Vehicle
+from ..residuals.models.base import VehicleModel
+from ..residuals.scores import rollout_errors
+from ..residuals.series import RESTART, Stretch, predicted, stretches
+from .workbench_facts import Check, Fit, Opened
+
+HORIZON = RESTART
+"""Seconds of a prediction, as the report page has it."""
+FORCES = ("X", "Y", "N")
+_STATES = ("north", "east", "psi", "u", "v", "r")
+_GAP = 1.5
+"""Steps between rows from which a record is broken there."""
+
+
+class OpenedLog:
+    """Logs and a vehicle, with the judged rows cut where folds begin and end, so that no prediction crosses an edge.
+
+    Parameters
+    ----------
+    inputs : see `read_inputs`; folds judge
+    cut : the rows are cut already
+
+    Attributes
+    ----------
+    whole : the inputs as they are searched
+    inputs : the same with the rows cut
+    rows : of `inputs`
+    """
+
+    def __init__(self, inputs: Inputs, *, cut: bool = False) -> None:
+        self.whole = self.inputs = inputs.whole()
+        if not cut:
+            motions, _ = digest(self.whole.fitting, DiscoverySettings().weak)
+            self.inputs = self.whole.in_folds(folds_of(motions))
+        self.rows = Rows(sorted(stretches(self.inputs.parts), key=lambda s: (s.log, float(s.motion.time[0]))))
+
+    def opened(self) -> Opened:
+        """What is measured, and what the nominal model makes of it."""
+        inputs = self.inputs
+        found = [finding for inspection in inputs.inspections for finding in inspection.quality]
+        checks = tuple(
+            Check(f.verdict, f.sentence, f.consequence, f.remedy, f.fix.sentence if f.fix else "")
+            for f in sorted(found, key=lambda f: SEVERITY.index(f.verdict))
+            if f.verdict != "ok"
+        )
+        nominal = VehicleModel(inputs.vehicle, "nominal", "physics")
+        error, lost = self.error(nominal)
+        return Opened(
+            inputs.log_names,
+            inputs.vehicle.name,
+            self.rows.seconds,
+            tuple(inputs.warnings),
+            tuple(inputs.notes),
+            checks,
+            self.rows.measured(inputs.channels),
+            inputs.channels,
+            HORIZON,
+            Fit((), error, lost, self.rows.columns(nominal, inputs.vehicle), unseen=False),
+        )
+
+    def error(self, model: VehicleModel) -> tuple[dict[str, float], int]:
+        """Root mean square errors of predictions, see `Fit`, and how many of them run away."""
+        found = rollout_errors(model, self.inputs.parts.judged, (HORIZON,)).get(f"{HORIZON:g}")
+        if found is None:
+            return {}, 0
+        record = found.score.record
+        return {name: float(record.of(name)) for name in ("position", *AXES)}, found.diverged
+
+
+class Rows:
+    """The rows of all stretches on one axis of time, with a row of NaN where the record breaks."""
+
+    def __init__(self, along: Sequence[Stretch]) -> None:
+        self._along = along
+        self._offsets: list[float] = []
+        clock, ends, shift, log = [], [], 0.0, None
+        for stretch in along:
+            time, step = stretch.motion.time, stretch.motion.time_step
+            if stretch.log != log:
+                last = clock[-1][-1] if clock else -step
+                shift, log = float(last + step - time[0]) if clock else -float(time[0]), stretch.log
+                broken = bool(clock)
+            else:
+                broken = bool(time[0] + shift - clock[-1][-1] > _GAP * step)
+            self._offsets.append(shift)
+            if broken:
+                ends.append(sum(part.size for part in clock))
+            clock.append(time + shift)
+        self._breaks = np.array(ends, int)
+        self._clock = np.concatenate(clock)
+
+    @property
+    def seconds(self) -> float:
+        """Length of all stretches [s]."""
+        return sum(stretch.motion.duration for stretch in self._along)
+
+    def spread(self, values: Array) -> Array:
+        """A column (rows,) with its breaks."""
+        return np.insert(np.asarray(values, float), self._breaks, np.nan) if self._breaks.size else values
+
+    def measured(self, channels: Sequence[str]) -> dict[str, Array]:
+        """What was measured."""
+        at = np.insert(self._clock, self._breaks, self._clock[self._breaks - 1] + 1e-3) if self._breaks.size else None
+        found = {"time": self._clock if at is None else at, "anew": self.spread(np.concatenate(self._anew()))}
+        parts = [
+            np.column_stack([s.motion.position, s.motion.heading, s.motion.velocity, accelerations(s.motion)])
+            for s in self._along
+        ]
+        whole, commands = np.concatenate(parts), np.concatenate([s.motion.commands for s in self._along])
+        names = (*_STATES, "u_dot", "v_dot", "r_dot")
+        found |= {name: self.spread(whole[:, k]) for k, name in enumerate(names)}
+        return found | {name: self.spread(commands[:, k]) for k, name in enumerate(channels)}
+
+    def _anew(self) -> list[Array]:
+        """One where predictions begin anew from the measurement, by stretch; see `residuals.series.restarted`."""
+        every = [round(RESTART / s.motion.time_step) for s in self._along]
+        rows = [np.arange(s.motion.time.size) for s in self._along]
+        return [(row % n == 0).astype(float) for row, n in zip(rows, every, strict=True)]
+
+    def columns(self, model: VehicleModel, nominal: Vehicle) -> dict[str, Array]:
+        """What a model predicts, and the force that it leaves, in the nominal model's mass."""
+        said = np.concatenate(predicted(model, self._along))
+        measured = np.concatenate([accelerations(s.motion) for s in self._along])
+        left = (measured - said[:, :3]) @ mass_matrix(nominal)
+        names = ("north", "east", "psi", "u", "v", "r")
+        found = {name: self.spread(said[:, 3 + k]) for k, name in enumerate(names)}
+        return found | {name: self.spread(left[:, k]) for k, name in enumerate(FORCES)}
+
+    def at(self, time: float) -> tuple[Stretch, int]:
+        """The stretch and its row nearest to an instant of the table."""
+        row = int(np.argmin(np.abs(self._clock - time)))
+        for stretch in self._along:
+            if row < stretch.motion.time.size:
+                return stretch, row
+            row -= stretch.motion.time.size
+        raise RequestError(f"there is no row at {number(time)} s")
