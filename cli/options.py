@@ -56,7 +56,7 @@ def read_logs(
 
 def check_folder(out: Path, reads: Iterable[Any] = (), *, report: bool = True, force: bool = False) -> None:
     """Refuse a run folder that cannot be written, before the work on it begins."""
-    from ..workflows.run_folder.write import check_target
+    from ..workflows.run_folder.targets import check_target
 
     check_target(out, reads, report=report, force=force)
 

@@ -3,12 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import get_blas_funcs
 
 from .frames import Array
 
-_tbsv = get_blas_funcs(("tbsv",), dtype=np.float64)[0]
-"""Solves a triangular band: a recursion in one call."""
+_BLOCK = 32
+"""Rows of a recursion that are one product of matrices: a minute of log is few of them, and little arithmetic."""
+_SINCE = np.arange(_BLOCK) - np.arange(_BLOCK)[:, None]
+"""By how many rows one row of a block comes after another."""
 _SAME = 1e-9
 """Share of the largest change of a command that is rounding of its mean over a row."""
 
@@ -67,6 +68,20 @@ def first_order_lag(series: Array, time_constant: float, time_step: float, start
     driven = b1 * series
     driven[1:] += b0 * series[:-1]
     driven[0] = series[0] if start is None else start
-    recursion = np.empty((2, series.size), order="F")  # the two diagonals of y[k] - a y[k-1]
-    recursion[0], recursion[1] = 1.0, -a
-    return np.asarray(_tbsv(1, recursion, driven, lower=1, diag=1, overwrite_x=1))
+    return recursion(float(a), driven)
+
+
+def recursion(share: float, driven: Array) -> Array:
+    """y[k] = share y[k-1] + x[k] along a series x (n,), from nothing before it.
+
+    Blocks of it are products with powers of the share; what each hands to the next is such a recursion again. SciPy
+    solves the triangular band in one call, and takes longer to load than all lags of an answer take.
+    """
+    blocks = -(-driven.size // _BLOCK)
+    rows = np.zeros((blocks, _BLOCK))
+    rows.reshape(-1)[: driven.size] = driven
+    powers = share ** np.arange(_BLOCK + 1)
+    found = rows @ np.where(_SINCE >= 0, powers[_SINCE], 0.0)
+    if blocks > 1:
+        found[1:] += recursion(share**_BLOCK, found[:-1, -1])[:, None] * powers[1:]
+    return np.asarray(found.reshape(-1)[: driven.size])

@@ -5,9 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from ...measurements.statistics.blocks import block_draws, block_scores, sandwich
+from ...measurements.statistics.quantiles import student
 from .rows import EDGE, Array, Scene
 
 _DRAWS = 999
@@ -55,7 +55,7 @@ class Fitted:
 
     def interval(self, k: int) -> list[float]:
         """The 95 % interval of a coefficient."""
-        reach = float(stdtrit(max(self.blocks - 2, 2), 0.975)) * self.errors[k]
+        reach = student(max(self.blocks - 2, 2), 0.975) * self.errors[k]
         return [float(self.values[k] - reach), float(self.values[k] + reach)]
 
 

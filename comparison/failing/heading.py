@@ -5,8 +5,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
-from scipy.special import fdtri
 
+from ...measurements.statistics.quantiles import fisher
 from ...physics.file_records import Number, Record
 from ...physics.frames import AXES
 from ...physics.in_words import number, unit_text
@@ -129,7 +129,7 @@ def _judged(known: Heading, fit: Fitted | None, sectors: int, usual: float, axis
     drawn = np.hypot(*fit.sample.T)
     low, high = (float(end) for end in np.quantile(drawn, [0.025, 0.975]))
     test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
-    sure = test > float(fdtri(2, max(fit.blocks - 2, 3), 1.0 - _CHANCE))
+    sure = test > fisher(2, max(fit.blocks - 2, 3), 1.0 - _CHANCE)
     ends = shorter([low, high])
     found = known.but(
         harmonic=Harmonic(
@@ -188,4 +188,4 @@ def _follows_speed(stage: Scene, psi: Array) -> bool:
     test = float(fit.values @ np.linalg.solve(fit.covariance + 1e-300 * np.eye(2), fit.values)) / 2.0
     size = float(np.hypot(*fit.values)) * float(np.sqrt((u**2).mean()))
     material = size > _MATERIAL * float(stage.spread[1])
-    return material and test > float(fdtri(2, max(fit.blocks - 2, 3), 1.0 - _CHANCE))
+    return material and test > fisher(2, max(fit.blocks - 2, 3), 1.0 - _CHANCE)

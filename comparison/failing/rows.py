@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
+from ...measurements.statistics.running import running_mean
 from .bins import IDLE_SHARE, SLOW, scaled_commands
 
 Array = NDArray[np.float64]
@@ -76,8 +76,8 @@ class Scene:
         reaches into the next stretch does no harm to what is told of many seconds.
         """
         rows = max(1, round(_SMOOTH / self.step))
-        error = uniform_filter1d(np.nan_to_num(self.error), rows, axis=0)
-        measured = uniform_filter1d(np.nan_to_num(self.measured - _mean(self.measured)), rows, axis=0)
+        error = running_mean(np.nan_to_num(self.error), rows)
+        measured = running_mean(np.nan_to_num(self.measured - _mean(self.measured)), rows)
         return error, np.sqrt(mean_square(measured))
 
     @property

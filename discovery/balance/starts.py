@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from ...measurements.preparation.idle import IDLE, active
 from ...measurements.statistics.robust import spread
+from ...measurements.statistics.running import running_median
 from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.errors import RequestError
 from ...physics.forces import memory_states
@@ -265,7 +265,7 @@ def _clean(motion: Motion) -> np.ndarray:
 
 def _calm(motion: Motion) -> Array:
     """Velocities without single false rows: the median over half a second, (n, 3)."""
-    return median_filter(motion.velocity, size=(_calm_rows(motion), 1), mode="nearest")
+    return running_median(motion.velocity, _calm_rows(motion))
 
 
 def _calm_rows(motion: Motion) -> int:

@@ -7,18 +7,16 @@ factors of logs add; and each block of time has its own, for whatever draws or l
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import cast
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
 
 from ...measurements.statistics.single_threaded import single_threaded
 from ...physics.errors import RequestError
 from ...physics.file_records import Record
 from ...physics.frames import Array
 
-(_factored,) = cast("list[Callable[..., tuple[Array, Array, Array, int]]]", get_lapack_funcs(("geqrf",)))
-"""LAPACK's QR of a matrix that it may write over."""
 _CHUNK = 1 << 16
 """Numbers of the rows that are reduced at a time: half a megabyte stays in the cache of any core."""
 
@@ -137,8 +135,16 @@ def compress(parts: Iterable[Array]) -> tuple[Array, int]:
 
 def _reduced(rows: Array) -> Array:
     """The upper triangle of the QR of rows (n, k), (min(n, k), k)."""
-    found, _, _, _ = _factored(np.asfortranarray(rows), overwrite_a=1)
+    found, _, _, _ = _qr()(np.asfortranarray(rows), overwrite_a=1)
     return np.triu(found[: rows.shape[1]])
+
+
+@cache
+def _qr() -> Callable[..., tuple[Array, Array, Array, int]]:
+    """LAPACK's QR of a matrix that it may write over; SciPy is loaded by who compresses rows."""
+    from scipy.linalg import get_lapack_funcs
+
+    return cast("Callable[..., tuple[Array, Array, Array, int]]", get_lapack_funcs(("geqrf",))[0])
 
 
 def _difference(mine: object, theirs: object) -> str:

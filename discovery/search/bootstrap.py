@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from ...measurements.statistics.blocks import block_draws
+from ...measurements.statistics.quantiles import student
 from ...physics.effects import Parameter
 from ...physics.file_records import Number
 from ...physics.frames import Array
@@ -57,7 +57,7 @@ def block_bootstrap(scores: GramScores, chosen: Sequence[Option], seed: int, dra
     pull = (counts @ right) * scale
     changes = np.linalg.solve(normal, pull[..., None])[..., 0] * scale
     spread = changes.std(axis=0, ddof=1) * np.sqrt(scores.blocks / (scores.blocks - 1))
-    reach = float(stdtrit(scores.blocks - 1, 0.975)) * spread
+    reach = student(scores.blocks - 1, 0.975) * spread
     size = {int(column): float(r) for column, r in zip(columns, reach, strict=True)}
     for option in chosen:
         rows = zip(option.symbols, option.start, option.free, option.lower, option.upper, strict=True)

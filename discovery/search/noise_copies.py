@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 
 from ..balance.base import Balance
 
@@ -32,18 +31,18 @@ class NoiseCopies:
 
     def __init__(self, balance: Balance, seed: int) -> None:
         self._balance, self._seed, self._rows = balance, seed, balance.bins
-        self._length: int = next_fast_len(balance.time.size // self._rows, real=True) or 1
+        self._length: int = _quick_length(balance.time.size // self._rows)
 
     def of(self, left: Single) -> Iterator[Single]:
         """Copies of a rest (tests, 3) as (3, copies, tests), some at a time, `REHEARSALS` in all."""
         size = self._sizes(left)
         places = left.shape[0] // self._rows
         white = (left / size).reshape(places, self._rows * 3) * np.float32(np.sqrt(self._length / places))
-        spectrum = np.asarray(rfft(white, self._length, axis=0)).T[:, None]
+        spectrum = np.asarray(np.fft.rfft(white, self._length, axis=0)).T[:, None]
         step = max(1, _NUMBERS // (3 * left.shape[0]))
         for start in range(0, REHEARSALS, step):
             turned = spectrum * self._turns[start : start + step]
-            drawn = np.asarray(irfft(turned, self._length, axis=2))[:, :, :places]
+            drawn = np.asarray(np.fft.irfft(turned, self._length, axis=2))[:, :, :places]
             drawn = drawn.reshape(self._rows, 3, -1, places).transpose(1, 2, 3, 0)
             yield drawn.reshape(3, drawn.shape[1], -1) * size.T[:, None]
 
@@ -65,3 +64,11 @@ class NoiseCopies:
         square = np.stack([np.bincount(block, left[:, axis] ** 2) / count for axis in range(3)], axis=1)
         least = _LEAST_SIZE**2 * np.maximum((left**2).mean(axis=0), np.finfo(np.float32).tiny)
         return np.sqrt(np.maximum(square, least))[block].astype(np.float32)
+
+
+def _quick_length(least: int) -> int:
+    """The next number without factors beyond five: a Fourier transform of that length is quick."""
+    length = max(least, 1)
+    while 30**20 % length:  # each factor of a number below 2**20 divides it
+        length += 1
+    return length

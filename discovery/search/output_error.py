@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import stdtrit
 
 from ...measurements.statistics.blocks import block_scores, sandwich
+from ...measurements.statistics.quantiles import student
 from ...physics.errors import RequestError
 from ...physics.frames import Array
 from ...physics.motion import Motion
@@ -178,7 +178,7 @@ class _Problem:
             inverse = np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free], rcond=1e-12, hermitian=True)
             covariance[np.ix_(free, free)] = sandwich(inverse, scores[:, free]) / np.outer(size[free], size[free])
         if blocks > free.sum():
-            reach[free] = float(stdtrit(blocks - 1, 0.975)) * np.sqrt(np.diag(covariance)[free])
+            reach[free] = student(blocks - 1, 0.975) * np.sqrt(np.diag(covariance)[free])
         return covariance, reach
 
 

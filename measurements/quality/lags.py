@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from ...physics.frames import Array
 from ..alignment import band_passed, drift_free
 from ..statistics.peak import turning_point
+from ..statistics.quantiles import student
 from ..statistics.robust import CI
 
 _BLOCK = 10.0
@@ -111,7 +111,7 @@ def lag_of(
         return None
     count = known.size
     error = float(np.sqrt((count - 1) / count * ((known - known.mean()) ** 2).sum()))
-    few = float(stdtrit(count - 1, 0.975)) / CI
+    few = student(count - 1, 0.975) / CI
     return Lag(seconds, few * error, 1.0 - left, slope, count)
 
 

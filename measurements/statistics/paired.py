@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.special import stdtrit
 
 from ...physics.frames import Array
+from .quantiles import student
 
 Verdict = Literal["better", "worse", "no difference", "too short to tell"]
 
@@ -115,7 +115,7 @@ def paired_ratio(model: Array, reference: Array, shortest: int = 1, fewest: int 
     error, blocks = _error(0.5 * (model / ours - reference / theirs).mean(axis=1), shortest, fewest)
     if error is None:
         return Difference(gap, float(np.expm1(gap)), None, None, int(blocks))
-    half = float(stdtrit(blocks - 1.0, _LEVEL) * error)
+    half = student(blocks - 1.0, _LEVEL) * error
     return Difference(gap, float(np.expm1(gap)), (gap - half, gap + half), error, int(blocks))
 
 
@@ -177,5 +177,5 @@ def surely_more(left: Array, other: Array) -> bool:
     floor = max(_FLOOR * float(other.mean()), 1e-300)
     more = np.log((left + floor) / (other + floor))
     error = float(more.std(ddof=1)) / np.sqrt(more.size)
-    sure = float(stdtrit(more.size - 1, 1.0 - _BY_CHANCE))
+    sure = student(more.size - 1, 1.0 - _BY_CHANCE)
     return bool(more.sum() > np.log(_ODDS) and more.mean() > sure * error)

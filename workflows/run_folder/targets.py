@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...measurements.collection import find_logs
-from ...physics.errors import LogError, RequestError
+from ...physics.errors import LogError, RequestError, expect
 from ...physics.file_marks import written_by
 from ...physics.files import is_device, real, stream_of, try_out
 from ...physics.folders import Own, check_folder
@@ -19,7 +19,7 @@ from ...residuals.models.foreign import is_function_name
 from ...residuals.models.model_files import NETWORK_FILES
 from ...residuals.models.neural import is_network_folder
 from .moved_files import made_logs, made_map, places
-from .run_files import RUN_FILES, is_run
+from .run_files import PAGE, PDF, RUN_FILES, is_run, own_run
 
 _MCAP = b"\x89MCAP0\r\n"
 _HEAD = 400
@@ -120,6 +120,29 @@ def check_target_folder(
         check_folder(target, new, own, force=force)
     except OSError as error:
         raise RequestError(f"cannot write {target}: {error.strerror or error}") from None
+
+
+def check_target(
+    out: str | os.PathLike[str], reads: Iterable[Any] = (), *, report: bool = True, force: bool = False
+) -> Path:
+    """The run folder's path, if it can be written and nothing of the user's be lost.
+
+    Parameters
+    ----------
+    reads : logs, vehicle, map: what the run is made from
+    report : whether the page is written, too
+    force : replace also what undertow did not write
+
+    Raises
+    ------
+    RequestError
+        see `check_target_folder`.
+    """
+    expect("write_run: out", out, (str, os.PathLike), "give the path of a folder")
+    target = Path(out)
+    new = {name for name in RUN_FILES if name != PDF and (report or name != PAGE)}
+    check_target_folder("--out", target, new, own_run, reads, force=force)
+    return target
 
 
 def inputs_of(reads: Iterable[Any]) -> Iterator[Path]:

@@ -2,7 +2,6 @@
 
 import os
 import warnings
-from collections.abc import Iterable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -26,31 +25,8 @@ from .moved_files import paths_from
 from .provenance import command, seen_from, versions
 from .read import read_run
 from .run import Run
-from .run_files import DATA, PAGE, PDF, RUN_FILES, RUN_SCHEMA, own_run, seal
-from .targets import check_target_folder
-
-
-def check_target(
-    out: str | os.PathLike[str], reads: Iterable[Any] = (), *, report: bool = True, force: bool = False
-) -> Path:
-    """The run folder's path, if it can be written and nothing of the user's be lost.
-
-    Parameters
-    ----------
-    reads : logs, vehicle, map: what the run is made from
-    report : whether the page is written, too
-    force : replace also what undertow did not write
-
-    Raises
-    ------
-    RequestError
-        see `targets.check_target_folder`.
-    """
-    expect("write_run: out", out, (str, os.PathLike), "give the path of a folder")
-    target = Path(out)
-    new = {name for name in RUN_FILES if name != PDF and (report or name != PAGE)}
-    check_target_folder("--out", target, new, own_run, reads, force=force)
-    return target
+from .run_files import DATA, RUN_SCHEMA, own_run, seal
+from .targets import check_target
 
 
 @showing

@@ -12,9 +12,9 @@ from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtri
 
 from ....physics.frames import Array
+from ...statistics.quantiles import fisher
 from ..finding import Check, Finding, Reach
 from ..quick_motion import LEAST, STEP, Part, parts_of, unexplained
 from ..record import Record
@@ -81,8 +81,8 @@ class Limited(Check):
         )
         pieces = int(elsewhere.sum()) // _ROWS
         calm = np.sqrt((left[elsewhere] ** 2).mean(axis=0)) if pieces else np.zeros(2)
-        many = extreme[:, at].sum(axis=0)[:, None] // _ROWS
-        ratio = np.sqrt(fdtri(_FREE * many, _FREE * max(pieces, 1), 1.0 - _CHANCE))
+        many = (extreme[:, at].sum(axis=0) // _ROWS).tolist()
+        ratio = np.sqrt([[fisher(_FREE * k, _FREE * max(pieces, 1), 1.0 - _CHANCE)] for k in many])
         surely = beyond & (fitful | (size >= np.maximum(_TIMES, ratio) * calm))
         if not surely.any():
             text = f"{told}, and no less while they stand elsewhere: waves, or a model that lacks much"

@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullFormatter, NullLocator
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from ....comparison.failing.frequency import Frequency
 from ....comparison.failing.heading import Heading
 from ....comparison.failing.rows import Array, scene
+from ....measurements.statistics.running import running_mean
 from ....physics.frames import AXES
 from ....physics.in_words import unit_text
 from ....residuals.scores import ACCELERATION_UNITS
@@ -48,7 +48,7 @@ def local_error(series: pd.DataFrame, model: str, axis: int) -> Array:
     stage = scene(series, model)
     error = stage.error[:, axis]
     rows = max(1, round(_SMOOTH / stage.step))
-    size = np.sqrt(np.maximum(uniform_filter1d(np.square(np.nan_to_num(error)), rows), 0.0))
+    size = np.sqrt(np.maximum(running_mean(np.square(np.nan_to_num(error)), rows), 0.0))
     return np.where(np.isfinite(error), size, np.nan)
 
 

@@ -25,8 +25,7 @@ from undertow.physics.file_marks import at_end, in_stamps, on_top, written_by
 from undertow.physics.files import strict_json, try_out, write_bytes, write_text
 from undertow.physics.vehicle import load_vehicle
 from undertow.workflows.run_folder.run_files import DATA, own_run, seal
-from undertow.workflows.run_folder.targets import Kind, check_targets
-from undertow.workflows.run_folder.write import check_target
+from undertow.workflows.run_folder.targets import Kind, check_target, check_targets
 
 SIMULATE = "simulate -v blueboat --duration 20 --out"
 
