@@ -59,7 +59,9 @@ def steps(search: Search, final: State, corrected: Vehicle, calibrated: str) -> 
     chosen: tuple[str, ...] = ()
     while len(chosen) < len(effects) - 1:
         rest = [key for key in effects if key not in chosen]
-        trials = shared(partial(_with_one_more, search, final, chosen), rest)
+        more = partial(_with_one_more, search, final, chosen)
+        # On the force balance a model is fitted before a process would be forked.
+        trials = [more(key) for key in rest] if search.balance.forces else shared(more, rest)
         best, key = min(zip(trials, rest, strict=True), key=lambda pair: pair[0].score)
         chosen = (*chosen, key)
         found.append((key, best.vehicle))

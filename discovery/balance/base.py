@@ -32,15 +32,21 @@ class Neighbourhood:
     balances : the balance of a model and of noisier copies of the log, (1 + copies, tests, 3)
     difference : the balances of one model less those of another
     memo : columns that callers keep with the data they belong to
-    linear : columns of damping, mass and thrust do not depend on the model
+    unit : what a unit of a parameter takes off the balance about a model, of one in which it is linear, by its symbol
+        and the values that multiply it; None where columns of damping, mass and thrust depend on the model
     step_share : share of a parameter's step by which its column is taken
     """
 
     balances: Callable[[Vehicle], Array]
     difference: Callable[[Vehicle, Vehicle], Array]
     memo: Remembered[Array]
-    linear: bool = True
+    unit: Callable[[Vehicle, str, tuple[object, ...]], Array] | None = None
     step_share: float = 1.0
+
+    @property
+    def linear(self) -> bool:
+        """Whether columns of damping, mass and thrust do not depend on the model."""
+        return self.unit is not None
 
 
 @dataclass(frozen=True, slots=True)

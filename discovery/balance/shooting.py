@@ -107,7 +107,7 @@ class Shooting(Balance):
         """The balance by the linearised rollouts of the vehicle; added mass bends a column, so that steps are small."""
         tangent = Tangent(self, vehicle)
         memo: Remembered[Array] = Remembered(room(MANY, tangent.balances(vehicle).shape))
-        return Neighbourhood(tangent.balances, tangent.difference, memo, linear=False, step_share=_STEP_SHARE)
+        return Neighbourhood(tangent.balances, tangent.difference, memo, step_share=_STEP_SHARE)
 
     @property
     def tests(self) -> WeakSettings:

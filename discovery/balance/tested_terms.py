@@ -85,6 +85,7 @@ class TestedTerms(Products):
         north, east = np.concatenate(air).T
         self._known: deque[tuple[Vehicle, Parts]] = deque(maxlen=_KNOWN)
         self._known_rates: dict[int, tuple[Array, ...]] = {}
+        self._units: dict[tuple[object, ...], Parts] = {}
         self._thrusts = LateForces(motions)
         heading, minutes = (
             np.concatenate(parts) for parts in zip(*((m.heading, m.minutes) for m in motions), strict=True)
@@ -121,6 +122,26 @@ class TestedTerms(Products):
             for axis, coefficient, _ in (first, *others):
                 sums[axis] += coefficient * product
         return total + self.passed(rows)
+
+    def unit(self, about: Vehicle, symbol: str, beside: tuple[object, ...]) -> Array:
+        """What a unit of a parameter in which the balance is linear takes off it, (3, copies, tests).
+
+        Which products it multiplies is the same in all waters.
+
+        Parameters
+        ----------
+        beside : what else its coefficients depend on
+        """
+        parts = self._units.get((symbol, *beside))
+        if parts is None:
+            without, within = (about.with_values({symbol: value}) for value in (0.0, 1.0))
+            parts = self._units[symbol, *beside] = less(self._balance(without), self._balance(within))
+        flow = water(about)
+        surge, sway, yaw = (
+            {(k[0], None if k[1] is None else flow, *k[2:]): (part[0], about) for k, part in line.items()}
+            for line in parts
+        )
+        return self.summed((surge, sway, yaw))
 
     def _balance(self, vehicle: Vehicle) -> Parts:
         for known, parts in self._known:

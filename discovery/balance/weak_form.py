@@ -90,7 +90,7 @@ class WeakForm(Balance):
             times.append(motion.time[centres])
         self._terms = TestedTerms(self.motions, velocities, self._kernels, claims)
         memo: Remembered[Array] = Remembered(room(MANY, (3, *self._terms.shape)))
-        self._near = Neighbourhood(self.balances, self._difference, memo)
+        self._near = Neighbourhood(self.balances, self._difference, memo, self._unit)
         self.time = np.concatenate(times)
         blocks = min(settings.blocks, self.time.size // LEAST_TESTS)
         if blocks < _LEAST_BLOCKS:
@@ -195,6 +195,9 @@ class WeakForm(Balance):
 
     def _difference(self, one: Vehicle, other: Vehicle) -> Array:
         return self._terms.difference(one, other).transpose(1, 2, 0)
+
+    def _unit(self, about: Vehicle, symbol: str, beside: tuple[object, ...]) -> Array:
+        return self._terms.unit(about, symbol, beside).transpose(1, 2, 0)
 
     def largest_force(self, vehicle: Vehicle) -> Array:
         """The largest of inertia, the model's total force, and the thrust on its axis, (tests, 3) [N, N, N m]."""

@@ -153,7 +153,7 @@ class Linearisation:
             moved = vehicle.with_values(start)
             offset = -1
             if candidate.effect.fixed_amplitude:
-                key = ("offset", shape.symbol, value, *self._depends(shape, vehicle))
+                key = ("offset", shape.symbol, value, *_flow(shape, vehicle), *_beside(shape, vehicle))
                 offset = self._add(self._near.memo.of(key, lambda m=moved: self._near.difference(vehicle, m)))
             found.append(self._present(candidate, moved, tuple(start[s] for s in candidate.symbols), offset))
         return tuple(found)
@@ -168,7 +168,7 @@ class Linearisation:
                 free.append(-1)
                 low = high = 0.0
             else:
-                key = ("slope", parameter.symbol, *self._depends(parameter, about))
+                key = ("slope", parameter.symbol, *_flow(parameter, about), *_beside(parameter, about))
                 slope = self._near.memo.of(key, lambda p=parameter, v=value: self._slope(p, about, v))
                 free.append(self._add(slope))
                 if parameter.grid:
@@ -195,6 +195,9 @@ class Linearisation:
 
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
+        if self._near.unit is not None and _is_linear(parameter):
+            beside = (about.values["fouling_rate"], *_beside(parameter, about))
+            return self._near.unit(about, parameter.symbol, beside)
         symbol, step = parameter.symbol, parameter.step * self._near.step_share
         up = about.with_values({symbol: value + step})
         if not parameter.nonlinear or value - step < parameter.lower:
@@ -202,22 +205,38 @@ class Linearisation:
             return self._near.difference(here, up) / step
         return self._near.difference(about.with_values({symbol: value - step}), up) / (2.0 * step)
 
-    def _depends(self, parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
-        """What a parameter's column depends on, beside the data: the parameters that multiply it in the force."""
-        p = about.values
-        current = tuple(p[symbol] for symbol in (*CURRENT, "fouling_rate"))
-        if parameter.symbol in (*CURRENT, "fouling_rate"):
-            return tuple(p.items())
-        if parameter.symbol in GAINS:  # the bent curve is linear in its gains, and the advance loss apart from it
-            apart = {*GAINS, "advance_loss"}
-            return tuple((t.scale, *(p[key] for key in SHARED if key not in apart)) for t in about.thrusters)
-        if parameter.section == "top":  # times each other in the mass matrix
-            return (*current, p["mass"], p["x_g"], p["y_g"])
-        if parameter.section == "thrusters":
-            return (*current, *((t.scale, *(p[key] for key in SHARED)) for t in about.thrusters))
-        if parameter.section == "memory":
-            return (*current, p["memory_time"], *((p["memory_sway"], p["memory_yaw"]) if parameter.grid else ()))
-        return current
+
+def _is_linear(parameter: Parameter) -> bool:
+    """Whether the force is a sum of which a parameter multiplies some summands, whatever the others are."""
+    apart = parameter.section == "thrusters" or parameter.grid or parameter.symbol == "fouling_rate"
+    return not (parameter.nonlinear or apart)
+
+
+def _flow(parameter: Parameter, about: Vehicle) -> tuple[float, ...]:
+    """What of the water, and of what grows on the hull, a parameter's column depends on."""
+    p = about.values
+    if parameter.symbol in GAINS:  # the bent curve is linear in its gains, and the advance loss apart from it
+        return ()
+    if parameter.section == "thrusters" and parameter.symbol != "advance_loss" and not p["advance_loss"]:
+        return ()
+    return tuple(p[symbol] for symbol in (*CURRENT, "fouling_rate"))
+
+
+def _beside(parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
+    """What else it depends on, beside the data: the parameters that multiply it in the force."""
+    p = about.values
+    if parameter.symbol in (*CURRENT, "fouling_rate"):
+        return tuple(p.items())
+    if parameter.symbol in GAINS:
+        apart = {*GAINS, "advance_loss"}
+        return tuple((t.scale, *(p[key] for key in SHARED if key not in apart)) for t in about.thrusters)
+    if parameter.section == "top":  # times each other in the mass matrix
+        return p["mass"], p["x_g"], p["y_g"]
+    if parameter.section == "thrusters":
+        return tuple((t.scale, *(p[key] for key in SHARED)) for t in about.thrusters)
+    if parameter.section == "memory":
+        return p["memory_time"], *((p["memory_sway"], p["memory_yaw"]) if parameter.grid else ())
+    return ()
 
 
 def _near_by(vehicle: Vehicle) -> Vehicle:

@@ -108,6 +108,7 @@ class Scoring:
         self.balance, self.nominal, self.pool, self.settings = balance, nominal, tuple(pool), settings
         self.tests, self._share = balance.time.size, 1.0
         self._without: deque[tuple[State, str, State]] = deque(maxlen=_WITHOUT)
+        self._latest: tuple[tuple[object, ...], Linearisation] | None = None
         self.nuisances = tuple(c.key for c in self.pool if c.nuisance)
         self._kinds = {c.key: c.kind for c in self.pool}
         self._general = {c.key for c in self.pool if c.effect.general}
@@ -134,9 +135,18 @@ class Scoring:
         standing: bool = False,
         roughly: bool = False,
     ) -> tuple[Linearisation, GramScores]:
-        """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains."""
+        """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains.
+
+        Those of the whole pool stay at hand until others are asked for: what a log can show of a model and what its
+        effects are worth are asked one after the other.
+        """
         pool = self.pool if pool is None else pool
-        linear = Linearisation(self.balance, vehicle, self.nominal, pool, active, standing, roughly)
+        asked = (vehicle, tuple(active), tuple(c.key for c in pool), standing, roughly)
+        linear = self._latest[1] if self._latest is not None and self._latest[0] == asked else None
+        if linear is None:
+            self._latest = None  # lest two be in memory
+            linear = Linearisation(self.balance, vehicle, self.nominal, pool, active, standing, roughly)
+            self._latest = (asked, linear)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
         weight = 1.0 / (remains + self.floor)
         return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
