@@ -18,7 +18,7 @@ from ..physics.in_words import percent
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
 from ..residuals.models.domain import known_to, spanned
-from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate
+from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
 from .audit import Audit, audit_along
 from .differences import differences
@@ -55,6 +55,12 @@ class Judged:
         """The same of a model that differs by its name and kind alone."""
         audit = None if self.audit is None else replace(self.audit, model=model.name, kind=model.kind)
         return Judged(model, self.errors, audit)
+
+
+def judge_all(models: Sequence[Model], parts: Parts) -> list[Judged]:
+    """Several models, judged on the same rows."""
+    errors = evaluate_all(models, parts.judged)
+    return [judge(model, parts, found) for model, found in zip(models, errors, strict=True)]
 
 
 def judge(model: Model, parts: Parts, errors: Errors | None = None) -> Judged:

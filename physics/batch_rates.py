@@ -77,6 +77,7 @@ class Flattened:
 
     def __init__(self, crowd: Sequence[tuple[Terms, int]], placed: bool = True) -> None:
         self._placed = placed
+        crowd = _merged(crowd)
         widths = [width for _, width in crowd]
         ends = np.cumsum([0, *widths])
 
@@ -157,3 +158,14 @@ class Flattened:
         else:
             out[6:8] = 0.0
         return out
+
+
+def _merged(crowd: Sequence[tuple[Terms, int]]) -> list[tuple[Terms, int]]:
+    """A crowd with rollouts of one vehicle that follow one another taken as one: each is a product of matrices less."""
+    found: list[tuple[Terms, int]] = []
+    for terms, width in crowd:
+        if found and found[-1][0] is terms:
+            found[-1] = (terms, found[-1][1] + width)
+        else:
+            found.append((terms, width))
+    return found

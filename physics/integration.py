@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -101,7 +102,8 @@ def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added |
     order = sorted(range(len(crowd)), key=lambda k: -crowd[k].steps)
     lined = [crowd[k] for k in order]
     ends = np.cumsum([0, *(one.batch for one in lined)]).tolist()
-    terms = [Terms(one.vehicle) for one in lined if one.vehicle is not None]
+    of_vehicle = {id(one.vehicle): Terms(one.vehicle) for one in lined if one.vehicle is not None}
+    terms = [of_vehicle[id(one.vehicle)] for one in lined if one.vehicle is not None]
     state, (pushed, lost, air, clock) = _side_by_side(lined, terms)
     h, first, held = time_step, 6 - lined[0].initial.shape[1], None
     own: Flattened | None = None
@@ -112,10 +114,9 @@ def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added |
             out[3:6] += held
         return out
 
-    histories = [np.empty((one.steps + 1, 6 - first, one.batch)) for one in lined]
+    history = np.empty((lined[0].steps + 1, 6 - first, ends[-1]))
     diverged, done = np.zeros(ends[-1], dtype=bool), 0
-    for place, history in enumerate(histories):
-        history[0] = state[first:6, ends[place] : ends[place + 1]]
+    history[0] = state[first:6]
     while any(going := [one for one in lined if one.steps > done]):
         width = ends[len(going)]
         state = state[:, :width].copy()
@@ -135,12 +136,11 @@ def integrate_together(crowd: Sequence[Driven], time_step: float, added: Added |
                 diverged[:width] |= fast
                 state[:, fast] = np.nan_to_num(state[:, fast], nan=0.0, posinf=0.0, neginf=0.0)
                 state[3:, fast] = np.clip(state[3:, fast], -SPEED_LIMIT, SPEED_LIMIT)
-            for place in range(len(going)):
-                histories[place][k + 1] = state[first:6, ends[place] : ends[place + 1]]
+            history[k + 1, :, :width] = state[first:6]
         done = going[-1].steps
     rolled = [
-        Rollouts(np.ascontiguousarray(history.transpose(2, 0, 1)), diverged[ends[place] : ends[place + 1]])
-        for place, history in enumerate(histories)
+        Rollouts(np.ascontiguousarray(history[: one.steps + 1, :, a:b].transpose(2, 0, 1)), diverged[a:b])
+        for one, (a, b) in zip(lined, pairwise(ends), strict=True)
     ]
     return [rolled[order.index(k)] for k in range(len(crowd))]
 

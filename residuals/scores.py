@@ -173,11 +173,17 @@ class Errors:
 
 def evaluate(model: Model, data: DataSet, horizons: Sequence[float] = HORIZONS) -> Errors:
     """All errors of a model on a data set, predictions over some horizons [s] among them."""
+    return evaluate_all([model], data, horizons)[0]
+
+
+def evaluate_all(models: Sequence[Model], data: DataSet, horizons: Sequence[float] = HORIZONS) -> list[Errors]:
+    """The same of several models, which takes little longer where they are vehicles; each has its share of the time."""
     begun = perf_counter()
-    measured, error = acceleration_errors(model, data)
-    rollouts = rollout_errors(model, data, horizons)
+    rollouts = _rollout_errors(models, data, horizons)
+    errors = [acceleration_errors(model, data) for model in models]
     step = tuple(motion.time_step for motion in data.motions)
-    return Errors(measured, error, step, rollouts, perf_counter() - begun)
+    seconds = (perf_counter() - begun) / max(len(models), 1)
+    return [Errors(*own, step, rolled, seconds) for own, rolled in zip(errors, rollouts, strict=True)]
 
 
 def acceleration_errors(model: Model, data: DataSet) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -209,33 +215,56 @@ def rollout_errors(
     model: Model, data: DataSet, horizons: Sequence[float] = HORIZONS, spacing: float = SPACING
 ) -> Mapping[str, RolloutErrors]:
     """Squared errors of open-loop rollouts by horizon [s]; see `rollout_scores`."""
+    return _rollout_errors([model], data, horizons, spacing)[0]
+
+
+def _rollout_errors(
+    models: Sequence[Model], data: DataSet, horizons: Sequence[float], spacing: float = SPACING
+) -> list[Mapping[str, RolloutErrors]]:
     spacing = max(spacing, data.seconds / _MOST_STARTS)
-    motions = {id(motion): motion for motion in data.motions}
-    begun: dict[tuple[str, int], list[np.ndarray]] = {}
-    squares: dict[tuple[str, int], list[Array]] = {}
-    lost = dict.fromkeys([f"{h:g}" for h in horizons], 0)
     asked = [legs for motion in data.motions for legs in _starts(motion, horizons, spacing)]
-    for legs, states in rolled_out(model, asked):
+    found = {model: _Rolled(horizons) for model in models}
+    for model, legs, states in rolled_out(models, asked):
+        found[model].take(legs, states)
+    return [found[model].errors(data.motions, spacing) for model in models]
+
+
+class _Rolled:
+    """Rollouts of one model, of which only their squared errors are kept."""
+
+    def __init__(self, horizons: Sequence[float]) -> None:
+        self._horizons = horizons
+        self._begun: dict[tuple[str, int], list[np.ndarray]] = {}
+        self._squares: dict[tuple[str, int], list[Array]] = {}
+        self._lost = dict.fromkeys([f"{h:g}" for h in horizons], 0)
+
+    def take(self, legs: Legs, states: Array) -> None:
+        """Take the states (starts, steps + 1, 6) of some rollouts."""
         motion, rows = legs.motion, legs.starts[:, None] + np.arange(legs.steps + 1)
         truth = np.column_stack([motion.position, motion.heading, motion.velocity])
         error = states - truth[rows]
         place = (error[..., :2] ** 2).sum(axis=-1, keepdims=True)
         per_row = np.concatenate([error[..., 3:] ** 2, place], axis=-1)
-        for h in horizons:
+        for h in self._horizons:
             key, length = (f"{h:g}", id(motion)), round(h / motion.time_step)
             if length <= legs.steps:
-                begun.setdefault(key, []).append(legs.starts)
-                squares.setdefault(key, []).append(per_row[:, 1 : length + 1].mean(axis=1))
+                self._begun.setdefault(key, []).append(legs.starts)
+                self._squares.setdefault(key, []).append(per_row[:, 1 : length + 1].mean(axis=1))
                 speeds = np.abs(states[:, 1 : length + 1, 3:]).max(axis=(1, 2))
-                lost[key[0]] += int((speeds >= SPEED_LIMIT).sum())
-    found: dict[str, RolloutErrors] = {}
-    for name in lost:
-        inside = [key for key in ((name, number) for number in motions) if key in squares]
-        if inside:
-            ordered = tuple(np.concatenate(squares[key])[np.argsort(np.concatenate(begun[key]))] for key in inside)
-            apart = tuple(_every(motions[number], spacing) * motions[number].time_step for _, number in inside)
-            found[name] = RolloutErrors(ordered, apart, lost[name])
-    return found
+                self._lost[key[0]] += int((speeds >= SPEED_LIMIT).sum())
+
+    def errors(self, motions: Sequence[Motion], spacing: float) -> Mapping[str, RolloutErrors]:
+        """The squared errors by horizon, the starts in the order of time."""
+        found: dict[str, RolloutErrors] = {}
+        for name, lost in self._lost.items():
+            inside = {(name, id(motion)): motion for motion in motions if (name, id(motion)) in self._squares}
+            if inside:
+                squares = (np.concatenate(self._squares[key]) for key in inside)
+                order = (np.argsort(np.concatenate(self._begun[key])) for key in inside)
+                ordered = tuple(square[places] for square, places in zip(squares, order, strict=True))
+                apart = tuple(_every(motion, spacing) * motion.time_step for motion in inside.values())
+                found[name] = RolloutErrors(ordered, apart, lost)
+        return found
 
 
 def _every(motion: Motion, spacing: float) -> int:

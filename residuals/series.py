@@ -35,7 +35,8 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     """
     along = stretches(parts)
     found = [_measured(stretch, channels) for stretch in along]
-    said = {model: predicted(model, along) for model in dict.fromkeys((before, after))}
+    both = list(dict.fromkeys((before, after)))
+    said = dict(zip(both, predicted(both, along), strict=True))
     for name, model in (("before", before), ("after", after)):
         for columns, values in zip(found, said[model], strict=True):
             columns |= named([f"{column}_{name}" for column in PREDICTED], values)
@@ -46,11 +47,13 @@ def series(before: Model, after: Model, parts: Parts, channels: Sequence[str]) -
     return in_order(found)
 
 
-def predicted(model: Model, along: Sequence["Stretch"]) -> list[Array]:
-    """What a model says along stretches, (n, 9) each, in the order of `PREDICTED`."""
-    states = restarted(model, [stretch.motion for stretch in along])
-    pairs = zip(along, states, strict=True)
-    return [np.column_stack([_modelled(model, stretch), rolled]) for stretch, rolled in pairs]
+def predicted(models: Sequence[Model], along: Sequence["Stretch"]) -> list[list[Array]]:
+    """What each model says along stretches, (n, 9) each, in the order of `PREDICTED`."""
+    states = restarted(models, [stretch.motion for stretch in along])
+    return [
+        [np.column_stack([_modelled(model, stretch), rolled]) for stretch, rolled in zip(along, own, strict=True)]
+        for model, own in zip(models, states, strict=True)
+    ]
 
 
 Columns = dict[str, NDArray[Any]]
@@ -118,19 +121,23 @@ def _modelled(model: Model, stretch: Stretch) -> Array:
     return same_filter(model.acceleration(stretch.motion), stretch.motion, stretch.data)
 
 
-def restarted(model: Model, motions: Sequence[Motion]) -> list[Array]:
-    """Open-loop states along motions, put back on the measurement every 10 s: (n, 6) north, east, psi, u, v, r."""
-    found: dict[int, Array] = {}
+def restarted(models: Sequence[Model], motions: Sequence[Motion]) -> list[list[Array]]:
+    """Open-loop states of each model along motions, put back on the measurement every 10 s.
+
+    They are (n, 6): north, east, psi, u, v, r.
+    """
+    found: dict[tuple[Model, int], Array] = {}
     asked: list[Legs] = []
     for motion in motions:
-        found[id(motion)] = np.column_stack([motion.position, motion.heading, motion.velocity])
+        measured = np.column_stack([motion.position, motion.heading, motion.velocity])
+        found |= {(model, id(motion)): measured.copy() for model in models}
         end, every = motion.time.size - 1, round(RESTART / motion.time_step)
         starts = np.arange(0, end + 1 - every, every)
         last = int(starts[-1]) + every if starts.size else 0
         whole, rest = Legs(motion, starts, every), Legs(motion, np.array([last]), end - last)
         asked += [legs for legs in (whole, rest) if legs.starts.size and legs.steps]
-    for legs, states in rolled_out(model, asked):
+    for model, legs, states in rolled_out(models, asked):
         whole = legs.steps == round(RESTART / legs.motion.time_step)
         ahead = np.arange(1, legs.steps + (not whole))  # where one ends another starts, from the measurement
-        found[id(legs.motion)][legs.starts[:, None] + ahead] = states[:, ahead]
-    return [found[id(motion)] for motion in motions]
+        found[model, id(legs.motion)][legs.starts[:, None] + ahead] = states[:, ahead]
+    return [[found[model, id(motion)] for motion in motions] for model in models]

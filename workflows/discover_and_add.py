@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from ..comparison.comparison import BASELINE, CALIBRATED, Judged, comparison, judge, reference_models, score_step
+from ..comparison.comparison import BASELINE, CALIBRATED, Judged, comparison, judge_all, reference_models, score_step
 from ..comparison.models_by_name import CORRECTED
 from ..comparison.what_decides import loses
 from ..discovery.add_effects import add_effects
@@ -25,7 +25,7 @@ from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import COMPARING, SCORING, Say, Stage
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
-from ..residuals.scores import evaluate
+from ..residuals.scores import evaluate_all
 from ..residuals.series import series
 from .run_folder.run import Run
 
@@ -104,7 +104,7 @@ def _in_folds(inputs: Inputs, basis: Basis) -> tuple[Inputs, tuple[Fold, ...]]:
 def references(inputs: Inputs, basis: Basis, folds: Sequence[Fold] = ()) -> References:
     """The calibrated model and the baselines on the judged rows, before the laws of a hull."""
     models, notes = reference_models(inputs, basis=basis, folds=folds)
-    return [judge(model, inputs.parts) for model in models[1:]], notes
+    return judge_all(models[1:], inputs.parts), notes
 
 
 @single_threaded
@@ -135,9 +135,10 @@ def assess(
     models = _models(found, _folds(inputs, found))
     last = models[-1] if len(models) > 1 else _renamed(models[0])
     ends = [models[0]] if last.vehicle == inputs.vehicle else [models[0], last]
-    with beside(lambda: [judge(model, inputs.parts) for model in ends]) as both:
+    with beside(partial(judge_all, ends, inputs.parts)) as both:
         table = series(models[0], models[-1], inputs.parts, inputs.channels)
-        errors = {model: evaluate(model, inputs.parts.judged) for model in models if model not in ends}
+        between = [model for model in models if model not in ends]
+        errors = dict(zip(between, evaluate_all(between, inputs.parts.judged), strict=True))
         nominal, *own = both()
     hand_back()
     if progress is not None:

@@ -70,19 +70,30 @@ class Model(ABC):
         """
 
 
-def rolled_out(model: Model, asked: Sequence[Legs]) -> Iterator[tuple[Legs, Array]]:
-    """Open-loop rollouts, the longest first, and their states (batch, steps + 1, 6), a few at a time for the memory."""
-    crowd: list[Legs] = []
-    for part in (part for legs in sorted(asked, key=lambda legs: -legs.steps) for part in _cut(legs)):
-        if sum(legs.starts.size * legs.steps for legs in (*crowd, part)) > _AT_ONCE:
-            yield from zip(crowd, _states(model, crowd), strict=True)
-            crowd = []
-        crowd.append(part)
-    yield from zip(crowd, _states(model, crowd), strict=True)
+def rolled_out(models: Sequence[Model], asked: Sequence[Legs]) -> Iterator[tuple[Model, Legs, Array]]:
+    """Open-loop rollouts of each model, the longest first, and their states (batch, steps + 1, 6).
+
+    A few at a time for the memory; those of vehicles side by side, in one batch.
+    """
+    vehicles = [model for model in models if isinstance(model, VehicleModel)]
+    others = [[model] for model in models if not isinstance(model, VehicleModel)]
+    for alike in filter(None, (vehicles, *others)):
+        crowd: list[tuple[Model, Legs]] = []
+        for part in (part for legs in sorted(asked, key=lambda legs: -legs.steps) for part in _cut(legs)):
+            for model in alike:
+                if sum(legs.starts.size * legs.steps for _, legs in (*crowd, (model, part))) > _AT_ONCE:
+                    yield from _states(crowd)
+                    crowd = []
+                crowd.append((model, part))
+        yield from _states(crowd)
 
 
-def _states(model: Model, crowd: Sequence[Legs]) -> list[Array]:
-    return [found.states for found in model.rollouts(crowd)] if crowd else []
+def _states(crowd: Sequence[tuple[Model, Legs]]) -> Iterator[tuple[Model, Legs, Array]]:
+    """What is rolled out, of vehicles or of one model."""
+    driven = [(model.vehicle_in(legs.motion), legs) for model, legs in crowd if isinstance(model, VehicleModel)]
+    every = rollouts(driven) if driven or not crowd else crowd[0][0].rollouts([legs for _, legs in crowd])
+    for (model, legs), found in zip(crowd, every, strict=True):
+        yield model, legs, found.states
 
 
 def _cut(legs: Legs) -> list[Legs]:
@@ -120,19 +131,20 @@ class VehicleModel(Model):
 
     def acceleration(self, motion: Motion) -> Array:
         """See `Model.acceleration`."""
-        return modelled_acceleration(self._of(motion), motion)
+        return modelled_acceleration(self.vehicle_in(motion), motion)
 
     def rollout(self, motion: Motion, starts: np.ndarray, steps: int) -> Rollouts:
         """See `Model.rollout`."""
-        return rollout(self._of(motion), motion, starts, steps)
+        return rollout(self.vehicle_in(motion), motion, starts, steps)
 
     def rollouts(self, asked: Sequence[Legs]) -> list[Rollouts]:
         """See `Model.rollouts`."""
-        return rollouts([(self._of(legs.motion), legs) for legs in asked])
+        return rollouts([(self.vehicle_in(legs.motion), legs) for legs in asked])
 
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:
         """See `Model.settled`."""
         return held_acceleration(self.vehicle, velocity, heading, commands)
 
-    def _of(self, motion: Motion) -> Vehicle:
+    def vehicle_in(self, motion: Motion) -> Vehicle:
+        """The vehicle that answers for a motion: the one that was fitted without it, where there is one."""
         return next((vehicle for fold, vehicle in self._unseen if fold.holds(motion)), self.vehicle)
