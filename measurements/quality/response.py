@@ -171,7 +171,7 @@ def _of_kind(records: Sequence[Record], names: list[str]) -> Trials | None:
     lags = np.arange(-(margin // coarse), margin // coarse + 1) * coarse
     if not all(_alone(np.concatenate([table.commands for table in tables]), k) for k in range(len(names))):
         return None
-    left = np.array([_left(tables, int(lag), margin) for lag in lags])
+    left = np.column_stack([_left(tables, lags.tolist(), margin, axis) for axis in range(2)])
     score = np.log(left).sum(axis=1)
     inner = np.flatnonzero((score[1:-1] <= score[:-2]) & (score[1:-1] < score[2:])) + 1
     near = np.flatnonzero((lags * _STEP >= EARLY) & (lags * _STEP <= SLOW))
@@ -216,30 +216,39 @@ def _long_enough(tables: list[_Table]) -> tuple[list[_Table], int]:
     return tables, int(_ENDS * sizes.min())
 
 
-def _left(tables: Sequence[_Table], lag: int, margin: int) -> Array:
-    """What least squares leave of the changes of surge and of yaw (2,) at a lag."""
-    left = np.zeros(2)
-    for axis, drag in enumerate((slice(0, 2), slice(2, 5))):
-        gram = 0.0
-        for table in tables:
-            changes, commands, besides = table.at(lag, margin)
-            columns = np.column_stack([commands, besides[:, drag], changes[:, axis]])
-            gram = gram + columns.T @ columns
-        gram = np.asarray(gram)
-        size = np.sqrt(np.diagonal(gram))
-        scaled = gram / np.outer(np.where(size > 0.0, size, 1.0), np.where(size > 0.0, size, 1.0))
-        inner, outer = scaled[:-1, :-1], scaled[:-1, -1]
-        explained = float(outer @ np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer)
-        left[axis] = max(gram[-1, -1] * (1.0 - explained), 1e-300)
-    return left
+_DRAG = (slice(0, 2), slice(2, 5))
+"""The drag of surge and of yaw among the columns of a table."""
+
+
+def _left(tables: Sequence[_Table], lags: Sequence[int], margin: int, axis: int) -> Array:
+    """What least squares leave of the changes of surge or of yaw at each lag, (lags,)."""
+    many, drag = tables[0].commands.shape[1], _DRAG[axis]
+    size = many + drag.stop - drag.start + 1
+    every = np.zeros((len(lags), size, size))
+    for table in tables:
+        changes, _, besides = table.at(0, margin)
+        beside = np.column_stack([besides[:, drag], changes[:, axis]])
+        every[:, many:, many:] += beside.T @ beside
+        for gram, lag in zip(every, lags, strict=True):
+            moved = table.at(lag, margin)[1]
+            gram[:many, :many] += moved.T @ moved
+            gram[:many, many:] += moved.T @ beside
+    every[:, many:, :many] = every[:, :many, many:].swapaxes(1, 2)
+    power = np.diagonal(every, axis1=1, axis2=2)
+    unit = np.where(power > 0.0, np.sqrt(power), 1.0)
+    scaled = every / (unit[:, :, None] * unit[:, None, :])
+    inner, outer = scaled[:, :-1, :-1], scaled[:, :-1, -1:]
+    fitted = np.linalg.pinv(inner, rcond=1e-9, hermitian=True) @ outer
+    explained = (outer * fitted).sum(axis=(1, 2))
+    return np.asarray(np.maximum(every[:, -1, -1] * (1.0 - explained), 1e-300))
 
 
 def _trial(tables: Sequence[_Table], lag: int, margin: int, full: Mapping[str, float], scale: Array) -> Trial:
     parts = [table.at(lag, margin) for table in tables]
     changes, commands, drag = (np.concatenate([part[k] for part in parts]) for k in range(3))
     stretch = np.concatenate([table.stretch[margin : table.stretch.size - margin] for table in tables])
-    surge = robust_fit(np.column_stack([commands, drag[:, :2]]), changes[:, 0], stretch)
-    yaw = robust_fit(np.column_stack([commands, drag[:, 2:]]), changes[:, 1], stretch)
+    beside_drag = [np.column_stack([commands, drag[:, own]]) for own in _DRAG]
+    surge, yaw = (robust_fit(columns, changes[:, axis], stretch) for axis, columns in enumerate(beside_drag))
     size = np.sqrt((commands**2).mean(axis=0))
     told = {}
     for k, name in enumerate(full):
@@ -250,8 +259,7 @@ def _trial(tables: Sequence[_Table], lag: int, margin: int, full: Mapping[str, f
         told[name] = Answer(*(full[name] * number for part in both for number in part))
     _, number = np.unique(stretch, return_inverse=True)
     left = np.zeros(int(number.max()) + 1 if number.size else 0)
-    for axis, besides in enumerate((drag[:, :2], drag[:, 2:])):
-        columns = np.column_stack([commands, besides])
+    for axis, columns in enumerate(beside_drag):
         rest = changes[:, axis] - columns @ np.linalg.lstsq(columns, changes[:, axis], rcond=None)[0]
         left += np.bincount(number, rest**2, left.size) / scale[axis] * left.size
     return Trial(lag * _STEP, told, left)
