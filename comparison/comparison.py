@@ -23,7 +23,7 @@ from ..residuals.series import series
 from .audit import Audit, audit_along
 from .differences import differences
 from .facts import ComparedModel, Comparison, Domain, RulingRecord, Side
-from .failing.failures import where_they_fail
+from .failing.failures import Fails, where_they_fail
 from .models_by_name import CORRECTED
 from .recommendation import best
 
@@ -115,10 +115,19 @@ def ends(models: Sequence[Model], recommended: str = "") -> tuple[Model, Model]:
     return named[0], by_name.get(CORRECTED) or by_name.get(recommended) or named[-1]
 
 
+def where_ends_fail(table: pd.DataFrame, first: Model, after: Model, parts: Parts) -> Fails:
+    """Where the two models of a series fail, as `comparison.json` says it."""
+    data = [parts.data(part) for part in PARTS]
+    # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
+    last = after if after is not first else None
+    return where_they_fail(table, first, last, data, parts.judge, link=after.name != CALIBRATED)
+
+
 def comparison(
     judged: Sequence[Judged],
     inputs: Inputs,
     table: pd.DataFrame | None = None,
+    fails: Fails | None = None,
     *,
     timed: bool = False,
     notes: Sequence[str] = (),
@@ -129,6 +138,7 @@ def comparison(
     ----------
     judged : the nominal model first
     table : the series of the two models of `ends`; made here where it is None
+    fails : where these two fail, see `where_ends_fail`; found here where it is None
     timed : True to tell wall times; equal inputs do not give equal files then
     notes : sentences on how the models came to be
     """
@@ -143,10 +153,7 @@ def comparison(
     first, after = ends([found.model for found in judged], recommended.model)
     if table is None:
         table = series(first, after, parts, inputs.channels)
-    data = [parts.data(part) for part in PARTS]
-    # Calibration mends an error with whatever parameter is near; only added effects are told as what removes it.
-    last = after if after is not first else None
-    failures, structure = where_they_fail(table, first, last, data, parts.judge, link=after.name != CALIBRATED)
+    failures, structure = fails or where_ends_fail(table, first, after, parts)
     apart = differences([(found.model, found.errors) for found in judged], (NOMINAL, CALIBRATED, CORRECTED))
     return Comparison(
         split=parts.judge,

@@ -4,7 +4,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from ..comparison.comparison import BASELINE, CALIBRATED, Judged, comparison, judge_all, reference_models, score_step
+from ..comparison.comparison import (
+    BASELINE,
+    CALIBRATED,
+    Judged,
+    comparison,
+    judge_all,
+    reference_models,
+    score_step,
+    where_ends_fail,
+)
 from ..comparison.models_by_name import CORRECTED
 from ..comparison.what_decides import loses
 from ..discovery.add_effects import add_effects
@@ -139,6 +148,7 @@ def assess(
         table = series(models[0], models[-1], inputs.parts, inputs.channels)
         between = [model for model in models if model not in ends]
         errors = dict(zip(between, evaluate_all(between, inputs.parts.judged), strict=True))
+        fails = where_ends_fail(table, models[0], last, inputs.parts)
         nominal, *own = both()
     hand_back()
     if progress is not None:
@@ -158,7 +168,7 @@ def assess(
     steps = tuple(score_step(errors[model], *_added(label)) for (label, _), model in scored)
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
-    compared = comparison(judged, inputs, table, notes=notes)
+    compared = comparison(judged, inputs, table, fails, notes=notes)
     weak = (inputs.weak.train, inputs.weak.validation, inputs.weak.test)
     data = LogFacts(
         rows=sum(part.rows for part in weak),

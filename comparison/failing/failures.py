@@ -47,6 +47,8 @@ class Structure(Record):
     drift: Annotated[Mapping[str, Drift], _EVERY]
 
 
+Fails = tuple[tuple[FailingPlace, ...], tuple[Structure, ...]]
+"""Where models fail, and the structure of their errors."""
 Told = TypeVar("Told", FailingPlace, FailingSeconds)
 
 
@@ -58,7 +60,7 @@ def where_they_fail(
     judge: str,
     *,
     link: bool = True,
-) -> tuple[tuple[FailingPlace, ...], tuple[Structure, ...]]:
+) -> Fails:
     """Where the first and the last model of a series fail, in what their errors are alike, and what removes them.
 
     Parameters
