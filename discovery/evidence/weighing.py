@@ -158,19 +158,21 @@ def _selected(model: _Model, candidate: Candidate, squares: Array, alike: Sequen
     rivals = []
     rest = {key: option for key, option in now.items() if key != candidate.key}
     gone = {candidate.key: linear.options[candidate.key][1]}
-    for other in search.pool:
-        # A name is rivalled by names only: an unnamed term that does as well is no reason to withhold it.
-        if other.key in now or (other.kind is Kind.TERM and candidate.kind is not Kind.TERM):
-            continue
-        if same_model(search.nominal, state.active, candidate.key, other.key):
-            continue
-        quick = min(
-            search.quick(scores, {**rest, **gone, other.key: o}) for o in linear.options[other.key] if o.present
-        )
-        if other.key in alike or quick < state.score + 4.0 * TELL_APART:
-            start = search.replace(state, candidate.key, other.key, linear, scores)
+    # A name is rivalled by names only: an unnamed term that does as well is no reason to withhold it.
+    others = [
+        other.key
+        for other in search.pool
+        if not (other.key in now or (other.kind is Kind.TERM and candidate.kind is not Kind.TERM))
+        and not same_model(search.nominal, state.active, candidate.key, other.key)
+    ]
+    shapes = [option for key in others for option in linear.options[key] if option.present]
+    quick = search.quicks(scores, [{**rest, **gone, option.key: option} for option in shapes])
+    best = {key: min(q for q, option in zip(quick, shapes, strict=True) if option.key == key) for key in others}
+    for key in others:
+        if key in alike or best[key] < state.score + 4.0 * TELL_APART:
+            start = search.replace(state, candidate.key, key, linear, scores)
             if start.score < state.score + TELL_APART:
-                rivals.append(other.key)
+                rivals.append(key)
     # A scale of thrust beside a free curve of it is another curve.
     rivals += [c.key for c in search.pool if c.key in now and candidate.effect.name in c.effect.includes]
     if candidate.effect.family in ("coupling", "mass") and search.of_kind(tuple(now), Kind.TERM):
@@ -196,8 +198,9 @@ def _not_selected(model: _Model, candidate: Candidate, whole: Fit) -> Evidence:
     search, linear, scores, now = model.search, model.linear, model.scores, model.now
     present = [option for option in linear.options[candidate.key] if option.present]
     base = search.score(whole, list(now.values()))
-    fits = [(search.fit(scores, [*now.values(), option]), option) for option in present]
-    fit, option = min(fits, key=lambda pair: search.score(pair[0], [*now.values(), pair[1]]))
+    fits = search.fits(scores, [[*now.values(), option] for option in present])
+    ranked = zip(fits, present, strict=True)
+    fit, option = min(ranked, key=lambda pair: search.score(pair[0], [*now.values(), pair[1]]))
     gain = base - search.score(fit, [*now.values(), option])
     share = np.sqrt(np.maximum(whole.held_out - fit.held_out, 0.0)) / search.share_scale
     price = search.price(search.fit(scores, [option]), [option])

@@ -78,7 +78,7 @@ class Search(Scoring):
         score = state.score
         for _ in static:
             trials = [{**now, key: linear.options[key][1]} for key in static if now[key].present]
-            found = [self.quick(scores, trial) for trial in trials]
+            found = self.quicks(scores, trials)
             if not found or min(found) > score:
                 break
             score = min(found)
@@ -137,7 +137,7 @@ class Search(Scoring):
             linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample)
             now = {key: linear.options[key][0] for key in state.active}
             changes = [{**now, key: option} for key in now for option in linear.options[key][2:]]
-            trials = sorted(((self.quick(scores, change), n) for n, change in enumerate(changes)))[:3]
+            trials = sorted((score, n) for n, score in enumerate(self.quicks(scores, changes)))[:3]
             better = [self.apply(state, now, changes[n], scores) for _, n in trials]
             best = min(better, key=lambda s: s.score, default=state)
             if best.score >= state.score - 1e-6:
@@ -156,10 +156,10 @@ class Search(Scoring):
         linear, scores = self.linearise(state.vehicle, state.active, state.fit.in_sample, pool, roughly=True)
         now = {key: linear.options[key][0] for key in state.active}
         for two_for_one in (False, True) if len(self.named(state.active)) <= _PAIRS else (False,):
-            neighbours = enumerate(changes(linear, scores, now, two_for_one, self.nuisances))
-            scored = ((self.quick(scores, change), n, change) for n, change in neighbours)
-            ranked = sorted(scored, key=lambda item: item[:2])
-            for score, _, change in ranked[:6]:
+            neighbours = list(changes(linear, scores, now, two_for_one, self.nuisances))
+            ranked = sorted((score, n) for n, score in enumerate(self.quicks(scores, neighbours)))
+            for score, n in ranked[:6]:
+                change = neighbours[n]
                 active = present(change)
                 if score > state.score - self.settings.margin:
                     break

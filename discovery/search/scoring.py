@@ -158,7 +158,16 @@ class Scoring:
         better; errors are therefore compared as accelerations, multiplied by nominal over fitted mass. What
         sensor noise adds counts as for the nominal model. Rollout errors are compared as they are.
         """
-        fit = scores.fit(chosen)
+        return self.fits(scores, [chosen])[0]
+
+    def fits(self, scores: GramScores, choices: Sequence[Sequence[Option]]) -> list[Fit]:
+        """The same of several choices."""
+        return [
+            self._comparable(fit, chosen, scores.tests)
+            for fit, chosen in zip(scores.fits(choices), choices, strict=True)
+        ]
+
+    def _comparable(self, fit: Fit, chosen: Sequence[Option], tests: int) -> Fit:
         by_column = dict(zip(fit.columns.tolist(), fit.change.tolist(), strict=True))
         mass = self._mass.copy()
         for option in chosen if self.balance.forces else ():
@@ -168,7 +177,7 @@ class Scoring:
                     mass += change * self._heavier[symbol]
         ratio = self._mass / np.maximum(mass, 0.05 * self._mass)
         blocks = fit.held_out_blocks * ratio**2 + self.noise_blocks
-        return replace(fit, held_out_blocks=blocks, held_out=np.maximum(blocks.sum(axis=0) / scores.tests, 0.0))
+        return replace(fit, held_out_blocks=blocks, held_out=np.maximum(blocks.sum(axis=0) / tests, 0.0))
 
     def score(self, fit: Fit, chosen: Sequence[Option]) -> float:
         """Half the independent tests times the log held-out error, summed over axes, plus the price of parameters."""
@@ -310,8 +319,12 @@ class Scoring:
 
     def quick(self, scores: GramScores, change: dict[str, Option]) -> float:
         """Score of a neighbouring model about the columns at hand, without refinement."""
-        chosen = list(change.values())
-        return self.score(self.fit(scores, chosen), chosen)
+        return self.quicks(scores, [change])[0]
+
+    def quicks(self, scores: GramScores, changes: Sequence[dict[str, Option]]) -> list[float]:
+        """Scores of several of them."""
+        choices = [list(change.values()) for change in changes]
+        return [self.score(fit, chosen) for fit, chosen in zip(self.fits(scores, choices), choices, strict=True)]
 
 
 def noise_by_block(balances: Array, block: np.ndarray) -> Array:

@@ -110,11 +110,11 @@ class _Options:
         score, margin = self._scoring.quick(self._scores, now), self._scoring.settings.margin
         for _ in range(_MOVES):
             for moves in (self._nearest, self._swaps):
-                trials = enumerate(moves(now, barred))
-                scored = ((self._scoring.quick(self._scores, change), n, change) for n, change in trials)
-                least, _, better = min(scored, key=lambda trial: trial[:2], default=(score, 0, now))
+                trials = list(moves(now, barred))
+                scored = self._scoring.quicks(self._scores, trials)
+                least, n = min(((worth, n) for n, worth in enumerate(scored)), default=(score, 0))
                 if least < score - margin:
-                    score, now = least, better
+                    score, now = least, trials[n]
                     break
             else:
                 break
