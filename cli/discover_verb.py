@@ -10,6 +10,7 @@ import typer
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, warn
+from .garbage import pass_over_what_is_loaded
 from .init_verb import offered
 from .options import (
     AsIsOption,
@@ -92,6 +93,7 @@ def tell_discovery(
         from ..workflows.discover_and_add import discover as find
         from ..workflows.run_folder.write import write_run
 
+        pass_over_what_is_loaded()
         inputs = reading()
     run = find(inputs, DiscoverySettings(seed=seed, refit=refit), progress=progress)
     write_run(run, out, report=report, force=force, progress=progress)

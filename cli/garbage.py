@@ -10,3 +10,8 @@ stay, and hardly a cycle; to look for them takes a twentieth of an answer's time
 def collect_seldom() -> None:
     """Look less often."""
     gc.set_threshold(_PACE)
+
+
+def pass_over_what_is_loaded() -> None:
+    """Look no more at what there is now, modules most of all; nor does a look then copy their pages in a fork."""
+    gc.freeze()

@@ -54,6 +54,10 @@ class TableCurve(BaseModel):
             raise ValueError("command points must increase")
         return self
 
+    def __hash__(self) -> int:
+        """Of its ends, for a search looks forces up by the curve of their thruster, thousands of times."""
+        return hash((self.command[-1], self.force[-1]))
+
     def thrust(self, command: Array, kind: CommandKind) -> Array:
         """Force [N] at the given commands."""
         return np.interp(command, self.command, self.force)
@@ -99,6 +103,10 @@ class PropellerCurve(BaseModel):
     k_t: Positive
     rho: Positive
     diameter: Positive
+
+    def __hash__(self) -> int:
+        """Of two numbers, see `TableCurve`."""
+        return hash((self.scale, self.k_t))
 
     def thrust(self, command: Array, kind: CommandKind) -> Array:
         """Force [N] at the given commands."""
