@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import merge
-from itertools import chain
+from itertools import chain, zip_longest
 from math import isfinite
 from pathlib import Path
 
@@ -222,9 +222,9 @@ def _in_turn(
 ) -> Iterator[tuple[int, int, bytes]]:
     """Stamp, channel and content of the messages of one log, made as they are asked for: an hour has half a million."""
     for clock, topics in blocks:
-        for stamp in clock:
-            for channel, topic in zip(channels, topics, strict=True):
-                text = next(topic.texts, "")
+        every = zip_longest(*(topic.texts for topic in topics), fillvalue="")  # the way has one message
+        for stamp, texts in zip(clock, every, strict=True):
+            for channel, text in zip(channels, texts, strict=True):
                 if text:
                     yield stamp, channel, text.encode()
 
@@ -319,11 +319,11 @@ def _flat(names: Sequence[str], values: Array) -> Iterator[str]:
     """A JSON object a row; a number that is not finite is left out."""
     keys = [f'"{name}":' for name in names]
     whole = "{" + ",".join(f"{key}%r" for key in keys) + "}"
-    for row, sound in zip(values, _sound(values), strict=True):
+    for row, sound in zip(values.tolist(), _sound(values).tolist(), strict=True):
         if sound:
-            yield whole % tuple(row.tolist())
+            yield whole % tuple(row)
         else:
-            yield "{" + ",".join(f"{key}{x!r}" for key, x in zip(keys, row.tolist(), strict=True) if isfinite(x)) + "}"
+            yield "{" + ",".join(f"{key}{x!r}" for key, x in zip(keys, row, strict=True) if isfinite(x)) + "}"
 
 
 def _sound(values: Array) -> np.ndarray:
@@ -340,8 +340,8 @@ def _place(table: pd.DataFrame, suffix: str) -> Array:
 
 def _stamped(text: str, place: Array, clock: _Clock) -> Iterator[str]:
     """A message a row: `text` with its stamp and place; none where a place is not finite."""
-    for sec, nsec, row, whole in zip(clock.seconds, clock.nanos, place, _sound(place), strict=True):
-        yield text % (sec, nsec, *row.tolist()) if whole else ""
+    for sec, nsec, row, whole in zip(clock.seconds, clock.nanos, place.tolist(), _sound(place).tolist(), strict=True):
+        yield text % (sec, nsec, *row) if whole else ""
 
 
 def _path(place: Array, clock: _Clock) -> str:
