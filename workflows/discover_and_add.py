@@ -34,7 +34,7 @@ from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import COMPARING, SCORING, Say, Stage
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import VehicleModel
-from ..residuals.scores import evaluate_all
+from ..residuals.scores import Errors, evaluate_all
 from ..residuals.series import series
 from .run_folder.run import Run
 
@@ -144,12 +144,18 @@ def assess(
     models = _models(found, _folds(inputs, found))
     last = models[-1] if len(models) > 1 else _renamed(models[0])
     ends = [models[0]] if last.vehicle == inputs.vehicle else [models[0], last]
-    with beside(partial(judge_all, ends, inputs.parts)) as both:
+    between = [model for model in models if model not in ends]
+    here, there = between[::2], between[1::2]
+
+    def apart() -> tuple[list[Judged], list[Errors]]:
+        return judge_all(ends, inputs.parts), evaluate_all(there, inputs.parts.judged)
+
+    with beside(apart) as judged_apart:
         table = series(models[0], models[-1], inputs.parts, inputs.channels)
-        between = [model for model in models if model not in ends]
-        errors = dict(zip(between, evaluate_all(between, inputs.parts.judged), strict=True))
         fails = where_ends_fail(table, models[0], last, inputs.parts)
-        nominal, *own = both()
+        errors = dict(zip(here, evaluate_all(here, inputs.parts.judged), strict=True))
+        (nominal, *own), found_there = judged_apart()
+    errors |= zip(there, found_there, strict=True)
     hand_back()
     if progress is not None:
         progress(

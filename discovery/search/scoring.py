@@ -28,6 +28,8 @@ _STRUCTURE = 1.5
 """A force error above this many times what sensor noise explains is structure that the model leaves."""
 _WITHOUT = 40
 """Models less an effect that are kept: pruned of each of its effects, a model is then weighed without each of them."""
+_AT_HAND = 30_000_000
+"""Bytes of columns that stay at hand, of a quarter of an hour or so; those of a long log are made again."""
 _INERTIA = tuple(p.symbol for p in PARAMETERS.values() if p.section in ("added_mass", "top"))
 """What the mass matrix is made of, in proportion."""
 
@@ -137,16 +139,18 @@ class Scoring:
     ) -> tuple[Linearisation, GramScores]:
         """Columns (of a part of the pool, if given) about a vehicle, axes weighted by the error that remains.
 
-        Those of the whole pool stay at hand until others are asked for: what a log can show of a model and what its
-        effects are worth are asked one after the other.
+        Those of all options stay at hand until others are asked for: of one model it is asked what the log can show of
+        it, what its effects are worth, and what would be beside an error of the sensors.
         """
         pool = self.pool if pool is None else pool
-        asked = (vehicle, tuple(active), tuple(c.key for c in pool), standing, roughly)
-        linear = self._latest[1] if self._latest is not None and self._latest[0] == asked else None
+        asked = (vehicle, tuple(active), tuple(c.key for c in pool), roughly)
+        linear = self._latest[1] if self._latest is not None and self._latest[0] == asked and not standing else None
         if linear is None:
-            self._latest = None  # lest two be in memory
+            if not standing:
+                self._latest = None  # lest two be in memory
             linear = Linearisation(self.balance, vehicle, self.nominal, pool, active, standing, roughly)
-            self._latest = (asked, linear)
+            if not standing and linear.noise.nbytes < _AT_HAND:
+                self._latest = (asked, linear)
         remains = (linear.columns[:, :, -1] ** 2).mean(axis=0) if error is None else error
         weight = 1.0 / (remains + self.floor)
         return linear, GramScores(linear.columns, linear.noise, self.balance.block, weight)
