@@ -102,7 +102,8 @@ class Rehearsals:
     def _pulled(self, rests: Single) -> tuple[Array, Array]:
         """Squares (3, rests) of rests (3, rests, tests), and their products with the columns (3, rests, columns)."""
         pull = np.stack([rest @ self._columns[:, axis] for axis, rest in enumerate(rests)]).astype(float)
-        return (rests.astype(float) ** 2).sum(axis=2), pull
+        square = (rests[:, :, None] @ rests[..., None])[..., 0, 0].astype(float)  # as exact as the copies are
+        return square, pull
 
     def _others(self) -> list[_Trial]:
         """Every option of what is not in the model."""
@@ -132,8 +133,8 @@ class Rehearsals:
         if last is not None:
             held = np.clip(solved[:, -1], *last)
             solved = solved + (held - solved[:, -1])[:, None] * _following(curve)
-        inner = (self._gram - share * self._noise)[:, columns[:, None], columns]
-        return solved, inner
+        rows = columns[:, None]
+        return solved, self._gram[:, rows, columns] - share * self._noise[:, rows, columns]
 
     def _gains(self, square: Array, pull: Array, kept: np.ndarray, trials: Sequence[_Trial]) -> Array:
         """Log-likelihood that each option earns beside the kept columns on each rest, (options, rests).
@@ -144,24 +145,24 @@ class Rehearsals:
             which copies do not have, for they follow no column
         kept : columns of the model without the effect, fitted again to each rest
         """
-        before = self._worth(self._left(square, pull, kept))
+        before = self._worth(self._left(square, pull[:, :, kept], kept))
         gains = np.empty((len(trials), square.shape[1]))
         for k, trial in enumerate(trials):
-            squares, pulls = square, pull
+            columns, limits = np.concatenate([kept, trial.free]), trial.limits if trial.free.size == 1 else None
+            squares, pulls = square, pull[:, :, columns]
             if trial.offset >= 0:
                 by = self._scores.scale[trial.offset] * trial.sign
-                gram = (self._gram - self._noise)[:, trial.offset]
+                gram = self._gram[:, trial.offset] - self._noise[:, trial.offset]
                 squares = square - 2.0 * by * pull[:, :, trial.offset] + by**2 * gram[:, trial.offset, None]
-                pulls = pull - by * gram[:, None]
-            columns, limits = np.concatenate([kept, trial.free]), trial.limits if trial.free.size == 1 else None
+                pulls = pulls - by * gram[:, None, columns]
             gains[k] = before - self._worth(self._left(squares, pulls, columns, limits)) - trial.price
         return gains
 
     def _left(self, square: Array, pull: Array, columns: np.ndarray, last: tuple[float, float] | None = None) -> Array:
-        """Summed squared errors on each axis, (3, rests), of a fit of columns to rests."""
-        weighted = np.tensordot(self._scores.weight, pull[:, :, columns], axes=1)
+        """Summed squared errors on each axis, (3, rests), of a fit of columns to rests, with these columns' pulls."""
+        weighted = np.tensordot(self._scores.weight, pull, axes=1)
         solved, inner = self._solved(columns, weighted.T, last)
-        return np.asarray(square + np.einsum("arp,rp->ar", solved @ inner - 2.0 * pull[:, :, columns], solved))
+        return np.asarray(square + np.einsum("arp,rp->ar", solved @ inner - 2.0 * pull, solved))
 
     def _worth(self, left: Array) -> Array:
         error = np.maximum(left, 0.0) / self._scores.tests + self._search.floor[:, None]
