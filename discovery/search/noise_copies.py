@@ -38,11 +38,11 @@ class NoiseCopies:
         size = self._sizes(left)
         places = left.shape[0] // self._rows
         white = (left / size).reshape(places, self._rows * 3) * np.float32(np.sqrt(self._length / places))
-        spectrum = np.asarray(np.fft.rfft(white, self._length, axis=0)).T[:, None]
+        spectrum = np.asarray(np.fft.rfft(white, self._length, axis=0), np.complex64).T[:, None]
         step = max(1, _NUMBERS // (3 * left.shape[0]))
         for start in range(0, REHEARSALS, step):
             turned = spectrum * self._turns[start : start + step]
-            drawn = np.asarray(np.fft.irfft(turned, self._length, axis=2))[:, :, :places]
+            drawn = np.asarray(np.fft.irfft(turned, self._length, axis=2), np.float32)[:, :, :places]
             drawn = drawn.reshape(self._rows, 3, -1, places).transpose(1, 2, 3, 0)
             yield drawn.reshape(3, drawn.shape[1], -1) * size.T[:, None]
 
