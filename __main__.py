@@ -58,24 +58,8 @@ def options(
     """Find the physics your boat model is missing."""
 
 
-VERBS = (
-    demo,
-    init,
-    inspect,
-    compare,
-    check,
-    ci,
-    discover,
-    fit,
-    add,
-    train,
-    explain,
-    effects,
-    simulate,
-    report,
-    workbench,
-)
-for verb in VERBS:
+FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, train, workbench)
+for verb in (*FROM_LOGS, explain, effects, simulate, report):
     more = {add: catalogue, simulate: amounts}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 

@@ -98,7 +98,7 @@ def _application(first: Source | None, hosts: list[str]) -> Any:
     from nicegui import app as nicegui_app
 
     from ..physics.vehicle import shipped_vehicles
-    from .page import Page
+    from .bench_page import Page
     from .session import Session
     from .spare import Spare
 

@@ -135,7 +135,7 @@ class Rows:
 
     def columns(self, model: VehicleModel, nominal: Vehicle) -> dict[str, Array]:
         """What a model predicts, and the force that it leaves, in the nominal model's mass."""
-        said = np.concatenate(predicted(model, self._along))
+        said = np.concatenate(predicted([model], self._along)[0])
         measured = np.concatenate([accelerations(s.motion) for s in self._along])
         left = (measured - said[:, :3]) @ mass_matrix(nominal)
         names = ("north", "east", "psi", "u", "v", "r")
