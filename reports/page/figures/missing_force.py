@@ -91,7 +91,7 @@ def missing_force(
     return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen])
 
 
-def best_signal(rows: Mapping[str, Array], force: Array, unjudged: Sequence[int] = ()) -> str:
+def best_signal(rows: Mapping[str, Array], force: Array, unjudged: Sequence[str] = ()) -> str:
     """The column that tells most of a force (n,), among those that it may depend on and that can be trusted."""
     doubted = [f"{_VELOCITIES[axis]}{ending}" for axis in unjudged for ending in ("", "_dot")]
     return max((n for n in signals(rows) if n not in doubted), key=lambda name: told_by(rows[name], force))
