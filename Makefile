@@ -2,7 +2,7 @@
 # the demo what reads tables and finds effects, the tests everything.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo shell test lint bench docs clean
+.PHONY: help demo shell test test-app lint bench docs clean
 
 PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
 BIN := .venv/bin
@@ -18,6 +18,7 @@ help:
 	@echo "make demo   read a real Gazebo log, find the missing physics, add it, and watch the error fall"
 	@echo "make shell  open a shell in which 'undertow' is a command"
 	@echo "make test   run the tests"
+	@echo "make test-app   run the tests of the workbench in a browser, which is installed where there is none"
 	@echo "make lint   check style, format and types"
 	@echo "make bench  run all tests, the long ones too, and the benchmarks, one after the other"
 	@echo "make docs   build the site of the documents, warnings are errors: build/site/index.html"
@@ -33,6 +34,13 @@ shell: $(RUNS)
 
 test: $(READY)
 	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest
+
+# The workbench in a real browser: that of the machine, of Debian where there is none, or playwright's own.
+test-app: $(READY)
+	@$(BIN)/python -c 'from undertow.reports.page.pdf import find_browser as f; f()' 2>/dev/null \
+		|| { test "$$(id -u)" = 0 && command -v apt-get >/dev/null && apt-get install -y -qq chromium; } \
+		|| $(BIN)/python -m playwright install chromium
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest tests/app
 
 # The variable keeps pyright from asking the npm registry for a newer version.
 lint: $(READY)

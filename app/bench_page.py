@@ -14,6 +14,7 @@ from .views.motion_view import MotionView
 from .views.networks import Networks
 from .views.numbers_view import numbers_view
 from .views.opening import Opening
+from .views.side_by_side import side_by_side
 from .views.taking_away import taking_away
 from .views.vehicle_form import vehicle_form
 from .views.words import button, line, watching
@@ -84,6 +85,7 @@ class Page:
                 MotionView(session)
                 numbers_view(session)
                 log_notes(session)
+                side_by_side(session)
                 Networks(session)
 
     def _another(self) -> None:

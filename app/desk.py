@@ -16,16 +16,14 @@ from ..measurements.prepared_logs import Inputs
 from ..physics.effects import EFFECTS
 from ..physics.errors import RequestError
 from ..physics.files import write_text
-from ..physics.frames import AXES
 from ..physics.in_words import unit_text, words
 from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
 from ..workflows.inputs import read_inputs
-from ..workflows.opened_log import HORIZON, OpenedLog
-from ..workflows.workbench_facts import Field, Fit, Opened, Rival, Searched, Source, Trained, Way
+from ..workflows.opened_log import OpenedLog
+from ..workflows.workbench_facts import Field, Fit, Opened, Searched, Source, Trained, Way
 
 if TYPE_CHECKING:
-    from ..comparison.facts import ComparedModel
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
@@ -103,6 +101,25 @@ class Desk:
                 fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
         return tuple(fields)
 
+    def repair(self, source: Source, folder: str, say: Say | None = None) -> str:
+        """Write the log with the repairs that are safe, as `inspect --fix` does, and give its path.
+
+        Raises
+        ------
+        RequestError
+            when there are several logs, or nothing can be repaired.
+        """
+        from ..workflows.inspect import look_over
+
+        fixed = Path(folder) / "repaired.csv"
+        mapped = Path(source.channel_map) if source.channel_map else None
+        reading = Reading(source.frame or None, mapped, None, source.as_is)
+        found, _ = look_over([Path(log) for log in source.logs], None, reading, fix=fixed, progress=say)
+        done = getattr(found, "fixed", None)
+        if done is None or not done.done:
+            raise RequestError("there is nothing in this log that can safely be repaired")
+        return str(fixed)
+
     def try_form(self, changed: Mapping[str, float]) -> str:
         """What is wrong with the vehicle with some of its numbers changed; empty where nothing is."""
         try:
@@ -141,11 +158,12 @@ class Desk:
         """Train a network beside the corrected model; each `Epoch` is told."""
         from ..residuals.training.training_settings import Choice, TrainingSettings
         from ..workflows.train import train
+        from ..workflows.workbench import rival
 
         vehicle = self._open_bench.vehicle(names) if names else self._open_inputs.vehicle
         inputs = read_inputs(list(self._open_inputs.paths), vehicle, self._open_inputs.reading, progress=None)
         done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=None, watch=say)
-        return Trained(" ".join(done.sentences), tuple(map(_rival, done.models)))
+        return Trained(" ".join(done.sentences), tuple(map(rival, done.models)))
 
     def load(self) -> None:
         """Load what a search needs, before it is asked for."""
@@ -204,12 +222,6 @@ def _source(vehicle: Vehicle, symbol: str) -> str:
 
 def _section(vehicle: Vehicle, symbol: str) -> str:
     return symbol if symbol in _APART else vehicle.parameter(symbol).section
-
-
-def _rival(model: "ComparedModel") -> Rival:
-    step, ahead = model.acceleration.rmse, model.rollout.get(f"{HORIZON:g}")
-    error = {"position": None if ahead is None else ahead.position, **{axis: step.of(axis) for axis in AXES}}
-    return Rival(model.name, error, tuple(law.law for law in model.laws if law.outcome == "fail"))
 
 
 def _javascript(vehicle: Vehicle, path: Path) -> Path:

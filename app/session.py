@@ -152,6 +152,16 @@ class Session:
         if self.source is not None:
             await self.open(replace(self.source, as_is=True))
 
+    async def repair(self) -> None:
+        """Make the repairs that are safe, and open the log anew."""
+        source = self.source
+        if source is None:
+            return
+        async with self._turn:
+            fixed = await self._ask("repairing the log", "repair", source, str(self.folder))
+        if fixed is not None:
+            await self.open(replace(source, logs=(fixed,), channel_map="", frame=""))
+
     async def search(self) -> None:
         """Search for what is missing."""
         async with self._turn:

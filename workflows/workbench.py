@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..comparison.facts import ComparedModel
 from ..discovery.basis import Basis, choose
 from ..discovery.by_hand import Bench, ByHand
 from ..discovery.findings import Findings
@@ -14,6 +15,7 @@ from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
+from ..physics.frames import AXES
 from ..physics.in_words import unit_text, words
 from ..physics.simulation import rollout
 from ..physics.stage import Say
@@ -24,10 +26,10 @@ from ..reports.page.outcome import opening
 from ..reports.wording import effect_words, interval, twins, within
 from ..residuals.models.base import VehicleModel
 from .discover_and_add import add, discover
-from .opened_log import FORCES, OpenedLog
+from .opened_log import FORCES, HORIZON, OpenedLog
 from .run_folder.run import Run
 from .run_folder.write import write_run
-from .workbench_facts import Card, Fit, Opened, Searched, Value, Way
+from .workbench_facts import Card, Fit, Opened, Rival, Searched, Value, Way
 
 OWN_NUMBERS = "own numbers"
 """Among the names of effects: the numbers that the vehicle file has, fitted to the log, before anything is added."""
@@ -84,6 +86,7 @@ class Workbench:
             tuple(cards),
             tuple(s.sentence for s in findings.sensors if s.verdict != "no evidence"),
             tuple((one.manoeuvre, one.why) for one in findings.advice),
+            tuple(rival(model) for model in run.comparison.models),
             run.discovery.hidden is not None,
         )
 
@@ -219,3 +222,10 @@ class Workbench:
 
 def _ends(ci95: tuple[float, float] | None) -> tuple[float, float] | None:
     return None if ci95 is None else (float(ci95[0]), float(ci95[1]))
+
+
+def rival(model: ComparedModel) -> Rival:
+    """A model of a comparison as the workbench shows it."""
+    step, ahead = model.acceleration.rmse, model.rollout.get(f"{HORIZON:g}")
+    error = {"position": None if ahead is None else ahead.position, **{axis: step.of(axis) for axis in AXES}}
+    return Rival(model.name, error, tuple(law.law for law in model.laws if law.outcome == "fail"))

@@ -126,6 +126,7 @@ class Searched:
     cards : effects, the most valuable first
     sensors : sentences on what sensors do wrong
     advice : what to drive, and what it would tell
+    rivals : all models on the same rows: nominal, calibrated, corrected, and motion that goes on as it is
     moved : the measured motion was corrected for an error of the sensors, so that what was opened is another
     """
 
@@ -136,6 +137,7 @@ class Searched:
     cards: tuple[Card, ...]
     sensors: tuple[str, ...] = ()
     advice: tuple[tuple[str, str], ...] = ()
+    rivals: "tuple[Rival, ...]" = ()
     moved: bool = False
 
 

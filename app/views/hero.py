@@ -6,7 +6,7 @@ from typing import NamedTuple
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
-from ...physics.in_words import percent, words
+from ...physics.in_words import number, percent, words
 from ..session import Session
 from .words import button, line, number_in, watching
 
@@ -21,6 +21,7 @@ def hero(session: Session) -> None:
         with ui.element("div"):
             headline = line("", tag="h1").props('aria-live="polite"')
             count = ui.element("div").classes("count").mark("count")
+            by_axis = line("", "small")
             told = line("", "told small")
             work = ui.element("div").classes("work").props('role="status"')
         stairs = _Stairs()
@@ -34,6 +35,7 @@ def hero(session: Session) -> None:
         elif opened is not None:
             headline.set_text(f"{opened.log}: measured, and what the model {opened.vehicle} makes of it")
         _show_count(session, count)
+        by_axis.set_text(_by_axis(session))
         told.set_text(_told(session))
         _show_work(session, work)
         stairs.show(session)
@@ -44,6 +46,8 @@ def hero(session: Session) -> None:
             if session.lost:
                 button("Start again", session.again, lead=True)
             elif session.refused is not None:
+                if len(session.refused.logs) == 1:
+                    button("Make the safe repairs", session.repair, label="Repair the log and open it again")
                 button("Take it as it is", session.open_as_is, label="Open the broken log as it is, and be warned")
 
     watching(session, host, refresh)
@@ -62,6 +66,23 @@ def _show_count(session: Session, place: ui.element) -> None:
             line("\N{RIGHTWARDS ARROW}", tag="i")
             line("runs away" if session.fit.lost else number_in(now, "m"), "now", tag="b").mark("now")
         line(f"off after {session.opened.horizon:g} s of prediction", "muted", tag="span")
+
+
+def _by_axis(session: Session) -> str:
+    """The errors of the speeds, before and now."""
+    fit, opened = session.fit, session.opened
+    if fit is None or opened is None or fit.lost:
+        return ""
+    units, told = {"surge": "m/s", "sway": "m/s", "yaw": "rad/s"}, []
+    for axis, unit in units.items():
+        before, now = opened.nominal.error.get(axis), fit.error.get(axis)
+        if before is None or now is None:
+            continue
+        ends = (
+            number(before, 2) if fit is opened.nominal else f"{number(before, 2)} \N{RIGHTWARDS ARROW} {number(now, 2)}"
+        )
+        told.append(f"{axis} {ends} {unit}")
+    return " \N{MIDDLE DOT} ".join(told)
 
 
 def _told(session: Session) -> str:

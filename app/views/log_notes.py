@@ -3,7 +3,7 @@
 from nicegui import ui
 
 from ..session import Session
-from .words import line, watching
+from .words import button, line, watching
 
 _OPEN = ("defect", "warning")
 """Verdicts that are shown at once."""
@@ -32,7 +32,13 @@ def log_notes(session: Session) -> None:
                     line(f"{check.verdict}: ", tag="i")
                     line(" ".join(filter(None, [check.sentence, check.consequence, check.remedy])), tag="span")
                     if check.mends:
-                        line(f"'undertow inspect --fix' would mend it: {check.mends}", "muted")
+                        line(f"Safe repair: {check.mends}", "muted")
+            if (
+                any(check.mends for check in opened.checks)
+                and session.source is not None
+                and len(session.source.logs) == 1
+            ):
+                button("Make the safe repairs", session.repair, label="Repair the log and open it again")
             rest = [check.sentence for check in opened.checks if check not in bad]
             if rest or opened.notes:
                 with ui.element("details").classes("small"):

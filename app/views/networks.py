@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from ...physics.in_words import listing, number
+from ...physics.in_words import number
 from ...residuals.training.history import Epoch
-from ...workflows.workbench_facts import Rival, Trained
+from ...workflows.workbench_facts import Trained
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..session import Session
+from .side_by_side import rivals_table
 from .words import button, line, watching
 
 _NETWORKS = {
@@ -88,24 +89,6 @@ class Networks:
             return
         self._told.set_text(done.told)
         self._table.clear()
-        with self._table, ui.element("table").classes("numbers"):
-            with ui.element("tr"):
-                for head in (
-                    "model",
-                    "position after 10 s [m]",
-                    "surge [m/s^2]",
-                    "sway [m/s^2]",
-                    "yaw [rad/s^2]",
-                    "laws",
-                ):
-                    line(head, tag="th")
-            for rival in done.rivals:
-                _row(rival)
-
-
-def _row(rival: Rival) -> None:
-    with ui.element("tr"):
-        line(rival.name, tag="td")
-        for value in rival.error.values():
-            line(number(value, 3), tag="td")
-        line(f"breaks {listing(rival.broken)}" if rival.broken else "kept", tag="td")
+        with self._table:
+            line("On the last part of the log, which it was not trained on:", "muted small")
+            rivals_table(done.rivals)
