@@ -40,7 +40,7 @@ class Page:
             line("undertow", "brand", "span")
             self._what = line("", "what small", "span")
             self._tools = ui.element("span").classes("row")
-            button("Light or dark", self._toggle, label="Change between light and dark")
+            button("\N{CIRCLE WITH LEFT HALF BLACK}", self._toggle, label="Change between light and dark")
         self._place = ui.element("main").classes("bench")
         ui.keyboard(on_key=self._key)
         watching(session, self._place, self._refresh)

@@ -65,7 +65,7 @@ def _show_count(session: Session, place: ui.element) -> None:
         if session.fit is not session.opened.nominal:
             line("\N{RIGHTWARDS ARROW}", tag="i")
             line("runs away" if session.fit.lost else number_in(now, "m"), "now", tag="b").mark("now")
-        line(f"off after {session.opened.horizon:g} s of prediction", "muted", tag="span")
+        line(f"position error of {session.opened.horizon:g} s predictions", "muted", tag="span")
 
 
 def _by_axis(session: Session) -> str:
