@@ -28,11 +28,12 @@ class Page:
     session : what the tab works on
     vehicles : names of those that come with undertow
     first : what is opened at once; None for nothing
+    paths : see `Opening`
     """
 
-    def __init__(self, session: Session, vehicles: tuple[str, ...], first: Source | None = None) -> None:
+    def __init__(self, session: Session, vehicles: tuple[str, ...], first: Source | None, *, paths: bool) -> None:
         self._session, self._vehicles = session, vehicles
-        self._kind = ""
+        self._kind, self._paths = "", paths
         ui.add_css(_css())
         ui.colors(primary="#0072b2")
         self._dark = ui.dark_mode(value=None)
@@ -59,7 +60,7 @@ class Page:
             with self._place:
                 if kind == "opening":
                     self._waiting()
-                    Opening(session, self._vehicles)
+                    Opening(session, self._vehicles, paths=self._paths)
                 else:
                     self._bench()
         if kind == "bench":
@@ -90,7 +91,7 @@ class Page:
 
     def _another(self) -> None:
         with ui.dialog() as dialog, ui.element("div").style("max-width: min(96vw, 1000px)"):
-            Opening(self._session, self._vehicles)
+            Opening(self._session, self._vehicles, paths=self._paths)
         dialog.open()
 
     def _toggle(self) -> None:

@@ -47,7 +47,8 @@ class ClosedToStrangers:
             await self._app(scope, receive, send)
             return
         headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
-        if headers.get("host", "").lower() not in self._hosts:
+        alone = sum(name.lower() == b"host" for name, _ in scope["headers"]) == 1
+        if not alone or headers["host"].lower() not in self._hosts:
             await _refuse(scope, send, 400, "this is not the address under which undertow serves")
             return
         origin = headers.get("origin")
@@ -57,7 +58,8 @@ class ClosedToStrangers:
         if self._token and not self._knows(headers.get("cookie", "")):
             await self._exchange(scope, send)
             return
-        if int(headers.get("content-length") or 0) > self._most:
+        said = headers.get("content-length", "0")
+        if not said.isdigit() or int(said) > self._most:
             await _refuse(scope, send, 413, _too_large(self._most))
             return
         await self._within(scope, receive, send)

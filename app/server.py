@@ -63,7 +63,7 @@ def serve(
     token = "" if host in HERE else secrets.token_urlsafe(24)
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
-    application = ClosedToStrangers(_application(first, hosts), hosts, token)
+    application = ClosedToStrangers(_application(first, hosts, paths=not token), hosts, token)
     import uvicorn
 
     config = uvicorn.Config(application, log_level="warning", ws_max_size=64 * 1024**2, timeout_graceful_shutdown=2)
@@ -91,7 +91,7 @@ def _own_addresses() -> list[str]:
     return []
 
 
-def _application(first: Source | None, hosts: list[str]) -> Any:
+def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
     """The pages and their sockets."""
     from fastapi import FastAPI
     from nicegui import Client, core, ui
@@ -108,7 +108,7 @@ def _application(first: Source | None, hosts: list[str]) -> Any:
     def made() -> Session:
         """A session with its page."""
         session = Session(spares[0] if spares else None)
-        Page(session, shipped_vehicles(), first)
+        Page(session, shipped_vehicles(), first, paths=paths)
         return session
 
     @ui.page("/", title="undertow")
@@ -125,7 +125,7 @@ def _application(first: Source | None, hosts: list[str]) -> Any:
         elif tab not in sessions:
             sessions[tab] = made()
         else:
-            Page(sessions[tab], shipped_vehicles(), first)
+            Page(sessions[tab], shipped_vehicles(), first, paths=paths)
         session = sessions[tab]
 
         def left() -> None:

@@ -35,6 +35,8 @@ OWN_NUMBERS = "own numbers"
 """Among the names of effects: the numbers that the vehicle file has, fitted to the log, before anything is added."""
 _AHEAD = 30.0
 """Length of a prediction that somebody asks for at a place [s]."""
+_KEPT = 40
+"""Models whose predictions are kept, the latest: a slider makes hundreds, each as long as the log."""
 _DRAWN = 8
 """Effects that get a picture: more would not be looked at, and each takes a tenth of a second."""
 
@@ -100,9 +102,11 @@ class Workbench:
             for an effect that is unknown, given twice, or cannot be judged on this log; when a solver fails.
         """
         asked = tuple(names), tuple(sorted((moved or {}).items()))
-        if asked not in self._fits:
-            self._fits[asked] = self._fitted(*asked)
-        return self._fits[asked]
+        found = self._fits.pop(asked, None) or self._fitted(*asked)
+        self._fits[asked] = found
+        if len(self._fits) > _KEPT:
+            del self._fits[next(iter(self._fits))]
+        return found
 
     def way(self, names: Sequence[str], time: float, moved: Mapping[str, float] | None = None) -> Way:
         """Where the nominal model and the one with these effects say that the boat goes from an instant on."""

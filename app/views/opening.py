@@ -36,9 +36,14 @@ def stored_as(name: str, number: int) -> str:
 
 
 class Opening:
-    """The page before a log is open, and the dialog by which another one is opened."""
+    """The page before a log is open, and the dialog by which another one is opened.
 
-    def __init__(self, session: Session, vehicles: tuple[str, ...]) -> None:
+    Parameters
+    ----------
+    paths : files of this machine may be named; not where others than its user may see the page
+    """
+
+    def __init__(self, session: Session, vehicles: tuple[str, ...], *, paths: bool) -> None:
         self._session = session
         self._logs: list[Path] = []
         self._vehicle: Path | None = None
@@ -54,9 +59,9 @@ class Opening:
             with ui.element("div").classes("row"):
                 button("Try the demo", self._demo, lead=True, label="Try the demo: a boat recorded in Gazebo")
                 line("four minutes of a BlueBoat in Gazebo, and a model with linear drag only", "muted small", "span")
-            self._fields(vehicles)
+            self._fields(vehicles, paths=paths)
 
-    def _fields(self, vehicles: tuple[str, ...]) -> None:
+    def _fields(self, vehicles: tuple[str, ...], *, paths: bool) -> None:
         with ui.element("div").classes("grid pair"):
             with ui.element("div").classes("stack"):
                 line("1. The log", tag="h2")
@@ -70,7 +75,9 @@ class Opening:
                         on_rejected=lambda: ui.notify("This file is too large to upload: give its path instead."),
                     )
                     upload.props('flat aria-label="Upload logs"')
-                self._path = ui.input(label="or the path of a log, a folder or a pattern").props("outlined dense")
+                self._path = ui.input(label="or the path of a log, a folder or a pattern") if paths else None
+                if self._path is not None:
+                    self._path.props("outlined dense")
                 self._frame = ui.select({"": "axes as the log says", "enu": "ENU / FLU", "ned": "NED / FRD"}, value="")
                 self._frame.props('outlined dense label="axes"')
                 self._as_is = ui.checkbox("take a broken log as it is (every result then carries a warning)")
@@ -112,7 +119,7 @@ class Opening:
         self._told.set_text(f"Ready: {', '.join(told)}.")
 
     async def _open(self) -> None:
-        path = (self._path.value or "").strip()
+        path = "" if self._path is None else (self._path.value or "").strip()
         logs = tuple(map(str, self._logs)) + ((path,) if path else ())
         if not logs:
             self._told.set_text("Drop a log above, or give its path; or try the demo.")

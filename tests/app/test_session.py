@@ -182,7 +182,7 @@ def test_the_sockets_of_nicegui_let_no_other_origin_in():
     from undertow.app.server import _application
 
     assert core.sio.eio.cors_allowed_origins == "*" or isinstance(core.sio.eio.cors_allowed_origins, list)
-    _application(None, ["127.0.0.1:8423"])
+    _application(None, ["127.0.0.1:8423"], paths=True)
     assert core.sio.eio.cors_allowed_origins == ["http://127.0.0.1:8423"]
 
 
