@@ -2,7 +2,7 @@
 # the demo what reads tables and finds effects, the tests everything.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo shell test test-app lint bench docs clean
+.PHONY: help demo shell test test-app lint bench docs everything clean
 
 PYTHON ?= $(firstword $(shell command -v python3.11) $(shell command -v python3))
 BIN := .venv/bin
@@ -81,6 +81,12 @@ $(SITE): $(READY)
 	@echo "Adding what the site needs (Sphinx, a kernel for notebooks ...)"
 	@$(PIP) -e '.[docs]'
 	@touch $@
+
+# What CI needs of both, in one go.
+everything: $(RUNS)
+	@$(PIP) -e '.[dev,logs,neural,export,app,docs]'
+	@mkdir -p .venv/typing && ln -sfn ../.. .venv/typing/undertow
+	@touch $(READY) && touch $(SITE)
 
 clean:
 	rm -rf .venv build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks .coverage

@@ -1,12 +1,13 @@
 """A tab's work, on a worker of its own: steps, back and forth, and what happens when the worker dies."""
 
 import asyncio
-import gzip
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from places import ROOT
+from verbs import done
 
 from undertow.app import worker
 from undertow.app.session import LOST, Session
@@ -140,15 +141,17 @@ def test_a_log_that_cannot_be_read_is_told_in_the_words_of_the_command_line(tmp_
 
 
 def test_a_log_is_repaired_and_opened_again(tmp_path):
-    lines = gzip.decompress(DEMO_LOG.read_bytes()).decode().splitlines()
-    doubled = tmp_path / "log.csv"
-    doubled.write_text("\n".join([*lines[:200], lines[199], *lines[200:]]) + "\n", "utf-8")  # a row twice
+    done("simulate", "-v", "blueboat", "--duration", "60", "--out", str(tmp_path / "sound.csv"))
+    table = pd.read_csv(tmp_path / "sound.csv", comment="#")
+    spoilt = tmp_path / "log.csv"
+    table.loc[table["field"] == "psi", "value"] *= 180.0 / np.pi
+    table.to_csv(spoilt, index=False)
 
     async def story() -> None:
         session = await opened()
         try:
-            await session.open(Source(logs=(str(doubled),), vehicle=str(ROOT / "data" / "demo.yaml")))
-            assert session.opened is not None
+            await session.open(Source(logs=(str(spoilt),), vehicle="blueboat"))
+            assert "degrees" in session.trouble or "degrees" in str(session.opened)
             await session.repair()
             assert session.source is not None
             assert session.source.logs[0].endswith("repaired.csv")
