@@ -5,7 +5,7 @@ from importlib import resources
 from nicegui import ui
 
 from ..reports.page.style import DARK, LIGHT
-from ..workflows.workbench_facts import Source
+from ..workflows.workbench_facts import Opened, Source
 from .session import Session
 from .views.hero import hero
 from .views.log_notes import log_notes
@@ -34,13 +34,14 @@ class Page:
     def __init__(self, session: Session, vehicles: tuple[str, ...], first: Source | None, *, paths: bool) -> None:
         self._session, self._vehicles = session, vehicles
         self._kind, self._paths = "", paths
+        self._opened: Opened | None = None
         ui.add_css(_css())
         ui.colors(primary="#0072b2")
         self._dark = ui.dark_mode(value=None)
         with ui.element("header").classes("bar"), ui.element("div"):
             line("undertow", "brand", "span")
             self._what = line("", "what small", "span")
-            self._tools = ui.element("span").classes("row")
+            self._tools = ui.element("span").classes("flow")
             button("\N{CIRCLE WITH LEFT HALF BLACK}", self._toggle, label="Change between light and dark")
         self._place = ui.element("main").classes("bench")
         ui.keyboard(on_key=self._key)
@@ -52,7 +53,10 @@ class Page:
         session = self._session
         kind = "bench" if session.opened is not None else "opening"
         opened = session.opened
-        self._what.set_text("" if opened is None else f"{opened.log} with {opened.vehicle}")
+        self._what.set_text("" if opened is None else session.named(f"{opened.log} with {opened.vehicle}"))
+        if opened is not self._opened:
+            self._opened = opened
+            ui.run_javascript("window.scrollTo({top: 0})")
         if kind != self._kind:
             self._kind = kind
             self._tools.clear()
@@ -91,7 +95,7 @@ class Page:
 
     def _another(self) -> None:
         with ui.dialog() as dialog, ui.element("div").style("max-width: min(96vw, 1000px)"):
-            Opening(self._session, self._vehicles, paths=self._paths)
+            Opening(self._session, self._vehicles, paths=self._paths, leave=dialog.close)
         dialog.open()
 
     def _toggle(self) -> None:

@@ -1,6 +1,7 @@
 """What one tab of the browser works on: a log, the steps that correct its model, and what is selected in it."""
 
 import asyncio
+import re
 import shlex
 import shutil
 import tempfile
@@ -20,6 +21,8 @@ from .worker import Worker, WorkerLostError
 LOST = (
     "The process that computes has ended: it was killed, or the memory was not enough. Your log and your steps are kept"
 )
+_OF_A_VERB = re.compile(r"^(init|discover|add|fit|train): ")
+"""How messages of the command line begin: with the verb that nobody typed here."""
 _KEPT = 200
 """Steps back at most."""
 
@@ -59,6 +62,8 @@ class Session:
     Attributes
     ----------
     source, opened, searched : what is open, and what was found
+    asked : what was to be opened last
+    names : what the user calls an upload, by the name under which it is kept
     fit : the model of the present step
     stairs : the models of every beginning of its effects, the nominal one first, for the falling error
     selected : stretches of time that are marked in all views [s]
@@ -70,6 +75,8 @@ class Session:
     def __init__(self, spare: Spare | None = None) -> None:
         self._spare = spare
         self.source: Source | None = None
+        self.asked: Source | None = None
+        self.names: dict[str, str] = {}
         self.opened: Opened | None = None
         self.searched: Searched | None = None
         self.fit: Fit | None = None
@@ -79,6 +86,7 @@ class Session:
         self.trouble = ""
         self.lost = False
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
+        self._lent: Path | None = None
         self._history: list[Stand] = [Stand()]
         self._at = 0
         self._shown: Stand | None = None
@@ -93,6 +101,13 @@ class Session:
     def stand(self) -> Stand:
         """The present step."""
         return self._history[self._at]
+
+    def named(self, text: str) -> str:
+        """A text with the user's names of uploads in the place of those under which they are kept."""
+        for kept, name in self.names.items():
+            text = text.replace(f"{self.folder}/{kept}", name).replace(kept, name)
+            text = text.replace(f"of {kept.split('.')[0]}", f"of {name.split('.')[0]}")
+        return _OF_A_VERB.sub("", text)
 
     @property
     def can_undo(self) -> bool:
@@ -127,34 +142,47 @@ class Session:
 
     # -- what is done --------------------------------------------------------------------------------------------------
 
-    async def open(self, source: Source) -> None:
-        """Read a log, show it, and search for what is missing."""
+    async def open(self, source: Source, opened_one: Callable[[], None] | None = None) -> None:
+        """Read a log, show it, and search for what is missing; where it is refused, what was open stays.
+
+        Parameters
+        ----------
+        opened_one : called when the log is shown, or was refused, before the search
+        """
         async with self._turn:
-            self.searched, self.fit, self.stairs, self.selected, self.trouble = None, None, (), (), ""
-            self._history, self._at, self._shown = [Stand()], 0, None
-            self.source, self.opened = source, None
+            self.trouble, self.asked = "", source
             opened = await self._open(source)
             if opened is None:
+                if opened_one is not None:
+                    opened_one()
                 return
-            self.opened = opened
+            self.searched, self.selected = None, ()
+            self._history, self._at, self._shown = [Stand()], 0, None
+            self.source, self.opened = source, opened
             self.fit, self.stairs = opened.nominal, (opened.nominal,)
             self.changed()
+        if opened_one is not None:
+            opened_one()
         await self.search()
 
     @property
     def refused(self) -> Source | None:
-        """A log that was refused as broken, and may be taken as it is."""
-        broken = self.opened is None and self.work is None and "--as-is" in self.trouble
-        return self.source if broken else None
+        """What was to be opened, and was refused."""
+        return self.asked if self.work is None and self.trouble and self.asked is not self.source else None
+
+    @property
+    def forcible(self) -> bool:
+        """Whether the log that was refused is broken, and may be taken as it is."""
+        return self.refused is not None and "--as-is" in self.trouble
 
     async def open_as_is(self) -> None:
         """Open the log that was refused, with a warning above every result."""
-        if self.source is not None:
-            await self.open(replace(self.source, as_is=True))
+        if self.asked is not None:
+            await self.open(replace(self.asked, as_is=True))
 
     async def repair(self) -> None:
         """Make the repairs that are safe, and open the log anew."""
-        source = self.source
+        source = self.refused or self.source
         if source is None:
             return
         async with self._turn:
@@ -280,7 +308,8 @@ class Session:
             self._worker.close()
             self._worker = None
         self._views.clear()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        for folder in filter(None, (self.folder, self._lent)):
+            shutil.rmtree(folder, ignore_errors=True)
 
     def commands(self) -> str:
         """The commands that do the same on the command line."""
@@ -304,15 +333,14 @@ class Session:
         options += [*(["--frame", source.frame] if source.frame else []), *(["--as-is"] * source.as_is)]
         refit = [] if source.vehicle else ["--refit"]
         lines.append(["undertow", "discover", *logs, *options, *refit, "--out", "run"])
-        return "\n".join([*(shlex.join(line) for line in lines), *_adding(added, "run")])
+        return self.named("\n".join([*(shlex.join(line) for line in lines), *_adding(added, "run")]))
 
     async def _open(self, source: Source) -> Opened | None:
         """Read a log, or take what the spare worker has read of it already."""
         taken = self._spare.take(source) if self._spare is not None and self._worker is None else None
         if taken is not None:
             worker, folder, waiting = taken
-            shutil.rmtree(self.folder, ignore_errors=True)
-            self._worker, self.folder = worker, folder
+            self._worker, self._lent = worker, folder
             with suppress(WorkerLostError, LogError, RequestError, VehicleError, RuntimeError):
                 return await waiting
         return await self._ask("reading the log", "open", source, str(self.folder))

@@ -303,7 +303,7 @@ class Findings(Card, Drawn, Record):
             if c.effect in self.missing
             for t in c.terms
         ]
-        possible = [c.effect for c in self.candidates if c.verdict == "possible"]
+        possible = [c.effect for c in self.candidates if c.verdict == "possible" and not c.cannot_tell]
         return [
             ("verdict", self.verdict),
             ("headline", self.headline),

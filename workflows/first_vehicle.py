@@ -146,7 +146,9 @@ def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, 
     for one in thrusters:
         fitting = own[one.side] or list(base.thrusters)
         model = fitting.pop(0) if len(fitting) > 1 else fitting[0]
-        full = hull.thrust or float(max(abs(force) for force in model.curve.thrust(*_ends(model))))
+        back, ahead = (abs(float(force)) for force in model.curve.thrust(*_ends(model)))
+        full = hull.thrust or max(back, ahead)
+        one = one if one.shaped or not min(back, ahead) > 0.0 else one.unlike(float(f"{ahead / back:.4g}"))
         y = model.y if hull.spacing is None else 0.5 * hull.spacing * _SIDE.get(one.side, 0.0)
         built.append(_thruster(one, (model.x, y, model.angle), full))
         who = _GIVEN if hull.thrust else f"of thruster {model.name} of {base.name}"

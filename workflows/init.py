@@ -139,7 +139,8 @@ def init(
     told = Pace(progress, "checks of the log", even=False).told
     records = [_moving(log, told) for log in read]
     _check_commands(read, records)
-    thrusters, astern = _with_astern(records, thrusters_in(records))
+    found = thrusters_in(records)  # like another boat, thrust astern is that boat's
+    thrusters, astern = _with_astern(records, found) if base is None else (found, True)
     known = hull or Hull()
     first = read[0].name if len(read) == 1 else f"{len(read)} logs"
     called = name or (f"{base.name}, from {first}" if base else f"boat of {first.split('.')[0]}")

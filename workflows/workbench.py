@@ -18,6 +18,7 @@ from ..physics.errors import RequestError
 from ..physics.frames import AXES
 from ..physics.in_words import unit_text, words
 from ..physics.simulation import rollout
+from ..physics.sources import WHOLE, with_sources
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle
 from ..reports.page.chapters.play import knobs_of
@@ -37,6 +38,8 @@ _AHEAD = 30.0
 """Length of a prediction that somebody asks for at a place [s]."""
 _KEPT = 40
 """Models whose predictions are kept, the latest: a slider makes hundreds, each as long as the log."""
+_TELLS = 0.05
+"""Share of the missing force that an effect must explain by itself for a picture of it to tell anything."""
 _DRAWN = 8
 """Effects that get a picture: more would not be looked at, and each takes a tenth of a second."""
 
@@ -143,8 +146,10 @@ class Workbench:
         return write_run(self.run(names, progress), folder, progress=progress)
 
     def vehicle(self, names: Sequence[str], moved: Mapping[str, float] | None = None) -> Vehicle:
-        """The model with these effects."""
-        return self._model(tuple(names), tuple((moved or {}).items())).vehicle
+        """The model with these effects, which says of every number that it changed where that is from."""
+        vehicle, nominal = self._model(tuple(names), tuple((moved or {}).items())).vehicle, self._inputs.vehicle
+        by = " and by hand" if moved else ""
+        return with_sources(nominal, vehicle, f"identified by undertow from {WHOLE}{self._inputs.log_names}{by}")
 
     def _bench(self, own: bool = False) -> Bench:
         if False not in self._benches:
@@ -221,7 +226,7 @@ class Workbench:
                 signal = best_signal(rows, added)
                 drawn.append(MissingForce(axis, lacking, added, signal, rows[signal]))
         best = max(drawn, key=lambda one: one.told, default=None)
-        return str(force_drawings([best])[0]) if best is not None else ""
+        return str(force_drawings([best])[0]) if best is not None and best.told >= _TELLS else ""
 
 
 def _ends(ci95: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -232,4 +237,5 @@ def rival(model: ComparedModel) -> Rival:
     """A model of a comparison as the workbench shows it."""
     step, ahead = model.acceleration.rmse, model.rollout.get(f"{HORIZON:g}")
     error = {"position": None if ahead is None else ahead.position, **{axis: step.of(axis) for axis in AXES}}
-    return Rival(model.name, error, tuple(law.law for law in model.laws if law.outcome == "fail"))
+    broken = tuple(law.law for law in model.laws if law.outcome == "fail")
+    return Rival(model.name, error, broken, asked=bool(model.laws))

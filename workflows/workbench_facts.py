@@ -197,11 +197,13 @@ class Rival:
     name : of the model
     error : root mean square of its position after the horizon [m], and of its acceleration by axis [m/s^2, rad/s^2]
     broken : laws that it breaks
+    asked : whether laws were asked; they are not of motion that goes on as it is
     """
 
     name: str
     error: Mapping[str, float | None]
     broken: tuple[str, ...]
+    asked: bool = True
 
 
 @dataclass(frozen=True, slots=True)

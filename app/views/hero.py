@@ -10,6 +10,8 @@ from ...physics.in_words import number, percent, words
 from ..session import Session
 from .words import button, line, number_in, watching
 
+_LONG = 130
+"""Characters from which a headline is set smaller: a verdict that explains itself."""
 _BEYOND = 1.15
 """Share of the first error up to which a bar reaches: a step that makes it worse is seen to."""
 
@@ -25,15 +27,17 @@ def hero(session: Session) -> None:
             told = line("", "told small")
             work = ui.element("div").classes("work").props('role="status"')
         stairs = _Stairs()
-    trouble = ui.element("div").classes("card trouble row").props('role="alert"')
+    trouble = ui.element("div").classes("card trouble flow").props('role="alert"')
 
     def refresh() -> None:
         searched, opened = session.searched, session.opened
+        long = searched is not None and len(searched.headline) > _LONG
+        headline.classes(add="long" if long else None, remove=None if long else "long")
         host.set_visibility(opened is not None or session.work is not None)
         if searched is not None:
-            headline.set_text(searched.headline)
+            headline.set_text(session.named(searched.headline))
         elif opened is not None:
-            headline.set_text(f"{opened.log}: measured, and what the model {opened.vehicle} makes of it")
+            headline.set_text(session.named(f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"))
         _show_count(session, count)
         by_axis.set_text(_by_axis(session))
         told.set_text(_told(session))
@@ -42,13 +46,14 @@ def hero(session: Session) -> None:
         trouble.clear()
         trouble.set_visibility(bool(session.trouble))
         with trouble:
-            line(session.trouble)
+            line(session.named(session.trouble))
             if session.lost:
                 button("Start again", session.again, lead=True)
             elif session.refused is not None:
                 if len(session.refused.logs) == 1:
                     button("Make the safe repairs", session.repair, label="Repair the log and open it again")
-                button("Take it as it is", session.open_as_is, label="Open the broken log as it is, and be warned")
+                if session.forcible:
+                    button("Take it as it is", session.open_as_is, label="Open the broken log as it is, and be warned")
 
     watching(session, host, refresh)
     with host:

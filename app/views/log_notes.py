@@ -25,12 +25,13 @@ def log_notes(session: Session) -> None:
         with place, ui.element("div").classes("card stack"):
             line("The log", tag="h2")
             for warning in opened.warnings:
-                line(warning, "trouble small").style("padding-left: 10px; margin: 0")
+                line(session.named(warning), "trouble small").style("padding-left: 10px; margin: 0")
             bad = [check for check in opened.checks if check.verdict in _OPEN]
             for check in bad:
                 with ui.element("div").classes("check-note small"):
                     line(f"{check.verdict}: ", tag="i")
-                    line(" ".join(filter(None, [check.sentence, check.consequence, check.remedy])), tag="span")
+                    parts = filter(None, [check.sentence, check.consequence, check.remedy])
+                    line(" ".join(map(_sentence, parts)), tag="span")
                     if check.mends:
                         line(f"Safe repair: {check.mends}", "muted")
             if (
@@ -44,6 +45,13 @@ def log_notes(session: Session) -> None:
                 with ui.element("details").classes("small"):
                     line(f"{len(rest) + len(opened.notes)} notes", tag="summary")
                     for text in (*rest, *opened.notes):
-                        line(text, "muted")
+                        line(session.named(text), "muted")
 
     watching(session, place, refresh)
+
+
+def _sentence(text: str) -> str:
+    """A part of what a check says as a sentence; the name of a channel keeps its small letter."""
+    first = text.split(" ", 1)[0]
+    begun = text if "_" in first or len(first) == 1 else f"{text[0].upper()}{text[1:]}"
+    return f"{begun.rstrip('.')}."

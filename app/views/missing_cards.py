@@ -30,7 +30,7 @@ class MissingCards:
         self._cards: dict[str, _Shown] = {}
         place = ui.element("section").classes("cards stack").props('aria-label="What is missing"')
         with place:
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("flow"):
                 line("What is missing", tag="h2").style("margin: 0; flex: 1")
                 self._all = button("Add all found", self._add_all, label="Add all effects that were found")
             self._waits = line("", "muted")
@@ -101,7 +101,7 @@ class MissingCards:
         with ui.element("details").classes("small"):
             line("Add by name, or a term by hand", tag="summary")
             line("An effect of the catalogue, or an axis and a product of speeds, such as yaw:u|r|.", "muted")
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("flow"):
                 field = ui.input(label="effect or term").props("dense outlined").style("flex: 1")
 
                 async def act() -> None:

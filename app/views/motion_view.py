@@ -56,7 +56,7 @@ class MotionView:
 
     def _plots(self) -> None:
         with ui.element("section").classes("card").props('aria-label="Measured against predicted"'):
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("flow"):
                 line("Measured against predicted", tag="h2").style("margin: 0; flex: 1")
                 self._shown = ui.toggle({"speeds": "Speeds", "forces": "Missing force"}, value="speeds")
                 self._shown.props('dense no-caps unelevated aria-label="What is drawn"').classes("small")
@@ -77,7 +77,7 @@ class MotionView:
 
     def _map_card(self) -> None:
         with ui.element("section").classes("card").props('aria-label="Where it fails"'):
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("flow"):
                 line("Where it fails", tag="h2").style("margin: 0; flex: 1")
                 axis = ui.toggle({key: name for key, (name, _) in AXES.items()}, value="X")
                 axis.props('dense no-caps unelevated aria-label="Axis of the force"').classes("small")
@@ -113,7 +113,7 @@ class MotionView:
             self._marked = session.selected
             for view in (self._speeds, self._forces, self._track):
                 view.mark(session.selected)
-        self._none.set_visibility(bool(session.selected))
+        self._none.style(f"visibility: {'visible' if session.selected else 'hidden'}")  # its place stays
 
     def _after(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """The present model's columns; nothing to draw while it is the nominal one."""
@@ -128,15 +128,14 @@ class MotionView:
         opened, fit = self._session.opened, self._session.fit
         assert opened is not None, "what is drawn is open"
         assert fit is not None, "what is drawn is open"
-        pieces = {"before": _pieces(opened, opened.nominal)}
-        if fit is not opened.nominal:
-            pieces["after"] = _pieces(opened, fit)
-        self._track.predict(pieces)
+        after = [] if fit is opened.nominal else _pieces(opened, fit)
+        self._track.predict({"before": _pieces(opened, opened.nominal), "after": after})
+        self._track.path(np.zeros(0))  # what was predicted from a place was of another model
 
     async def _way(self, time: float) -> None:
-        way = await self._session.way(time)
+        way, plain = await self._session.way(time), self._session.fit is self._session.opened.nominal  # type: ignore[union-attr]
         if way is not None:
-            self._track.path(way.time, (*way.measured.T,), (*way.before.T,), (*way.after.T,))
+            self._track.path(way.time, (*way.measured.T,), (*way.before.T,), None if plain else (*way.after.T,))
 
     def _switched(self) -> None:
         forces = self._shown.value == "forces"

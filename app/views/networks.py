@@ -36,7 +36,7 @@ class Networks:
                 "It learns what the model with the added effects still leaves, on the training part of the log.",
                 "muted small",
             )
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("flow"):
                 self._choice = ui.select(_NETWORKS, value="mlp", label="network").props("outlined dense")
                 self._most = ui.number(label="epochs", value=60, min=1, max=1000, precision=0).props("outlined dense")
                 self._most.style("width: 100px")

@@ -41,7 +41,7 @@ def numbers_view(session: Session) -> None:
 
 def _numbers(session: Session, sliders: dict[str, tuple[ui.element, TextElement]]) -> None:
     fit = session.fit
-    with ui.element("div").classes("row"):
+    with ui.element("div").classes("flow"):
         line("The corrected model", tag="h2").style("margin: 0; flex: 1")
         if session.stand.moved:
             button("Fitted values", session.unmove, label="Set all numbers to their fitted values")

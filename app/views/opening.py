@@ -1,9 +1,12 @@
 """How a log comes onto the bench: dropped, chosen by its path, or the one of the demo; and its vehicle."""
 
+from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 
 from nicegui import events, ui
 
+from ...physics.printable import one_line
 from ...workflows.workbench_facts import Source
 from ..closed_to_strangers import MOST_UPLOADED
 from ..session import Session
@@ -15,6 +18,11 @@ SUFFIXES = (
 )
 """Ends of file names that an upload may keep; of a name from the browser nothing else becomes a part of a path."""
 _MADE = "made from the log"
+_KINDS = {"log": "a log", "vehicle": "the vehicle file", "map": "the channel map"}
+_LONGEST = 120
+"""Characters of a name from the browser that are shown."""
+_COUNT = count(1)
+"""Numbers of uploads: no two are kept under one name."""
 _HULL = {
     "length": "length [m]",
     "mass": "mass with payload [kg]",
@@ -41,14 +49,15 @@ class Opening:
     Parameters
     ----------
     paths : files of this machine may be named; not where others than its user may see the page
+    leave : closes the dialog; None for a page
     """
 
-    def __init__(self, session: Session, vehicles: tuple[str, ...], *, paths: bool) -> None:
+    def __init__(
+        self, session: Session, vehicles: tuple[str, ...], *, paths: bool, leave: Callable[[], object] | None = None
+    ) -> None:
         self._session = session
-        self._logs: list[Path] = []
-        self._vehicle: Path | None = None
-        self._map: Path | None = None
-        self._count = 0
+        self._leave = leave
+        self._files: dict[Path, str] = {}
         with ui.element("section").classes("card stack").props('aria-label="Open a log"'):
             line("What does your boat model miss?", tag="h1")
             line(
@@ -56,7 +65,7 @@ class Opening:
                 "physics that is missing. Nothing leaves this machine.",
                 "muted",
             )
-            with ui.element("div").classes("row"):
+            with ui.element("div").classes("flow"):
                 button("Try the demo", self._demo, lead=True, label="Try the demo: a boat recorded in Gazebo")
                 line("four minutes of a BlueBoat in Gazebo, and a model with linear drag only", "muted small", "span")
             self._fields(vehicles, paths=paths)
@@ -66,7 +75,7 @@ class Opening:
             with ui.element("div").classes("stack"):
                 line("1. The log", tag="h2")
                 with ui.element("div").classes("drop"):
-                    upload = ui.upload(
+                    self._upload = ui.upload(
                         label="Drop logs here, or press +",
                         multiple=True,
                         auto_upload=True,
@@ -74,7 +83,8 @@ class Opening:
                         on_upload=self._uploaded,
                         on_rejected=lambda: ui.notify("This file is too large to upload: give its path instead."),
                     )
-                    upload.props('flat aria-label="Upload logs"')
+                    self._upload.props('flat aria-label="Upload logs" no-thumbnails')
+                self._dropped = ui.element("div").classes("stack")
                 self._path = ui.input(label="or the path of a log, a folder or a pattern") if paths else None
                 if self._path is not None:
                     self._path.props("outlined dense")
@@ -84,7 +94,7 @@ class Opening:
             with ui.element("div").classes("stack"):
                 line("2. The vehicle", tag="h2")
                 self._choice = ui.select([_MADE, *vehicles], value=_MADE, label="vehicle").props("outlined dense")
-                self._hull = ui.element("div").classes("row")
+                self._hull = ui.element("div").classes("flow")
                 with self._hull:
                     self._known = {
                         name: ui.number(label=told, min=0).props("outlined dense").style("width: 172px")
@@ -96,44 +106,82 @@ class Opening:
                     "or drop your own vehicle.yaml, and a channel map called channels.yaml, beside the log.",
                     "muted small",
                 )
-        with ui.element("div").classes("row"):
-            self._told = line("", "muted small", "span")
+        with ui.element("div").classes("flow"):
             button("Open", self._open, lead=True, label="Open the log")
+            if self._leave is not None:
+                button("Cancel", self._leave)
+            self._told = line("", "small", "span").props('role="status"')
 
     async def _demo(self) -> None:
-        await self._session.open(Source())
+        await self._session.open(Source(), self._opened)
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
-        self._count += 1
-        target = self._session.folder / stored_as(event.file.name, self._count)
+        name = shown(event.file.name)
+        self._upload.reset()
+        if not name.lower().endswith(SUFFIXES):
+            self._told.set_text(f"{name} is no log that undertow reads: {', '.join(SUFFIXES)}")
+            return
+        target = self._session.folder / stored_as(name, next(_COUNT))
         await event.file.save(target)
-        if target.suffix in (".yaml", ".yml"):
-            if "channel" in event.file.name.lower() or "map" in event.file.name.lower():
-                self._map = target
-            else:
-                self._vehicle = target
-        else:
-            self._logs.append(target)
-        told = [f"{len(self._logs)} log{'s' * (len(self._logs) != 1)}"] * bool(self._logs)
-        told += ["a vehicle file"] * (self._vehicle is not None) + ["a channel map"] * (self._map is not None)
-        self._told.set_text(f"Ready: {', '.join(told)}.")
+        self._session.names[target.name] = name
+        self._files[target] = name
+        self._told.set_text("")
+        self._list()
+
+    def _list(self) -> None:
+        """The files that were dropped, each with what it is taken for and a button that takes it out."""
+        self._dropped.clear()
+        with self._dropped:
+            for path, name in self._files.items():
+                with ui.element("div").classes("flow small"):
+                    line(f"{name}: {_KINDS[_kind(path, name)]}", tag="span")
+                    button("\N{MULTIPLICATION SIGN}", lambda path=path: self._take_out(path), label=f"Take {name} out")
+
+    def _take_out(self, path: Path) -> None:
+        self._files.pop(path, None)
+        path.unlink(missing_ok=True)
+        self._list()
+
+    def _opened(self) -> None:
+        """Leave the dialog, if this is one, when the log is open; say what went wrong where it is not."""
+        if self._told.is_deleted:
+            return
+        self._told.set_text(self._session.named(self._session.trouble))
+        if not self._session.trouble and self._leave is not None:
+            self._leave()
+
+    def _of(self, kind: str) -> list[str]:
+        return [str(path) for path, name in self._files.items() if _kind(path, name) == kind]
 
     async def _open(self) -> None:
         path = "" if self._path is None else (self._path.value or "").strip()
-        logs = tuple(map(str, self._logs)) + ((path,) if path else ())
+        logs = (*self._of("log"), *([path] if path else []))
+        own, mapped = self._of("vehicle"), self._of("map")
         if not logs:
             self._told.set_text("Drop a log above, or give its path; or try the demo.")
             return
-        made = self._choice.value == _MADE and self._vehicle is None
+        made = self._choice.value == _MADE and not own
         hull = {name: float(field.value) for name, field in self._known.items() if made and field.value}
-        vehicle = str(self._vehicle) if self._vehicle else ("" if made else str(self._choice.value))
+        vehicle = own[-1] if own else ("" if made else str(self._choice.value))
         await self._session.open(
             Source(
                 logs,
                 vehicle,
                 tuple(hull.items()),
-                channel_map=str(self._map or ""),
+                channel_map=mapped[-1] if mapped else "",
                 frame=self._frame.value,
                 as_is=bool(self._as_is.value),
-            )
+            ),
+            self._opened,
         )
+
+
+def shown(name: str) -> str:
+    """The last part of a name from the browser, as it may be shown."""
+    return one_line(name.replace("\\", "/").rsplit("/", 1)[-1])[:_LONGEST] or "a file without a name"
+
+
+def _kind(path: Path, name: str) -> str:
+    if path.suffix not in (".yaml", ".yml"):
+        return "log"
+    return "map" if "channel" in name.lower() or "map" in name.lower() else "vehicle"

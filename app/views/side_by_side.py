@@ -11,9 +11,9 @@ from .words import line, watching
 
 _HEAD = (
     "model",
-    "position after 10 s [m]",
+    "position, 10 s predictions [m]",
     "surge [m/s\N{SUPERSCRIPT TWO}]",
-    "sway",
+    "sway [m/s\N{SUPERSCRIPT TWO}]",
     "yaw [rad/s\N{SUPERSCRIPT TWO}]",
     "laws",
 )
@@ -55,4 +55,5 @@ def rivals_table(rivals: Sequence[Rival]) -> None:
                 line(rival.name, tag="td")
                 for value in rival.error.values():
                     line(number(value, 3), tag="td")
-                line(f"breaks {listing(rival.broken)}" if rival.broken else "kept", tag="td")
+                kept = "kept" if rival.asked else "not asked"
+                line(f"breaks {listing(rival.broken)}" if rival.broken else kept, tag="td")

@@ -46,7 +46,7 @@ async def vehicle_form(session: Session) -> None:
             dialog.close()
             await session.open(replace(session.source, changed=tuple(sorted(changed.items()))))
 
-        with ui.element("div").classes("row"):
+        with ui.element("div").classes("flow"):
             button("Use these numbers", use, lead=True)
             button("Cancel", dialog.close)
     dialog.open()

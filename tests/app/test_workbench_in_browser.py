@@ -168,7 +168,7 @@ def test_what_cannot_be_read_is_told_and_the_page_lives(tab, tmp_path):
     broken = tmp_path / "broken.csv"
     broken.write_text("no,log\nat,all\n", "utf-8")
     tab.locator("input[type=file]").set_input_files(broken)
-    tab.get_by_text("Ready: 1 log.").wait_for()
+    tab.get_by_text("broken.csv: a log").wait_for()
     press(tab, "Open the log")
     tab.get_by_role("alert").filter(has_text="expected").first.wait_for()
     press(tab, "Try the demo: a boat recorded in Gazebo")
