@@ -43,7 +43,9 @@ def serving(*words: str) -> Iterator[tuple[str, subprocess.Popen[bytes], float]]
         port = free.getsockname()[1]
     command = [sys.executable, "-m", "undertow", "app", *words, "--no-browser", "--port", str(port)]
     begun = time.perf_counter()
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True) as server:
+    # As for a user, whose Python keeps what it has compiled.
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True, env=env) as server:
         try:
             while server.poll() is None:
                 try:
@@ -131,7 +133,7 @@ def _click_to(page: Page, name: str, before: str) -> float:
 def _page(browser: Any, address: str) -> Page:
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     page.set_default_timeout(PATIENCE)
-    page.goto(address)
+    page.goto(address, wait_until="commit")
     return page
 
 
@@ -252,13 +254,12 @@ def main() -> int:
             figures.tell(f"memory gained by {asked.clicks} clicks", memory(server) - before, 60.0, "MB")
             page.close()
         with serving() as (address, server, _):
-            for _ in range(3):
-                _opened_and_closed(browser, address)
-            time.sleep(2.0)
+            _opened_and_closed(browser, address)
+            time.sleep(70.0)  # a closed page is kept for a minute, for a connection that was lost
             before, running = memory(server), processes(server)
             for _ in range(asked.tabs):
                 _opened_and_closed(browser, address)
-            time.sleep(70.0)  # a closed page is kept for a minute, for a connection that was lost
+            time.sleep(70.0)
             figures.tell(f"memory gained by {asked.tabs} tabs", memory(server) - before, 30.0, "MB")
             figures.tell("processes left of them", float(processes(server) - running), 1.0, "")
         if asked.hour:
