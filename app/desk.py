@@ -144,6 +144,11 @@ class Desk:
                 vehicle.save(target / "model.yaml")
                 return str(target / "model.yaml")
             return str(_javascript(vehicle, target / "model.js"))
+        if moved:
+            raise RequestError(
+                "numbers were moved by hand, and no run holds them; take model.yaml, which has them, or set "
+                "the fitted values first"
+            )
         run = target / "run"
         if run.exists():
             shutil.rmtree(run)

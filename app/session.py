@@ -2,12 +2,11 @@
 
 import asyncio
 import re
-import shlex
 import shutil
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -15,7 +14,9 @@ from typing import Any
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
 from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Trained, Way
+from .same_commands import same_commands
 from .spare import Spare
+from .steps import Stand, Work
 from .worker import Worker, WorkerLostError
 
 LOST = (
@@ -27,29 +28,6 @@ _KEPT = 200
 """Steps back at most."""
 
 Interval = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Stand:
-    """A model as its steps make it: the effects in it, in order, and numbers that were moved by hand."""
-
-    names: tuple[str, ...] = ()
-    moved: tuple[tuple[str, float], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Work:
-    """What goes on: its name, the share that usually lies behind it (None where nobody knows), and since when."""
-
-    name: str
-    behind: float | None
-    begun: float
-
-    @property
-    def left(self) -> float | None:
-        """Time that is left [s], as far as it can be told."""
-        so_far = monotonic() - self.begun
-        return so_far * (1.0 - self.behind) / self.behind if self.behind and so_far > 1.0 else None
 
 
 class Session:
@@ -312,28 +290,11 @@ class Session:
             shutil.rmtree(folder, ignore_errors=True)
 
     def commands(self) -> str:
-        """The commands that do the same on the command line."""
+        """The commands that do the same on the command line, with remarks on what none of them does."""
         if self.source is None:
             return ""
-        source = self.source
-        own = [name for name in self.stand.names if " " not in name]
-        added = [] if self.searched is not None and set(own) == set(self.searched.found) else own
-        if not source.logs:
-            run = "undertow-demo"
-            return "\n".join(["undertow demo", *_adding(added, run)])
-        logs = [Path(path).name for path in source.logs]
-        vehicle = Path(source.vehicle).name if source.vehicle else "vehicle.yaml"
-        lines = []
-        given = [word for name, value in source.hull for word in (f"--{name}", f"{value:g}")]
-        if not source.vehicle:
-            like = ["--like", source.like] if source.like else []
-            lines.append(["undertow", "init", *logs, *given, *like, "--out", vehicle, "--channels", "channels.yaml"])
-        mapped = ["--map", "channels.yaml" if not source.vehicle else Path(source.channel_map).name]
-        options = ["--vehicle", vehicle, *(mapped if not source.vehicle or source.channel_map else [])]
-        options += [*(["--frame", source.frame] if source.frame else []), *(["--as-is"] * source.as_is)]
-        refit = [] if source.vehicle else ["--refit"]
-        lines.append(["undertow", "discover", *logs, *options, *refit, "--out", "run"])
-        return self.named("\n".join([*(shlex.join(line) for line in lines), *_adding(added, "run")]))
+        found = () if self.searched is None else self.searched.found
+        return self.named(same_commands(self.source, self.stand, found))
 
     async def _open(self, source: Source) -> Opened | None:
         """Read a log, or take what the spare worker has read of it already."""
@@ -408,8 +369,3 @@ class Session:
             behind = line.behind if isinstance(line, Stage) else self.work.behind
             self.work = replace(self.work, name=str(line), behind=behind)
             self.changed()
-
-
-def _adding(names: list[str], run: str) -> list[str]:
-    """The command that adds effects to a run, where there are any."""
-    return [shlex.join(["undertow", "add", *names, "--run", run, "--out", "model.yaml"])] if names else []

@@ -30,10 +30,8 @@ from .discover_and_add import add, discover
 from .opened_log import FORCES, HORIZON, OpenedLog
 from .run_folder.run import Run
 from .run_folder.write import write_run
-from .workbench_facts import Card, Fit, Opened, Rival, Searched, Value, Way
+from .workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Rival, Searched, Value, Way
 
-OWN_NUMBERS = "own numbers"
-"""Among the names of effects: the numbers that the vehicle file has, fitted to the log, before anything is added."""
 _AHEAD = 30.0
 """Length of a prediction that somebody asks for at a place [s]."""
 _KEPT = 40
@@ -82,12 +80,11 @@ class Workbench:
         findings = run.findings
         judged = [c for c in findings.candidates if not c.cannot_tell]
         cards = [self._card(c, findings, drawn=k < _DRAWN) for k, c in enumerate(judged)]
-        own = (OWN_NUMBERS,) if findings.calibrated else ()
         return Searched(
             findings.verdict,
             findings.headline,
             tuple(opening(findings, run.comparison))[1:],
-            (*own, *(c.key for c in findings.added)),
+            _found(run),
             tuple(cards),
             tuple(s.sentence for s in findings.sensors if s.verdict != "no evidence"),
             tuple((one.manoeuvre, one.why) for one in findings.advice),
@@ -126,20 +123,23 @@ class Workbench:
         return Way(clock, stretch.motion.position[row : row + steps + 1], *ways)
 
     def run(self, names: Sequence[str], progress: Say | None = None) -> Run:
-        """The run of these effects, as `add` makes it; that of the search where they are what it found.
+        """The run of these effects, as `add` makes it; that of the search where they are what it found, or none.
 
         Raises
         ------
         RequestError
-            when nothing was searched and no effect is asked for.
+            when nothing was searched and no effect is asked for; or the model's own numbers are fitted beside effects
+            that are not those of the search, of which no verb makes a run.
         """
         found = self._run
-        added = [name for name in names if name != OWN_NUMBERS]
-        if found is not None and (not names or set(names) == {c.key for c in found.findings.added}):
+        if found is not None and (not names or set(names) == set(_found(found))):
             return found
-        if found is not None and OWN_NUMBERS in names and found.findings.calibrated:
-            return found
-        return add(added, self._whole, progress=progress)
+        if OWN_NUMBERS in names:
+            raise RequestError(
+                "no run holds the model's own numbers fitted beside effects that are not all that the search found; "
+                "take model.yaml, which has them as they are, or leave the own numbers out"
+            )
+        return add(list(names), self._whole, progress=progress)
 
     def write(self, names: Sequence[str], folder: PathLike, progress: Say | None = None) -> Path:
         """Write the run folder of these effects; see `run`."""
@@ -231,6 +231,12 @@ class Workbench:
 
 def _ends(ci95: tuple[float, float] | None) -> tuple[float, float] | None:
     return None if ci95 is None else (float(ci95[0]), float(ci95[1]))
+
+
+def _found(run: Run) -> tuple[str, ...]:
+    """Names of what a search found: the model's own numbers, where it fitted them, and effects."""
+    findings = run.findings
+    return (*([OWN_NUMBERS] if findings.calibrated else []), *(c.key for c in findings.added))
 
 
 def rival(model: ComparedModel) -> Rival:

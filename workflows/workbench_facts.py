@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 from ..physics.frames import Array
 
+OWN_NUMBERS = "own numbers"
+"""Among the names of effects: the numbers that the vehicle file has, fitted to the log beside what is added."""
+
 
 @dataclass(frozen=True, slots=True)
 class Check:

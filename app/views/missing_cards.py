@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from nicegui import ui
 
 from ...physics.in_words import listing, words
-from ...workflows.workbench_facts import Card, Searched
+from ...workflows.workbench_facts import OWN_NUMBERS, Card, Searched
 from ..session import Session
 from .words import button, line, watching
 
 _OWN = Card(
-    "own numbers",
+    OWN_NUMBERS,
     "The model's own numbers",
     "",
     "Drag, added mass and lag that the vehicle file has, as far as the log identifies them, fitted beside these.",

@@ -10,11 +10,13 @@ from places import ROOT
 from verbs import done
 
 from undertow.app import worker
+from undertow.app.same_commands import same_commands
 from undertow.app.session import LOST, Session
+from undertow.app.steps import Stand
 from undertow.app.views.opening import stored_as
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import Fit, Source
+from undertow.workflows.workbench_facts import OWN_NUMBERS, Fit, Source
 
 DEMO = Source()
 DEMO_LOG = ROOT / "data" / "gazebo_blueboat.csv.gz"
@@ -223,6 +225,33 @@ def test_commands_do_the_same():
         )
     finally:
         session.close()
+
+
+def test_what_no_command_does_is_said():
+    stand = Stand((OWN_NUMBERS, FIRST), (("X_uu", -3.0),))
+    told = same_commands(Source(), stand, (SECOND,)).splitlines()
+    assert told[:2] == ["undertow demo", f"undertow add {FIRST} --run undertow-demo --out model.yaml"]
+    assert "own numbers" in told[2]
+    assert "X_uu = -3" in told[3]
+
+
+def test_no_run_is_written_that_does_not_hold_what_is_shown():
+    async def story() -> None:
+        session = await opened()
+        try:
+            await session.add(FIRST)
+            await session.move("X_uu", -3.0)
+            assert await session.take("page") is None
+            assert "moved by hand" in session.trouble
+            assert await session.take("model") is not None
+            await session.unmove()
+            await session.add(OWN_NUMBERS)
+            assert await session.take("run") is None
+            assert "own numbers" in session.trouble
+        finally:
+            session.close()
+
+    asyncio.run(story())
 
 
 def test_the_workbench_says_the_numbers_that_add_says():
