@@ -1,6 +1,8 @@
 """The server of the workbench: a socket on this machine, a door before it, and a session for every tab."""
 
+import asyncio
 import contextlib
+import gc
 import secrets
 import socket
 import webbrowser
@@ -9,13 +11,14 @@ from typing import Any
 
 from ..physics.errors import RequestError
 from ..workflows.workbench_facts import Source
-from . import worker
 from .closed_to_strangers import ClosedToStrangers
 
 PORT, _TRIED = 8423, 20
 """The first port that is tried where none is asked for, and how many after it."""
 RECONNECT = 60.0
 """Seconds for which a page that lost its connection, or is loaded again, finds its work as it was."""
+_TIDY = 1.0
+"""Seconds after the end of a session when what it held is given back."""
 HERE = ("127.0.0.1", "localhost", "::1")
 """Addresses that only this machine reaches."""
 
@@ -58,7 +61,6 @@ def serve(
     told : called with the address
     """
     listening = listen(host, port)
-    worker.prepare()  # what computes is loaded while the page is
     bound: int = listening.getsockname()[1]
     token = "" if host in HERE else secrets.token_urlsafe(24)
     hosts = _names(host, bound)
@@ -133,6 +135,8 @@ def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
             others = [one for one in Client.instances.values() if one is not client and one.tab_id == tab]
             if not others and sessions.pop(tab, None) is session:
                 session.close()
+                # A page is a cycle of objects, with the arrays that it shows.
+                asyncio.get_running_loop().call_later(_TIDY, gc.collect)
 
         client.on_delete(left)
 

@@ -286,6 +286,9 @@ class Session:
             self._worker.close()
             self._worker = None
         self._views.clear()
+        # FastAPI keeps the page's upload for longer, and that the session: what is large goes now.
+        self.opened = self.searched = self.fit = None
+        self.stairs = ()
         for folder in filter(None, (self.folder, self._lent)):
             shutil.rmtree(folder, ignore_errors=True)
 

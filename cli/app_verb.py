@@ -32,6 +32,9 @@ def app(
 
         if find_spec("nicegui") is None:
             raise RequestError(f"app: the workbench needs NiceGUI: {how_to_install('app')}")
+        from ..app import worker
+
+        worker.prepare()  # what computes is loaded while the page is
         from ..app.server import serve
         from ..workflows.workbench_facts import Source
 

@@ -126,12 +126,10 @@ def _on_forces(basis: Basis, say: Say) -> Selected:
     plausible = plausible_amounts(search, rehearsal)
     say(identify(search, nominal, search.nuisances, plausible).sentence)
     say(Stage("searching the catalogue of effects", SEARCHING))
-    state = search.run(progress=say)
+    state = search.again(search.run(progress=say), say)
     if leaves_structure(search, state):
         say(Stage("named effects leave structure: looking for terms that nobody has named"))
         search, state = _with_terms(weak, search, state, say)
-    else:
-        state = search.again(state, say)
     state = in_plain_words(search, state)
     say(Stage("weighing the evidence", WEIGHING))
     if search.pool != pool:

@@ -78,20 +78,21 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
             yield f"{name} beyond {knot:g} {unit} either way", either, name
     u, v, r = speeds
     beside = {"u": u, "|u|": np.abs(u), "v": v, "|v|": np.abs(v), "r": r, "|r|": np.abs(r)}
-    for thruster, thrust in zip(vehicle.thrusters, thrusts, strict=True):
-        of = f"the thrust of {thruster.name}"
+    pushes = {f"the thrust of {t.name}": thrust for t, thrust in zip(vehicle.thrusters, thrusts, strict=True)}
+    for of, thrust in pushes.items():
         yield of, thrust, ""
         yield f"the size of {of}", np.abs(thrust), ""
         yield f"{of}, squared with its sign", thrust * np.abs(thrust), ""
-        for name, speed in beside.items():
-            yield f"{of} times {name}", thrust * speed, name
         for knot in _knots(thrust, _THRUST_KNOTS):
             yield f"{of} beyond {knot:g} N", np.maximum(thrust - knot, 0.0), ""
             yield f"{of} below -{knot:g} N", np.maximum(-thrust - knot, 0.0), ""
+    pushes |= {"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {}
+    for of, thrust in pushes.items():
+        for name, speed in beside.items():
+            yield f"{of} times {name}", thrust * speed, name
     changing: dict[str, tuple[Array, str]] = {"": (steady, ""), "u": (u, "u"), "u|u|": (u * np.abs(u), "u")}
     changing |= {"v": (v, "v"), "r": (r, "r")}
-    changing |= {f"the thrust of {t.name}": (thrust, "") for t, thrust in zip(vehicle.thrusters, thrusts, strict=True)}
-    changing |= {"all thrust": (np.sum(thrusts, axis=0), "")} if len(thrusts) > 1 else {}
+    changing |= {of: (thrust, "") for of, thrust in pushes.items()}
     for name, (signal, takes) in changing.items():
         yield f"the time{name and f', times {name}'}", minutes * signal, takes
         for told, onset in _onsets(minutes):

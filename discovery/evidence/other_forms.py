@@ -26,8 +26,9 @@ from .weighing import TELL_APART, parameter_total
 _OTHER = 0.3
 """Share of an effect's force by which it changes beside other forms from which it is another effect; what stand-ins and
 causes change by stands in docs/foreign_causes.md."""
-_OTHER_THERE = 0.6
-"""The same where rollouts judged: the balance of such a log is no witness of half a size."""
+_OTHER_IN_LOGS = 0.6
+"""The same where rollouts judged several logs: each was left out once, and the balance of one in coloured noise is no
+witness of half a size against that."""
 
 
 class Rival(NamedTuple):
@@ -73,12 +74,13 @@ def other_forms(search: Search, state: State, kept: Sequence[str], seed: int, ju
             rivals |= dict.fromkeys(group, Rival(one.form, f"in place of {listed}, {one.form.in_words} does as well"))
     found = rest.followed(NoiseCopies(search.balance, seed))
     changes: dict[str, float] = {}
+    much = _OTHER if judge.forces or not _several(judge) else _OTHER_IN_LOGS
     for key in there if found else ():
         change = rest.change(key)
         if change is None:
             continue
         changes[key] = change.share
-        if change.share > (_OTHER if judge.forces else _OTHER_THERE):
+        if change.share > much:
             rivals[key] = Rival(*_given_way(columns, key, change, found))
     return OtherForms(tuple(found), rivals, changes)
 
@@ -98,6 +100,12 @@ def _in_question(search: Search, keys: Sequence[str]) -> Iterator[tuple[str, ...
         if first.unit.endswith("/min"):
             yield (candidate.key,)
     yield from (tuple(group) for group in groups.values() if len(group) > 1)
+
+
+def _several(judge: Balance) -> bool:
+    """Whether there is more than one log: where another begins, its minutes do."""
+    begun = [float(motion.minutes[0]) for motion in judge.motions]
+    return bool((np.diff(begun) <= 0.0).any())
 
 
 def _given_way(columns: FormColumns, key: str, change: Change, found: Sequence[OtherForm]) -> tuple[OtherForm, str]:

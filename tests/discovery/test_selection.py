@@ -164,3 +164,10 @@ def test_drawn_couplings_leave_linear_damping_dissipative(base: str):
         values = typical_effect("sway_yaw_coupling", nominal, np.random.default_rng(seed))
         total = sum(nominal.value(s) + values[s] for s in ("Y_r", "N_v"))
         assert abs(total) <= 2.0 * np.sqrt(nominal.value("Y_v") * nominal.value("N_r"))
+
+
+def test_stand_ins_that_leave_structure_are_searched_past():
+    """An exponent and a scale hide a dead zone beside a trim; what no model explains is looked for among names first."""
+    hidden = {"thrust_dead_zone": (0.17,), "surge_trim": (8.0,)}
+    motion = simulate_world(HULL, hidden, programme="gentle", duration=160.0, noise="clean", seed=6).motion(0.05)
+    assert set(find_missing([motion], HULL).findings.missing) == set(hidden)

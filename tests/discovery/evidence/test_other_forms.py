@@ -92,12 +92,13 @@ def test_an_effect_is_no_rival_of_itself_on_an_axis_that_alone_is_seen():
         assert judged(motion, tuple(hidden), blind=(1, 2)).rivals == {}
 
 
-def test_rollouts_ask_for_twice_the_change(monkeypatch: pytest.MonkeyPatch):
-    motion, names = log_of(KINK, "clean", "zigzag"), ("surge_linear_damping", "surge_quadratic_damping")
-    share = judged(motion, names).changes
+@pytest.mark.parametrize(("logs", "much"), [(1, 0.3), (2, 0.6)])
+def test_rollouts_of_several_logs_ask_for_twice_the_change(monkeypatch: pytest.MonkeyPatch, logs: int, much: float):
+    motions, names = [log_of(KINK, "clean", "zigzag")] * logs, ("surge_linear_damping", "surge_quadratic_damping")
+    share = judged(motions, names).changes
     monkeypatch.setattr(WeakForm, "forces", False)
-    told = {key for key, rival in judged(motion, names).rivals.items() if rival.told.startswith("beside")}
-    assert told == {key for key, changed in share.items() if changed > 0.6}
+    told = {key for key, rival in judged(motions, names).rivals.items() if rival.told.startswith("beside")}
+    assert told == {key for key, changed in share.items() if changed > much}
 
 
 def test_an_effect_that_has_nothing_to_do_with_the_form_stays():
@@ -143,7 +144,9 @@ def test_several_logs_and_late_ones_have_names_of_their_own_too():
 def test_a_velocity_that_is_not_trusted_is_in_no_form():
     weak = WeakForm([log_of(KINK)], WeakSettings())
     seen, blind = (free_forms(weak, HULL, given) for given in ((False,) * 3, (False, True, False)))
-    assert {"v", "the thrust of port times |v|", "u^2|v|", "v from minute 1.1 on"} <= set(seen.names) - set(blind.names)
+    assert {"v", "all thrust times |v|", "the thrust of port times |v|", "u^2|v|", "v from minute 1.1 on"} <= set(
+        seen.names
+    ) - set(blind.names)
     assert {"u", "the time", "the thrust of stbd"} <= set(blind.names)
 
 
