@@ -167,7 +167,7 @@ def test_drawn_couplings_leave_linear_damping_dissipative(base: str):
 
 
 def test_stand_ins_that_leave_structure_are_searched_past():
-    """An exponent and a scale hide a dead zone beside a trim; what no model explains is looked for among names first."""
+    """A dead zone beside a trim looks like an exponent and a scale; before terms, names are searched again."""
     hidden = {"thrust_dead_zone": (0.17,), "surge_trim": (8.0,)}
     motion = simulate_world(HULL, hidden, programme="gentle", duration=160.0, noise="clean", seed=6).motion(0.05)
     assert set(find_missing([motion], HULL).findings.missing) == set(hidden)
