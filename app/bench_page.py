@@ -68,8 +68,9 @@ class Page:
                 else:
                     self._bench()
         if kind == "bench":
-            self._undo.set_enabled(session.can_undo)
-            self._redo.set_enabled(session.can_redo)
+            history = session.history
+            self._undo.set_enabled(history is not None and history.can_undo)
+            self._redo.set_enabled(history is not None and history.can_redo)
 
     def _waiting(self) -> None:
         """What goes on while nothing is open yet, and what went wrong."""

@@ -5,7 +5,7 @@ What shows a log is loaded at once, what searches it when that is asked for.
 
 import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -21,7 +21,7 @@ from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
 from ..workflows.inputs import read_inputs
 from ..workflows.opened_log import OpenedLog
-from ..workflows.workbench_facts import Field, Fit, Opened, Searched, Source, Trained, Way
+from ..workflows.workbench_facts import Field, Fit, Opened, Searched, Source, Stand, Trained, Way
 
 if TYPE_CHECKING:
     from ..workflows.workbench import Workbench
@@ -79,13 +79,13 @@ class Desk:
         """See `Workbench.search`."""
         return self._open_bench.search(say)
 
-    def fit(self, names: Sequence[str], moved: Mapping[str, float] | None = None) -> Fit:
+    def fit(self, stand: Stand) -> Fit:
         """See `Workbench.fit`."""
-        return self._open_bench.fit(names, moved)
+        return self._open_bench.fit(stand)
 
-    def way(self, names: Sequence[str], time: float, moved: Mapping[str, float] | None = None) -> Way:
+    def way(self, stand: Stand, time: float) -> Way:
         """See `Workbench.way`."""
-        return self._open_bench.way(names, time, moved)
+        return self._open_bench.way(stand, time)
 
     def form(self) -> tuple[Field, ...]:
         """The numbers of the vehicle with their units and sources."""
@@ -128,9 +128,7 @@ class Desk:
             return str(error)
         return ""
 
-    def take(
-        self, what: str, names: Sequence[str], moved: Mapping[str, float], folder: str, say: Say | None = None
-    ) -> str:
+    def take(self, what: str, stand: Stand, folder: str, say: Say | None = None) -> str:
         """Write what is to be taken away into a folder, and give the path of the file.
 
         Parameters
@@ -139,12 +137,12 @@ class Desk:
         """
         target = Path(folder)
         if what in ("model", "javascript"):
-            vehicle = self._open_bench.vehicle(names, moved)
+            vehicle = self._open_bench.vehicle(stand)
             if what == "model":
                 vehicle.save(target / "model.yaml")
                 return str(target / "model.yaml")
             return str(_javascript(vehicle, target / "model.js"))
-        if moved:
+        if stand.moved:
             raise RequestError(
                 "numbers were moved by hand, and no run holds them; take model.yaml, which has them, or set "
                 "the fitted values first"
@@ -152,20 +150,18 @@ class Desk:
         run = target / "run"
         if run.exists():
             shutil.rmtree(run)
-        self._open_bench.write(names, run, say)
+        self._open_bench.write(stand.names, run, say)
         if what == "run":
             return shutil.make_archive(str(target / "undertow-run"), "zip", run)
         return str(run / {"page": "report.html", "findings": "findings.json"}[what])
 
-    def train(
-        self, network: str, names: Sequence[str], epochs: int, say: Callable[[Any], None] | None = None
-    ) -> Trained:
+    def train(self, network: str, stand: Stand, epochs: int, say: Callable[[Any], None] | None = None) -> Trained:
         """Train a network beside the corrected model; each `Epoch` is told."""
         from ..residuals.training.training_settings import Choice, TrainingSettings
         from ..workflows.train import train
         from ..workflows.workbench import rival
 
-        vehicle = self._open_bench.vehicle(names) if names else self._open_inputs.vehicle
+        vehicle = self._open_bench.vehicle(Stand(stand.names)) if stand.names else self._open_inputs.vehicle
         inputs = read_inputs(list(self._open_inputs.paths), vehicle, self._open_inputs.reading, progress=None)
         done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=None, watch=say)
         return Trained(" ".join(done.sentences), tuple(map(rival, done.models)))

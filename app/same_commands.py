@@ -4,8 +4,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..workflows.workbench_facts import OWN_NUMBERS, Source
-from .steps import Stand
+from ..workflows.workbench_facts import OWN_NUMBERS, Source, Stand
 
 
 def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:

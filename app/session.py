@@ -1,4 +1,4 @@
-"""What one tab of the browser works on: a log, the steps that correct its model, and what is selected in it."""
+"""What one tab of the browser works on: a log, the step that its model is at, and what is selected in it."""
 
 import asyncio
 import re
@@ -13,10 +13,11 @@ from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
-from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Trained, Way
+from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Stand, Trained, Way
 from .same_commands import same_commands
 from .spare import Spare
-from .steps import Stand, Work
+from .undo import History, Step
+from .work import Work
 from .worker import Worker, WorkerLostError
 
 LOST = (
@@ -24,9 +25,6 @@ LOST = (
 )
 _OF_A_VERB = re.compile(r"^(init|discover|add|fit|train): ")
 """How messages of the command line begin: with the verb that nobody typed here."""
-_KEPT = 200
-"""Steps back at most."""
-
 Interval = tuple[float, float]
 
 
@@ -40,6 +38,7 @@ class Session:
     Attributes
     ----------
     source, opened, searched : what is open, and what was found
+    history : the steps; None before anything is open
     asked : what was to be opened last
     names : what the user calls an upload, by the name under which it is kept
     fit : the model of the present step
@@ -65,9 +64,8 @@ class Session:
         self.lost = False
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
         self._lent: Path | None = None
-        self._history: list[Stand] = [Stand()]
-        self._at = 0
-        self._shown: Stand | None = None
+        self.history: History | None = None
+        self._shown: Step | None = None
         self._worker: Worker | None = None
         self._trainer: Worker | None = None
         self._views: list[Callable[[], None]] = []
@@ -77,8 +75,8 @@ class Session:
 
     @property
     def stand(self) -> Stand:
-        """The present step."""
-        return self._history[self._at]
+        """The model of the present step."""
+        return Stand() if self.history is None else self.history.now.stand
 
     def named(self, text: str) -> str:
         """A text with the user's names of uploads in the place of those under which they are kept."""
@@ -86,16 +84,6 @@ class Session:
             text = text.replace(f"{self.folder}/{kept}", name).replace(kept, name)
             text = text.replace(f"of {kept.split('.')[0]}", f"of {name.split('.')[0]}")
         return _OF_A_VERB.sub("", text)
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a step before this one."""
-        return self._at > 0
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether a step was taken back."""
-        return self._at + 1 < len(self._history)
 
     def watch(self, view: Callable[[], None]) -> Callable[[], None]:
         """Call a view after every change, until the function that is given back is called."""
@@ -135,7 +123,7 @@ class Session:
                     opened_one()
                 return
             self.searched, self.selected = None, ()
-            self._history, self._at, self._shown = [Stand()], 0, None
+            self.history, self._shown = History((Step(source),)), None
             self.source, self.opened = source, opened
             self.fit, self.stairs = opened.nominal, (opened.nominal,)
             self.changed()
@@ -181,40 +169,32 @@ class Session:
 
     async def add(self, *names: str) -> None:
         """Add effects to the model."""
-        fresh = [name for name in names if name not in self.stand.names]
-        if fresh:
-            await self._step(Stand((*self.stand.names, *fresh)))
+        await self._then(self._now.adding(*names))
 
     async def remove(self, name: str) -> None:
         """Take an effect out of the model."""
-        await self._step(Stand(tuple(one for one in self.stand.names if one != name)))
+        await self._then(self._now.removing(name))
 
     async def move(self, symbol: str, value: float) -> None:
-        """Set a number of the model by hand."""
-        before, moved = self.stand, dict(self.stand.moved) | {symbol: value}
-        stand = replace(before, moved=tuple(sorted(moved.items())))
-        if symbol in dict(before.moved) and self._at + 1 == len(self._history):
-            self._history[self._at] = stand  # one way of a slider is one step
-            await self._refit()
-        else:
-            await self._step(stand)
+        """Set a number of the model by hand; one way of a slider is one step."""
+        assert self.history is not None, "a log is open"
+        step = self._now.moving({symbol: value})
+        along = symbol in dict(self.stand.moved) and not self.history.can_redo
+        await self._go(self.history.instead(step) if along else self.history.then(step))
 
     async def unmove(self) -> None:
         """Set all numbers that were moved by hand to their fitted values again."""
-        if self.stand.moved:
-            await self._step(replace(self.stand, moved=()))
+        await self._then(self._now.fitting())
 
     async def undo(self) -> None:
         """Go one step back."""
-        if self.can_undo:
-            self._at -= 1
-            await self._refit()
+        if self.history is not None and self.history.can_undo:
+            await self._go(self.history.back())
 
     async def redo(self) -> None:
         """Take the step again that was taken back."""
-        if self.can_redo:
-            self._at += 1
-            await self._refit()
+        if self.history is not None and self.history.can_redo:
+            await self._go(self.history.forth())
 
     def select(self, intervals: tuple[Interval, ...]) -> None:
         """Mark stretches of time in all views."""
@@ -223,13 +203,13 @@ class Session:
 
     async def way(self, time: float) -> Way | None:
         """Where the models go from an instant on."""
-        return await self._ask("", "way", self.stand.names, time, dict(self.stand.moved))
+        return await self._ask("", "way", self.stand, time)
 
     async def take(self, what: str) -> Path | None:
         """Write a file to be taken away."""
         async with self._turn:
             name = "writing the run" if what in ("page", "run", "findings") else ""
-            path = await self._ask(name, "take", what, self.stand.names, dict(self.stand.moved), str(self.folder))
+            path = await self._ask(name, "take", what, self.stand, str(self.folder))
             self.changed()
             return None if path is None else Path(path)
 
@@ -239,7 +219,7 @@ class Session:
 
     async def again(self) -> None:
         """Begin with a new worker where the old one has ended: the same log, the same steps."""
-        history, at, source, searched = self._history, self._at, self.source, self.searched
+        source, searched = self.source, self.searched
         if self._worker is not None:
             self._worker.close()
             self._worker = None
@@ -251,8 +231,7 @@ class Session:
             opened = await self._ask("reading the log again", "open", source, str(self.folder))
         if opened is None:
             return
-        self.opened, self.searched = opened, searched
-        self._history, self._at = history, at
+        self.opened, self._shown = opened, None
         if searched is None:
             await self.search()
         await self._refit()
@@ -263,7 +242,7 @@ class Session:
         self._trainer = Worker()
         try:
             await self._trainer.ask("open", self.source, str(self.folder))
-            return await self._trainer.ask("train", network, self.stand.names, epochs, say=told)
+            return await self._trainer.ask("train", network, self.stand, epochs, say=told)
         except (asyncio.CancelledError, WorkerLostError):
             return None
         except (LogError, RequestError, VehicleError, RuntimeError) as error:
@@ -311,33 +290,42 @@ class Session:
 
     # -- how -----------------------------------------------------------------------------------------------------------
 
-    async def _step(self, stand: Stand) -> None:
-        before = self._history[: self._at + 1]
-        self._history = [*before, stand][-_KEPT:]
-        self._at = len(self._history) - 1
-        if not await self._refit():
-            self._history, self._at = before, len(before) - 1
+    @property
+    def _now(self) -> Step:
+        assert self.history is not None, "a log is open"
+        return self.history.now
+
+    async def _then(self, step: Step) -> None:
+        """Take a step, if it is one."""
+        if self.history is not None and step != self.history.now:
+            await self._go(self.history.then(step))
+
+    async def _go(self, history: History) -> None:
+        """Show the present step of a history; where that cannot be done, all stays as it was."""
+        before, self.history = self.history, history
+        if not await self._refit() and self.history is history:
+            self.history = before
             self.changed()
 
     async def _refit(self) -> bool:
         """Fit what the present step asks for, and show it; whether that could be done."""
         async with self._turn:
-            if self._shown == self.stand and not self.trouble:
+            if self._shown == self._now and not self.trouble:
                 return True  # a slider has moved on while this one waited
             self.trouble = ""
             return await self._show()
 
     async def _show(self) -> bool:
-        stand = self.stand
+        step, stand = self._now, self.stand
         plain = stand == Stand() and self.opened is not None
-        fit = self.opened.nominal if plain else await self._ask("", "fit", stand.names, dict(stand.moved))  # type: ignore[union-attr]
+        fit = self.opened.nominal if plain else await self._ask("", "fit", stand)  # type: ignore[union-attr]
         if fit is None:
             return False
-        self.fit, self._shown = fit, stand
+        self.fit, self._shown = fit, step
         self.changed()
         stairs = []
         for count in range(len(stand.names)):
-            stair = await self._ask("", "fit", stand.names[:count], {})
+            stair = await self._ask("", "fit", Stand(stand.names[:count]))
             if stair is None:
                 return True
             stairs.append(stair)

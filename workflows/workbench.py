@@ -1,6 +1,6 @@
 """The workbench: a log and a model that a person corrects step by step, each step fitted and judged at once."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +30,7 @@ from .discover_and_add import add, discover
 from .opened_log import FORCES, HORIZON, OpenedLog
 from .run_folder.run import Run
 from .run_folder.write import write_run
-from .workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Rival, Searched, Value, Way
+from .workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Rival, Searched, Stand, Value, Way
 
 _AHEAD = 30.0
 """Length of a prediction that somebody asks for at a place [s]."""
@@ -66,7 +66,7 @@ class Workbench:
         """
         self._log, self._inputs, self._rows = log, log.inputs, log.rows
         self._benches = {} if basis is None else {False: Bench(basis)}
-        self._fits: dict[tuple[tuple[str, ...], tuple[tuple[str, float], ...]], Fit] = {}
+        self._fits: dict[Stand, Fit] = {}
 
     def opened(self) -> Opened:
         """What is measured, and what the nominal model makes of it."""
@@ -93,28 +93,27 @@ class Workbench:
         )
 
     @single_threaded
-    def fit(self, names: Sequence[str], moved: Mapping[str, float] | None = None) -> Fit:
-        """The model with these effects, fitted and judged, or with some of its numbers `moved` by hand.
+    def fit(self, stand: Stand) -> Fit:
+        """A model, fitted and judged, or with some of its numbers moved by hand.
 
         Raises
         ------
         RequestError
             for an effect that is unknown, given twice, or cannot be judged on this log; when a solver fails.
         """
-        asked = tuple(names), tuple(sorted((moved or {}).items()))
-        found = self._fits.pop(asked, None) or self._fitted(*asked)
-        self._fits[asked] = found
+        found = self._fits.pop(stand, None) or self._fitted(stand)
+        self._fits[stand] = found
         if len(self._fits) > _KEPT:
             del self._fits[next(iter(self._fits))]
         return found
 
-    def way(self, names: Sequence[str], time: float, moved: Mapping[str, float] | None = None) -> Way:
-        """Where the nominal model and the one with these effects say that the boat goes from an instant on."""
+    def way(self, stand: Stand, time: float) -> Way:
+        """Where the nominal model and another say that the boat goes from an instant on."""
         stretch, row = self._rows.at(time)
         steps = min(round(_AHEAD / stretch.motion.time_step), stretch.motion.time.size - 1 - row)
         if steps < 1:
             raise RequestError("there is no measurement after this place; choose one before it")
-        after = self._model(tuple(names), tuple((moved or {}).items())).vehicle
+        after = self._model(stand).vehicle
         ways = [
             rollout(vehicle, stretch.motion, np.array([row]), steps).states[0, :, :2]
             for vehicle in (self._inputs.vehicle, after)
@@ -145,10 +144,10 @@ class Workbench:
         """Write the run folder of these effects; see `run`."""
         return write_run(self.run(names, progress), folder, progress=progress)
 
-    def vehicle(self, names: Sequence[str], moved: Mapping[str, float] | None = None) -> Vehicle:
-        """The model with these effects, which says of every number that it changed where that is from."""
-        vehicle, nominal = self._model(tuple(names), tuple((moved or {}).items())).vehicle, self._inputs.vehicle
-        by = " and by hand" if moved else ""
+    def vehicle(self, stand: Stand) -> Vehicle:
+        """A model, which says of every number that it changed where that is from."""
+        vehicle, nominal = self._model(stand).vehicle, self._inputs.vehicle
+        by = " and by hand" if stand.moved else ""
         return with_sources(nominal, vehicle, f"identified by undertow from {WHOLE}{self._inputs.log_names}{by}")
 
     def _bench(self, own: bool = False) -> Bench:
@@ -164,27 +163,27 @@ class Workbench:
         effects = tuple(name for name in names if name != OWN_NUMBERS)
         return self._bench(OWN_NUMBERS in names).with_effects(effects) if names else None
 
-    def _model(self, names: tuple[str, ...], moved: tuple[tuple[str, float], ...]) -> VehicleModel:
-        made = self._made(names)
-        if made is None and not moved:
+    def _model(self, stand: Stand) -> VehicleModel:
+        made = self._made(stand.names)
+        if made is None and not stand.moved:
             return VehicleModel(self._inputs.vehicle, "nominal", "physics")
         vehicle = self._inputs.vehicle if made is None else made.vehicle
-        if moved:
-            return VehicleModel(vehicle.with_values(dict(moved)), "by hand", "symbolic")
+        if stand.moved:
+            return VehicleModel(vehicle.with_values(dict(stand.moved)), "by hand", "symbolic")
         return VehicleModel(vehicle, "corrected", "symbolic", unseen=() if made is None else made.apart)
 
-    def _fitted(self, names: tuple[str, ...], moved: tuple[tuple[str, float], ...]) -> Fit:
-        model, made, nominal = self._model(names, moved), self._made(names), self._inputs.vehicle
+    def _fitted(self, stand: Stand) -> Fit:
+        model, made, nominal = self._model(stand), self._made(stand.names), self._inputs.vehicle
         error, lost = self._log.error(model)
         ci95 = {} if made is None else made.ci95
         values = tuple(
             Value(k.symbol, k.what, unit_text(k.unit), k.before, k.after, _ends(ci95.get(k.symbol)), k.low, k.high)
             for k in knobs_of(nominal, model.vehicle)
         )
-        passivity = None if made is None or moved else made.passivity
+        passivity = None if made is None or stand.moved else made.passivity
         verdict, law = ("", "") if passivity is None else (passivity.verdict, passivity.sentence)
-        unseen = bool(names) and not moved
-        return Fit(names, error, lost, self._rows.columns(model, nominal), values, verdict, law, unseen)
+        unseen = bool(stand.names) and not stand.moved
+        return Fit(stand.names, error, lost, self._rows.columns(model, nominal), values, verdict, law, unseen)
 
     def _card(self, found: FoundEffect, findings: Findings, *, drawn: bool) -> Card:
         tell = next((one.manoeuvre for one in findings.advice if words(found.effect) in one.why), "")
@@ -211,7 +210,7 @@ class Workbench:
     def _picture(self, found: FoundEffect) -> str:
         """The force that lacks on the axis that the effect explains best, and what it alone adds there."""
         try:
-            model = self._model((found.key,), ())
+            model = self._model(Stand((found.key,)))
         except RequestError:
             return ""
         table = self._rows.measured(self._inputs.channels)

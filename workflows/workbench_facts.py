@@ -10,6 +10,14 @@ OWN_NUMBERS = "own numbers"
 
 
 @dataclass(frozen=True, slots=True)
+class Stand:
+    """A model as a person wants it: the effects in it, in order, and numbers that were moved by hand."""
+
+    names: tuple[str, ...] = ()
+    moved: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Check:
     """What a check of the log says: "note", "warning", "defect" or "cannot tell", what it means and what to do."""
 

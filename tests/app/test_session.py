@@ -12,11 +12,11 @@ from verbs import done
 from undertow.app import worker
 from undertow.app.same_commands import same_commands
 from undertow.app.session import LOST, Session
-from undertow.app.steps import Stand
+from undertow.app.undo import History
 from undertow.app.views.opening import stored_as
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import OWN_NUMBERS, Fit, Source
+from undertow.workflows.workbench_facts import OWN_NUMBERS, Fit, Source, Stand
 
 DEMO = Source()
 DEMO_LOG = ROOT / "data" / "gazebo_blueboat.csv.gz"
@@ -41,6 +41,12 @@ def fit_of(session: Session) -> Fit:
     """The model of the present step."""
     assert session.fit is not None
     return session.fit
+
+
+def history_of(session: Session) -> History:
+    """The steps of a session."""
+    assert session.history is not None
+    return session.history
 
 
 def worker_of(session: Session) -> worker.Worker:
@@ -79,7 +85,7 @@ def test_steps_are_added_taken_back_and_taken_again():
             assert not fit_of(session).unseen
             await session.undo()  # one way of a slider is one step
             assert session.stand.moved == ()
-            assert session.can_redo
+            assert history_of(session).can_redo
         finally:
             session.close()
         assert not session.folder.exists()
@@ -94,7 +100,7 @@ def test_an_effect_that_cannot_be_added_leaves_the_model_as_it_was():
             await session.add("surge_quadratic_dampin")
             assert "did you mean" in session.trouble
             assert session.stand.names == ()
-            assert not session.can_undo
+            assert not history_of(session).can_undo
             await session.add(FIRST)
             assert session.trouble == ""
         finally:
@@ -260,11 +266,11 @@ def test_the_workbench_says_the_numbers_that_add_says():
     inputs = undertow.read_inputs(DEMO_LOG, ROOT / "data" / "demo.yaml", progress=None)
     bench, run = Workbench(OpenedLog(inputs)), undertow.add([FIRST, SECOND], inputs, progress=None)
     for names, step in zip(((), (FIRST,), (FIRST, SECOND)), run.findings.steps, strict=True):
-        said = bench.fit(names).error
+        said = bench.fit(Stand(names)).error
         assert said["position"] == pytest.approx(step.rollout("10").position, rel=1e-9)
         assert said["yaw"] == pytest.approx(step.rollout("10").yaw, rel=1e-9)
     model = run.discovery.corrected
-    assert bench.vehicle((FIRST, SECOND)).values == pytest.approx(model.values, rel=1e-9)
+    assert bench.vehicle(Stand((FIRST, SECOND))).values == pytest.approx(model.values, rel=1e-9)
 
 
 def test_rows_of_several_logs_stand_one_after_the_other():

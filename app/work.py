@@ -1,15 +1,7 @@
-"""A step of a person's work, and the work of the machine that goes on meanwhile."""
+"""The work of the machine that goes on: what it is, how far it is, and since when."""
 
 from dataclasses import dataclass
 from time import monotonic
-
-
-@dataclass(frozen=True, slots=True)
-class Stand:
-    """A model as its steps make it: the effects in it, in order, and numbers that were moved by hand."""
-
-    names: tuple[str, ...] = ()
-    moved: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
