@@ -5,7 +5,7 @@ from importlib import resources
 from nicegui import ui
 
 from ..reports.page.style import DARK, LIGHT
-from ..workflows.workbench_facts import Opened, Source
+from ..workflows.workbench_facts import Source
 from .session import Session
 from .views.hero import hero
 from .views.log_notes import log_notes
@@ -34,7 +34,7 @@ class Page:
     def __init__(self, session: Session, vehicles: tuple[str, ...], first: Source | None, *, paths: bool) -> None:
         self._session, self._vehicles = session, vehicles
         self._kind, self._paths = "", paths
-        self._opened: Opened | None = None
+        self._source: Source | None = None
         ui.add_css(_css())
         ui.colors(primary="#0072b2")
         self._dark = ui.dark_mode(value=None)
@@ -54,8 +54,8 @@ class Page:
         kind = "bench" if session.opened is not None else "opening"
         opened = session.opened
         self._what.set_text("" if opened is None else session.named(f"{opened.log} with {opened.vehicle}"))
-        if opened is not self._opened:
-            self._opened = opened
+        if session.source != self._source:
+            self._source = session.source
             ui.run_javascript("window.scrollTo({top: 0})")
         if kind != self._kind:
             self._kind = kind

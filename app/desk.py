@@ -71,9 +71,13 @@ class Desk:
         self._bench = None
         return self._log.opened()
 
-    def opened(self) -> Opened:
-        """What is open."""
-        return self._open_bench.opened()
+    def opened(self, left: tuple[str, ...], say: Say | None = None) -> Opened:
+        """See `Workbench.opened`."""
+        return self._open_bench.opened(left)
+
+    def resume(self, hidden: tuple[float, float, float] | None) -> Opened:
+        """See `Workbench.resume`."""
+        return self._open_bench.resume(hidden)
 
     def search(self, say: Say | None = None) -> Searched:
         """See `Workbench.search`."""
@@ -142,15 +146,10 @@ class Desk:
                 vehicle.save(target / "model.yaml")
                 return str(target / "model.yaml")
             return str(_javascript(vehicle, target / "model.js"))
-        if stand.moved:
-            raise RequestError(
-                "numbers were moved by hand, and no run holds them; take model.yaml, which has them, or set "
-                "the fitted values first"
-            )
         run = target / "run"
         if run.exists():
             shutil.rmtree(run)
-        self._open_bench.write(stand.names, run, say)
+        self._open_bench.write(stand, run, say)
         if what == "run":
             return shutil.make_archive(str(target / "undertow-run"), "zip", run)
         return str(run / {"page": "report.html", "findings": "findings.json"}[what])

@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..physics.in_words import words
 from ..workflows.workbench_facts import OWN_NUMBERS, Source, Stand
 
 
@@ -24,6 +25,9 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
         told.append(shlex.join(["undertow", "add", *effects, "--run", run, "--out", "model.yaml"]))
     if OWN_NUMBERS in stand.names and set(stand.names) != set(found):
         told.append("# No command fits the model's own numbers beside these effects.")
+    if stand.left:
+        left = ", ".join(words(name) for name in stand.left)
+        told.append(f"# Read without a correction of the sensors, which no command does: {left}")
     if stand.moved:
         moved = ", ".join(f"{symbol} = {value:g}" for symbol, value in stand.moved)
         told.append(f"# Moved by hand, which no command does: {moved}")

@@ -66,6 +66,7 @@ class Session:
         self._lent: Path | None = None
         self.history: History | None = None
         self._shown: Step | None = None
+        self._left: tuple[str, ...] | None = ()
         self._worker: Worker | None = None
         self._trainer: Worker | None = None
         self._views: list[Callable[[], None]] = []
@@ -123,7 +124,7 @@ class Session:
                     opened_one()
                 return
             self.searched, self.selected = None, ()
-            self.history, self._shown = History((Step(source),)), None
+            self.history, self._shown, self._left = History((Step(source),)), None, ()
             self.source, self.opened = source, opened
             self.fit, self.stairs = opened.nominal, (opened.nominal,)
             self.changed()
@@ -163,8 +164,8 @@ class Session:
             if found is None:
                 return
             self.searched = found
-            if found.moved:
-                self.opened = await self._ask("", "opened") or self.opened
+            if found.hidden is not None:
+                self._left = None
             await self._show()
 
     async def add(self, *names: str) -> None:
@@ -174,6 +175,14 @@ class Session:
     async def remove(self, name: str) -> None:
         """Take an effect out of the model."""
         await self._then(self._now.removing(name))
+
+    async def leave(self, correction: str) -> None:
+        """Read the log without a correction of its sensors, and fit the same effects anew."""
+        await self._then(self._now.leaving(correction))
+
+    async def correct(self, correction: str) -> None:
+        """Make a correction of the sensors again that was left out."""
+        await self._then(self._now.correcting(correction))
 
     async def move(self, symbol: str, value: float) -> None:
         """Set a number of the model by hand; one way of a slider is one step."""
@@ -231,9 +240,11 @@ class Session:
             opened = await self._ask("reading the log again", "open", source, str(self.folder))
         if opened is None:
             return
-        self.opened, self._shown = opened, None
+        self.opened, self._left, self._shown = opened, (), None
         if searched is None:
             await self.search()
+        elif searched.hidden is not None:
+            self.opened = await self.ask("resume", searched.hidden) or opened
         await self._refit()
 
     async def train(self, network: str, epochs: int, told: Callable[[object], None]) -> Trained | None:
@@ -317,21 +328,27 @@ class Session:
 
     async def _show(self) -> bool:
         step, stand = self._now, self.stand
-        plain = stand == Stand() and self.opened is not None
-        fit = self.opened.nominal if plain else await self._ask("", "fit", stand)  # type: ignore[union-attr]
+        opened = self.opened if stand.left == self._left else await self._read(stand.left)
+        if opened is None:
+            return False
+        fit = opened.nominal if stand == Stand(left=stand.left) else await self._ask("", "fit", stand)
         if fit is None:
             return False
-        self.fit, self._shown = fit, step
+        self.opened, self._left, self.fit, self._shown = opened, stand.left, fit, step
         self.changed()
-        stairs = []
-        for count in range(len(stand.names)):
-            stair = await self._ask("", "fit", Stand(stand.names[:count]))
+        stairs = [opened.nominal] if stand.names else []
+        for count in range(1, len(stand.names)):
+            stair = await self._ask("", "fit", Stand(stand.names[:count], left=stand.left))
             if stair is None:
                 return True
             stairs.append(stair)
         self.stairs = (*stairs, fit)
         self.changed()
         return True
+
+    async def _read(self, left: tuple[str, ...]) -> Opened | None:
+        """What is measured without some corrections of the sensors."""
+        return await self._ask("reading the log anew", "opened", left)
 
     async def _ask(self, name: str, what: str, *given: Any) -> Any:
         """An answer of the worker, while all views say what goes on; None where it refuses, and `trouble` says why."""

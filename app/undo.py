@@ -40,6 +40,14 @@ class Step:
         """The same with no number set by hand."""
         return self._with(moved=())
 
+    def leaving(self, correction: str) -> "Step":
+        """The same on the log without a correction of its sensors."""
+        return self._with(left=tuple(sorted({*self.stand.left, correction})), moved=())
+
+    def correcting(self, correction: str) -> "Step":
+        """The same on the log with a correction that was left out."""
+        return self._with(left=tuple(one for one in self.stand.left if one != correction), moved=())
+
     def _with(self, **changes: tuple[object, ...]) -> "Step":
         return replace(self, stand=replace(self.stand, **changes))  # type: ignore[arg-type]
 

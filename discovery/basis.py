@@ -3,22 +3,23 @@
 The choice is made here, once for a log, whoever asks: discovery, adding by name, calibration, distillation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..measurements.kinematics import compass_shown
+from ..physics.effects import COMMAND_OFFSET
 from ..physics.frames import AXES, FORCE_UNITS, Array
 from ..physics.matrices import mass_matrix
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.base import SEEING, Balance
 from .balance.long_logs import digest
-from .balance.sensor_errors import nuisances
+from .balance.sensor_errors import STRAIGHT_RUNS, nuisances
 from .balance.shooting import Shooting, ShootingSettings
 from .balance.weak_form import WeakForm
-from .candidates.candidate import Candidate, candidates, measurable
+from .candidates.candidate import Candidate, Kind, candidates, measurable
 from .candidates.nuisance import command_timing
 from .candidates.unnamed_terms import features_along
 from .search.command_resolution import leaves_structure
@@ -171,6 +172,7 @@ class Basis:
     instant : a search of all that the log can show, on that balance
     why : why rollouts judge, in a sentence; empty where the force balance does
     part : of a long log, which part is searched; else empty
+    timed : how early or late the commands were recorded is fitted in every model
     """
 
     nominal: Vehicle
@@ -182,6 +184,7 @@ class Basis:
     instant: Search
     why: str
     part: str = ""
+    timed: bool = True
 
     @property
     def rolls(self) -> bool:
@@ -201,7 +204,7 @@ class Basis:
     @property
     def pool(self) -> tuple[Candidate, ...]:
         """All candidates that the log's channels can show."""
-        return self.instant.pool
+        return tuple(c for c in self.instant.pool if self.timed or c.kind is not Kind.SENSOR)
 
     def balance(self, about: Vehicle | None = None, shooting: ShootingSettings | None = None) -> Balance:
         """The balance that judges.
@@ -231,6 +234,13 @@ class Basis:
         if compass_shown(motions).deviates:
             return self
         return replace(self, motions=motions, blind=SEEING, notes=())
+
+    def leaving(self, left: Collection[str]) -> "Basis":
+        """The same with some errors of the record left in it, by the names of their corrections."""
+        found = self
+        if STRAIGHT_RUNS in left:
+            found = replace(found, motions=self.forces.motions, blind=SEEING, notes=())
+        return replace(found, timed=False) if COMMAND_OFFSET.symbol in left else found
 
     def cleared_forces(self) -> WeakForm:
         """The force balance of the motions as they are fitted."""

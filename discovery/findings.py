@@ -35,6 +35,8 @@ class SensorError(Record):
     verdict : "present", "possible" or "no evidence"
     sentence : the finding in words
     terms : its numbers
+    correction : name of the correction that was made for it, which `Inputs.leaving`, `HiddenErrors.leaving` or
+        `Basis.leaving` does without; empty where none was made
     """
 
     error: Literal[
@@ -50,6 +52,7 @@ class SensorError(Record):
     verdict: Literal["present", "possible", "no evidence"]
     sentence: str = ""
     terms: tuple[FoundTerm, ...] = ()
+    correction: str = Field(default="", exclude_if=lambda value: not value)
 
 
 class Calibrated(Record):

@@ -5,7 +5,7 @@ that were turned into the body by a heading that is off by a constant. What they
 with many effects at once, each a stand-in; taken away, the few that are real remain.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +32,8 @@ _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
 _SETTLED = 0.003
 """Change of an estimate, in units of what is usual, from which it stays."""
+ARM, COMPASS = "mount", "compass_constant"
+"""Names of the corrections for a lever arm, and for a heading that lacks something."""
 _ROUNDS = 4
 """Searches with a better and better estimate."""
 
@@ -53,6 +55,11 @@ class HiddenErrors:
         """From three numbers, those that do not matter taken for none."""
         ahead, aside, turned = np.where(np.abs(estimate) >= _LEAST, estimate, 0.0).tolist()
         return cls(ahead, aside, turned)
+
+    def leaving(self, left: Collection[str]) -> "HiddenErrors":
+        """The same without some of them, by the names of their corrections: these stay in the motion."""
+        arm_x, arm_y = (0.0, 0.0) if ARM in left else (self.arm_x, self.arm_y)
+        return replace(self, arm_x=arm_x, arm_y=arm_y, compass=0.0 if COMPASS in left else self.compass)
 
     def corrected(self, motion: Motion) -> Motion:
         """A motion as it is at the origin, and along the true heading."""
@@ -77,12 +84,15 @@ class HiddenErrors:
                 FoundTerm(symbol="arm_x", value=self.arm_x, unit="m"),
                 FoundTerm(symbol="arm_y", value=self.arm_y, unit="m"),
             )
-            found.append(SensorError(error="antenna_arm", verdict="present", sentence=told, terms=terms))
+            found.append(
+                SensorError(error="antenna_arm", verdict="present", sentence=told, terms=terms, correction=ARM)
+            )
         if abs(self.compass) >= _LEAST[2]:
             angle = float(np.degrees(self.compass))
             told = f"The heading lacks {angle:+.1f} degrees, as the forces tell; it and the speeds are corrected."
             terms = (FoundTerm(symbol="misalignment", value=angle, unit="deg"),)
-            found.append(SensorError(error="compass_deviation", verdict="present", sentence=told, terms=terms))
+            error = "compass_deviation"
+            found.append(SensorError(error=error, verdict="present", sentence=told, terms=terms, correction=COMPASS))
         return tuple(found)
 
 

@@ -138,7 +138,7 @@ def fit_in_order(
 
 def _search(basis: Basis, form: Balance, groups: Sequence[Sequence[Candidate]]) -> Search:
     pool = list(dict.fromkeys(candidate for group in groups for candidate in group))
-    if not basis.forces.claimed:
+    if basis.timed and not basis.forces.claimed:
         pool.insert(0, command_timing(basis.motions))
     return Search(form, basis.nominal, pool, replace(basis.settings.search, refinements=6))
 

@@ -1,6 +1,6 @@
 """Errors of sensors: their sizes, the words that tell of them, and a motion as right sensors would have measured it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,6 +74,10 @@ class Kinematics:
         present |= {name for pair in pairs for name in pair if name in self.values}
         found = {name: self.values[name][0] for name in self.values if name in present}
         return found | ({"body_speeds": 1.0} if self.body_speeds and "compass_sine" in found else {})
+
+    def errors_but(self, left: Collection[str] = ()) -> dict[str, float]:
+        """The errors that are present without some, which are named as `sentences` names what it tells of."""
+        return {name: value for name, value in self.errors.items() if _PAIRS.get(name, name) not in left}
 
     @property
     def sentences(self) -> dict[str, str]:

@@ -1,7 +1,7 @@
 """What every verb works on: logs read and prepared once for a vehicle, and the part that judges."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -10,12 +10,12 @@ from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .inspection import Inspection, inspect_log
-from .kinematic_errors import Kinematics
+from .kinematic_errors import Kinematics, corrected_for
 from .log import read_log
 from .log_options import AS_GUESSED, Reading
-from .preparation.dataset import DataSet
+from .preparation.dataset import PAPER, DataSet
 from .preparation.held_out import Fold, cut
-from .preparation.split import PARTS, Split
+from .preparation.split import PARTS, Split, split
 
 PathLike = str | os.PathLike[str]
 FOLDS = "folds"
@@ -80,6 +80,7 @@ class Inputs(Card):
     sensors : what the records of each log say of its sensors, by the source of its motions; they are corrected for it
     inspected : the vehicle for which each log was inspected, and what was seen; see `inspections`
     undivided : all motions without a filter, at the logs' own rate and at 10 Hz; None where a part was asked for
+    recorded : the same as the sensors recorded them; what needs no correction is not kept twice
     """
 
     paths: tuple[str, ...]
@@ -94,6 +95,7 @@ class Inputs(Card):
     sensors: Mapping[str, Kinematics] = field(default_factory=dict)
     inspected: tuple[Vehicle, tuple[Inspection, ...]] | None = None
     undivided: tuple[DataSet, DataSet] | None = None
+    recorded: tuple[DataSet, DataSet] | None = None
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
@@ -134,6 +136,21 @@ class Inputs(Card):
         )
         return replace(self, weak=weak, parts=replace(self.parts, split=parts))
 
+    def leaving(self, left: Collection[str]) -> "Inputs":
+        """The same with some errors of the sensors left in the motions.
+
+        Parameters
+        ----------
+        left : names of the corrections that are not made, as `correction_name` has them
+        """
+        if not left or self.recorded is None:
+            return self
+        weak, even = corrected(self.recorded, self.sensors, left)
+        if self.parts.judge == FOLDS:
+            return replace(self, undivided=(weak, even)).whole()
+        undivided = None if self.undivided is None else (weak, even)
+        return replace(self, weak=split(weak), parts=Parts(split(even, PAPER), self.parts.judge), undivided=undivided)
+
     def parted(self, verb: str) -> "Inputs":
         """Itself, for a verb that fits one model and judges it on a part of the logs.
 
@@ -169,3 +186,35 @@ class Inputs(Card):
     def channels(self) -> tuple[str, ...]:
         """Names of the command columns."""
         return tuple(t.channel for t in self.vehicle.thrusters)
+
+
+def correction_name(error: str, source: str, sources: Collection[str]) -> str:
+    """How the correction of an error is called, and which log is meant where there are several.
+
+    Examples
+    --------
+    >>> correction_name("gyro_scale", "a/one.csv", ["a/one.csv"])
+    'gyro_scale'
+    >>> correction_name("gyro_scale", "a/one.csv", ["a/one.csv", "a/two.csv"])
+    'gyro_scale[one.csv]'
+    """
+    return error if len(sources) < 2 else f"{error}[{Path(source).name}]"
+
+
+def corrected(
+    recorded: tuple[DataSet, DataSet], sensors: Mapping[str, Kinematics], left: Collection[str] = ()
+) -> tuple[DataSet, DataSet]:
+    """Motions as right sensors would have measured them, as far as the records of each log tell of their errors.
+
+    Parameters
+    ----------
+    recorded : as they were measured
+    sensors : what the records say, by the source of the motions
+    left : names of the corrections that are not made, see `correction_name`
+    """
+    errors = {
+        source: known.errors_but([e for e in known.sentences if correction_name(e, source, sensors) in left])
+        for source, known in sensors.items()
+    }
+    weak, even = (data.mapped(lambda m: corrected_for(m, errors.get(m.source, {}))) for data in recorded)
+    return weak, even

@@ -8,14 +8,14 @@ from pathlib import Path
 from ..measurements.alignment import LEAST_CORRELATION
 from ..measurements.collection import find_logs
 from ..measurements.inspection import Inspection, inspect_log
-from ..measurements.kinematic_errors import Kinematics, corrected_for
+from ..measurements.kinematic_errors import Kinematics
 from ..measurements.kinematics import kinematics_of
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.dataset import PAPER, WEAK
 from ..measurements.preparation.prepare import prepare
 from ..measurements.preparation.split import PARTS, split
-from ..measurements.prepared_logs import FOLDS, Inputs, Parts, PathLike
+from ..measurements.prepared_logs import FOLDS, Inputs, Parts, PathLike, corrected
 from ..measurements.quality.examination import examine, pool
 from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.single_threaded import single_threaded
@@ -90,15 +90,14 @@ def read_inputs(
     together = pool(examinations) if len(read) > 1 else ()
     warnings = (*opposed, *sound(inspections, together, model, reading.as_is))
     # The filter comes after the cut into parts, so that it never looks across a boundary.
-    weak, even = (prepare(read, model, recipe) for recipe in (WEAK, replace(PAPER, cutoff=None)))
+    weak, even = recorded = prepare(read, model, WEAK), prepare(read, model, replace(PAPER, cutoff=None))
     sensors: dict[str, Kinematics] = {}
     if not reading.as_is:
         channels = {str(log.path): tuple(log.channels) for log in read}
         for source in {motion.source for motion in weak.motions}:
             own = [m for m in weak.motions if m.source == source]
             sensors[source] = kinematics_of(own, channels.get(source, ()))
-        errors = {source: found.errors for source, found in sensors.items()}
-        weak, even = (data.mapped(lambda m: corrected_for(m, errors.get(m.source, {}))) for data in (weak, even))
+        weak, even = corrected(recorded, sensors)
     part = None if judge == FOLDS else judge
     found = Inputs(
         paths=names,
@@ -113,6 +112,7 @@ def read_inputs(
         sensors=sensors,
         inspected=(model, inspections),
         undivided=(weak, even) if part is None else None,
+        recorded=recorded,
     )
     return found.whole() if judge == FOLDS else found
 

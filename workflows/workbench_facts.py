@@ -11,10 +11,18 @@ OWN_NUMBERS = "own numbers"
 
 @dataclass(frozen=True, slots=True)
 class Stand:
-    """A model as a person wants it: the effects in it, in order, and numbers that were moved by hand."""
+    """A model as a person wants it.
+
+    Attributes
+    ----------
+    names : of the effects in it, in order
+    moved : numbers that were moved by hand
+    left : corrections of the sensors that the log is read without, in the order of the alphabet
+    """
 
     names: tuple[str, ...] = ()
     moved: tuple[tuple[str, float], ...] = ()
+    left: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +106,13 @@ class Opened:
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """An effect that may be missing.
+    """An effect that may be missing, or something that the sensors do wrong.
 
     Attributes
     ----------
-    name : as `add` takes it
+    name : as `add` takes it; of a sensor that of its correction, empty where none was made
     title, equation, sentence : the effect, its force, and the finding, in words
-    verdict : "missing", "possible" or "no evidence"
+    verdict : "missing", "possible" or "no evidence", of a sensor "present" or "possible"
     numbers : its values with intervals
     chance : how often nothing looks as good; empty where it was not rehearsed
     twins : what would explain the log as well
@@ -135,10 +143,11 @@ class Searched:
     told : what it does to the error, and which model to trust
     found : names of what was found, in order
     cards : effects, the most valuable first
-    sensors : sentences on what sensors do wrong
+    sensors : what the sensors and their record do wrong
     advice : what to drive, and what it would tell
     rivals : all models on the same rows: nominal, calibrated, corrected, and motion that goes on as it is
-    moved : the measured motion was corrected for an error of the sensors, so that what was opened is another
+    hidden : errors of the sensors of which only forces tell, and for which the motion was corrected, so that what was
+        opened is another: where places and speeds are measured, ahead and to starboard [m], what a heading lacks [rad]
     """
 
     verdict: str
@@ -146,10 +155,10 @@ class Searched:
     told: tuple[str, ...]
     found: tuple[str, ...]
     cards: tuple[Card, ...]
-    sensors: tuple[str, ...] = ()
+    sensors: tuple[Card, ...] = ()
     advice: tuple[tuple[str, str], ...] = ()
     rivals: "tuple[Rival, ...]" = ()
-    moved: bool = False
+    hidden: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,8 @@ from typing import NamedTuple
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
-from ...physics.in_words import number, percent, words
+from ...physics.in_words import listing, number, percent, words
+from ...workflows.workbench_facts import Fit, Opened
 from ..session import Session
 from .words import button, line, number_in, watching
 
@@ -93,16 +94,23 @@ def _by_axis(session: Session) -> str:
 def _told(session: Session) -> str:
     if session.fit is None or session.opened is None:
         return ""
-    before, now = session.opened.nominal.error.get("position"), session.fit.error.get("position")
-    if session.fit.lost:
-        return f"{session.fit.lost} of its predictions run away; taken out again, the model is as it was."
-    if session.fit.names and before and now is not None:
+    told = _how_well(session, session.opened, session.fit)
+    left = listing([words(name) for name in session.stand.left])
+    return f"Read without the correction of {left}. {told}" if left else told
+
+
+def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
+    """What the present model does to the error."""
+    before, now = opened.nominal.error.get("position"), fit.error.get("position")
+    if fit.lost:
+        return f"{fit.lost} of its predictions run away; taken out again, the model is as it was."
+    if fit.names and before and now is not None:
         change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
-        how = "every row predicted by a model that was fitted without it" if session.fit.unseen else "moved by hand"
+        how = "every row predicted by a model that was fitted without it" if fit.unseen else "moved by hand"
         return f"{change} than the model as it was; {how}."
     if session.searched is not None:
         return " ".join(session.searched.told)
-    seconds = session.opened.seconds
+    seconds = opened.seconds
     return f"{seconds:.0f} s of measurement, predicted open loop again and again from what was measured."
 
 

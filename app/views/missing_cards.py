@@ -1,4 +1,4 @@
-"""What is missing: a card for every effect, to be added and taken out again."""
+"""What is missing and what the sensors do wrong: a card for everything, to be added and taken out again."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ from nicegui import ui
 from ...physics.in_words import listing, words
 from ...workflows.workbench_facts import OWN_NUMBERS, Card, Searched
 from ..session import Session
+from .finding_card import FindingCard
 from .words import button, line, watching
 
 _OWN = Card(
@@ -17,6 +18,7 @@ _OWN = Card(
     "",
 )
 """What is no effect and may be fitted all the same."""
+_CORRECTED = "The log is read with these corrections. Without one, the same effects are fitted anew."
 _OPEN = 6
 """Cards that are shown at once; the rest is folded."""
 
@@ -27,7 +29,8 @@ class MissingCards:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._searched: Searched | None = None
-        self._cards: dict[str, _Shown] = {}
+        self._cards: dict[str, FindingCard] = {}
+        self._sensors: dict[str, FindingCard] = {}
         place = ui.element("section").classes("cards stack").props('aria-label="What is missing"')
         with place:
             with ui.element("div").classes("flow"):
@@ -57,6 +60,7 @@ class MissingCards:
             self._searched = searched
             self._body.clear()
             self._cards.clear()
+            self._sensors.clear()
             if searched is not None:
                 with self._body:
                     self._build(searched)
@@ -66,6 +70,11 @@ class MissingCards:
                     self._card(Card(name, words(name), "", "Added by name.", ""))
         for name, card in self._cards.items():
             card.set_in(name in session.stand.names)
+        for name, card in self._sensors.items():
+            card.set_in(name not in session.stand.left)
+        if self._sensors:
+            left = listing([words(name) for name in session.stand.left])
+            self._corrected.set_text(f"Now the log is read without the correction of {left}." if left else _CORRECTED)
 
     def _build(self, searched: Searched) -> None:
         found = [card for card in searched.cards if card.verdict != "no evidence"]
@@ -79,8 +88,11 @@ class MissingCards:
                     self._card(card)
         self._card(_OWN)
         self._typed = ui.element("div").classes("stack")
-        for sentence in searched.sensors:
-            line(sentence, "card small")
+        if searched.sensors:
+            line("What the sensors do wrong", tag="h2").style("margin: 8px 0 0")
+            self._corrected = line("", "muted small")
+        for card in searched.sensors:
+            self._sensors[card.name] = FindingCard(card, self._session.correct, self._session.leave)
         if searched.advice:
             with ui.element("details").classes("small"):
                 line("What would tell more", tag="summary")
@@ -94,7 +106,7 @@ class MissingCards:
         self._by_hand()
 
     def _card(self, card: Card, *, opened: bool = False) -> None:
-        self._cards[card.name] = _Shown(self._session, card, opened=opened)
+        self._cards[card.name] = FindingCard(card, self._session.add, self._session.remove, opened=opened)
 
     def _by_hand(self) -> None:
         """A term or an effect that the user types."""
@@ -110,69 +122,3 @@ class MissingCards:
 
                 field.on("keydown.enter", act)
                 button("Add", act, label="Add what is typed")
-
-
-class _Shown:
-    """One card on the page."""
-
-    def __init__(self, session: Session, card: Card, *, opened: bool) -> None:
-        self._session, self._card, self._in = session, card, False
-        self._place = ui.element("article").classes("effect").mark(card.name)
-        kind = {"no evidence": "none", "": "none"}.get(card.verdict, card.verdict)
-        self._place.classes(kind)
-        with self._place:
-            with ui.element("div").classes("head"):
-                with ui.element("div"):
-                    line(card.title, tag="h3")
-                    if card.verdict:
-                        line(card.verdict, f"tag {kind}", tag="span")
-                self._button = button("Add", self._act, label=f"Add {card.title}")
-                self._button.classes("lead")
-            for text in card.numbers:
-                line(text, "small")
-            if card.twins:
-                line(f"This log cannot tell it from {listing(list(card.twins))}.", "muted small")
-            if card.equation:
-                self._why(opened)
-            else:
-                line(card.sentence, "muted small")
-
-    def set_in(self, is_in: bool) -> None:
-        """Show whether the effect is in the model."""
-        if is_in == self._in:
-            return
-        self._in = is_in
-        text = "Remove" if is_in else "Add"
-        self._button.set_text(text)
-        self._button.props(f'aria-label="{text} {self._card.title}"')
-        self._button.classes(add="plain" if is_in else "lead", remove="lead" if is_in else "plain")
-        self._place.classes(add="in" if is_in else None, remove=None if is_in else "in")
-
-    async def _act(self) -> None:
-        await (self._session.remove(self._card.name) if self._in else self._session.add(self._card.name))
-
-    def _why(self, opened: bool) -> None:
-        """The finding with its picture, which is sent when it is looked at."""
-        card = self._card
-        details = ui.element("details").classes("small")
-        with details:
-            line("why", tag="summary")
-            line(card.sentence)
-            line(card.equation, "equation")
-            picture = ui.element("div")
-            if card.chance and card.chance not in card.sentence:
-                line(card.chance, "muted")
-            if card.tell:
-                line(f"To tell: {card.tell}", "muted")
-        drawn: list[bool] = []
-
-        def draw() -> None:
-            if card.picture and not drawn:
-                drawn.append(True)
-                with picture:
-                    ui.html(card.picture, sanitize=False)
-
-        details.on("toggle", draw)
-        if opened:
-            details.props("open")
-            draw()

@@ -16,6 +16,10 @@ _OUT_OF_STEP = 0.5
 """Share of a time step from which an offset between two records is more than rounding."""
 
 
+STRAIGHT_RUNS = "compass_on_straight_runs"
+"""Name of the correction for a compass deviation that straight runs show: of what is fitted on rollouts alone."""
+
+
 @dataclass(frozen=True, slots=True)
 class Nuisances:
     """What sensors add to the motion.

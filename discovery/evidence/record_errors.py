@@ -8,6 +8,7 @@ import numpy as np
 from ...measurements.compass import Compass
 from ...physics.effects import BY_NAME
 from ...physics.vehicle import Vehicle
+from ..balance.sensor_errors import STRAIGHT_RUNS
 from ..candidates.at_limit import limit_at
 from ..candidates.candidate import Kind
 from ..findings import Findings, SensorError
@@ -53,7 +54,11 @@ def record_errors(
                 f"The commands act {abs(term.value):.2g} s {when} than their record says, less than the {step} from "
                 "one record to the next. No effect was blamed for it; errors of predictions still hold it."
             )
-        found.append(SensorError(error="channel_offset", verdict=verdict, sentence=sentence, terms=terms))
+        found.append(
+            SensorError(
+                error="channel_offset", verdict=verdict, sentence=sentence, terms=terms, correction=candidate.key
+            )
+        )
     return tuple(found)
 
 
@@ -64,7 +69,10 @@ def compass_error(compass: Compass) -> tuple[SensorError, ...]:
     values = {"constant": compass.constant, "sine": compass.sine, "cosine": compass.cosine}
     terms = tuple(FoundTerm(symbol=name, value=float(np.degrees(x)), unit="deg") for name, x in values.items())
     told = f"{compass.sentence[0].upper()}{compass.sentence[1:]}; heading and velocities are corrected for it."
-    return (SensorError(error="compass_deviation", verdict="present", sentence=told, terms=terms),)
+    correction = STRAIGHT_RUNS
+    return (
+        SensorError(error="compass_deviation", verdict="present", sentence=told, terms=terms, correction=correction),
+    )
 
 
 def beside(findings: Findings, sensors: tuple[SensorError, ...]) -> Findings:

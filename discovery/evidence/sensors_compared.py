@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...measurements.kinematic_errors import Kinematics
+from ...measurements.prepared_logs import correction_name
 from ..findings import SensorError
 from ..found_effects import FoundTerm
 from ..search.bootstrap import Interval
@@ -42,8 +43,10 @@ def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
             terms = tuple(_term(known, symbol, unit) for symbol, unit in numbers if symbol in known.values)
             symbols = [symbol for symbol, _ in numbers]
             verdict: Verdict
+            correction = ""
             if key in sentences:
                 verdict, told = "present", f"{sentences[key]}; the motion is corrected for it"
+                correction = correction_name(key, source, sensors)
             elif set(symbols) & set(known.beyond):
                 verdict, told = (
                     "possible",
@@ -54,7 +57,9 @@ def sensor_errors(sensors: Mapping[str, Kinematics]) -> tuple[SensorError, ...]:
             else:
                 continue
             sentence = f"{name}{told[0].upper()}{told[1:]}."
-            found.append(SensorError(error=error, verdict=verdict, sentence=sentence, terms=terms))
+            found.append(
+                SensorError(error=error, verdict=verdict, sentence=sentence, terms=terms, correction=correction)
+            )
     return tuple(found)
 
 

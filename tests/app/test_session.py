@@ -241,6 +241,51 @@ def test_what_no_command_does_is_said():
     assert "X_uu = -3" in told[3]
 
 
+def test_a_correction_that_no_command_leaves_out_is_said():
+    told = same_commands(Source(), Stand((FIRST,), left=("gyro_scale",)), (FIRST,)).splitlines()
+    assert told[0] == "undertow demo"
+    assert told[1].endswith("which no command does: gyro scale")
+
+
+def test_a_correction_of_a_sensor_is_taken_out_and_made_again(tmp_path):
+    done("simulate", "-v", "blueboat", "--duration", "120", "--out", str(tmp_path / "log.csv"))
+    table = pd.read_csv(tmp_path / "log.csv", comment="#")
+    table.loc[table["field"] == "r", "value"] *= 0.95
+    table.to_csv(tmp_path / "log.csv", index=False)
+
+    async def story() -> None:
+        session = await opened()
+        try:
+            await session.open(Source(logs=(str(tmp_path / "log.csv"),), vehicle="blueboat"))
+            assert session.trouble == ""
+            await session.add(FIRST)
+            corrected, fit = session.opened, fit_of(session)
+            assert corrected is not None
+            await session.leave("gyro_scale")
+            assert session.opened is not None
+            np.testing.assert_allclose(session.opened.table["r"], 0.95 * corrected.table["r"], atol=2e-3)
+            assert session.stairs[0] is session.opened.nominal
+            assert fit_of(session).names == (FIRST,)
+            assert fit_of(session).error != fit.error
+            worker_of(session).process.kill()
+            worker_of(session).process.join()
+            await session.add(SECOND)
+            assert session.lost
+            await session.again()
+            assert session.stand.left == ("gyro_scale",)
+            np.testing.assert_allclose(session.opened.table["r"], 0.95 * corrected.table["r"], atol=2e-3)
+            assert await session.take("page") is None
+            assert "gyro scale" in session.trouble
+            await session.undo()
+            assert session.stand == Stand((FIRST,))
+            assert fit_of(session).error == pytest.approx(fit.error)
+            np.testing.assert_allclose(session.opened.table["r"], corrected.table["r"])
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
 def test_no_run_is_written_that_does_not_hold_what_is_shown():
     async def story() -> None:
         session = await opened()

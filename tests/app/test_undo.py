@@ -50,3 +50,11 @@ def test_another_model_is_fitted_again():
     moved = START.adding(FIRST).moving({"X_uu": -3.0})
     assert moved.adding(SECOND).stand.moved == ()
     assert moved.removing(FIRST).stand == START.stand
+
+
+def test_a_correction_is_left_out_and_made_again():
+    step = START.adding(FIRST).leaving("gyro_scale").leaving("compass_sine")
+    assert step.stand.left == ("compass_sine", "gyro_scale")
+    assert step.stand.names == (FIRST,)
+    assert step.leaving("gyro_scale") == step
+    assert step.correcting("gyro_scale").correcting("compass_sine") == START.adding(FIRST)
