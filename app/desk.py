@@ -5,9 +5,10 @@ What shows a log is loaded at once, what searches it when that is asked for.
 
 import json
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,13 +22,16 @@ from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
 from ..workflows.inputs import read_inputs
 from ..workflows.opened_log import OpenedLog
-from ..workflows.workbench_facts import Field, Fit, Opened, Searched, Source, Stand, Trained, Way
+from ..workflows.soundness import UNPROVEN
+from ..workflows.thrusters_put_right import check_wires, put_right, wires_of, write_rewired
+from ..workflows.workbench_facts import Field, Fit, Form, Opened, Place, Searched, Source, Stand, Trained, Way, Wire
 
 if TYPE_CHECKING:
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
-
+_COUNT = count(1)
+"""Numbers of channel maps: no two are kept under one name."""
 
 _RIGID_BODY = (
     ("mass", "mass with payload", "kg"),
@@ -47,6 +51,8 @@ class Desk:
         self._log: OpenedLog | None = None
         self._bench: Workbench | None = None
         self._made = False
+        self._doubt = ""
+        self._source = Source()
         self._inputs: Inputs | None = None
         self._folder: Path | None = None
 
@@ -63,21 +69,26 @@ class Desk:
         """
         self._folder, tell = Path(folder), say or (lambda line: None)
         found = _of_demo(source, self._folder)
-        vehicle, made = self._vehicle(found, tell)
-        mapped = made or (Path(found.channel_map) if found.channel_map else None)
+        vehicle, mapped, doubt = self._vehicle(found, tell)
         reading = Reading(found.frame or None, mapped, None, found.as_is)
-        self._inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
+        if found.wires:
+            wired = self._folder / f"wired-{next(_COUNT)}.yaml"
+            reading = replace(reading, channel_map=write_rewired(wired, found.logs[0], reading, vehicle, found.wires))
+        inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
+        self._inputs, self._source = inputs, found
         self._log, self._made = OpenedLog(self._inputs), not source.vehicle and bool(source.logs)
+        doubt = doubt or next((text for text in inputs.warnings if text == UNPROVEN), "")
+        self._doubt = "" if found.places or found.wires else doubt  # whoever has put them right has said it
         self._bench = None
-        return self._log.opened()
+        return self._told(self._log.opened())
 
     def opened(self, left: tuple[str, ...], say: Say | None = None) -> Opened:
         """See `Workbench.opened`."""
-        return self._open_bench.opened(left)
+        return self._told(self._open_bench.opened(left))
 
     def resume(self, hidden: tuple[float, float, float] | None) -> Opened:
         """See `Workbench.resume`."""
-        return self._open_bench.resume(hidden)
+        return self._told(self._open_bench.resume(hidden))
 
     def search(self, say: Say | None = None) -> Searched:
         """See `Workbench.search`."""
@@ -91,8 +102,8 @@ class Desk:
         """See `Workbench.way`."""
         return self._open_bench.way(stand, time)
 
-    def form(self) -> tuple[Field, ...]:
-        """The numbers of the vehicle with their units and sources."""
+    def form(self) -> Form:
+        """The numbers of the vehicle with their units and sources, and its thrusters."""
         vehicle = self._open_inputs.vehicle
         meant = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
         fields = [Field(s, told, unit, vehicle.value(s), _source(vehicle, s)) for s, told, unit in _RIGID_BODY]
@@ -103,7 +114,8 @@ class Desk:
             if value != parameter.null or parameter.section in _ALWAYS:
                 named = meant.get(symbol, words(symbol))
                 fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
-        return tuple(fields)
+        places = tuple(Place(t.name, t.x, t.y, t.angle) for t in vehicle.thrusters)
+        return Form(tuple(fields), places, wires_of(vehicle, self._source.wires))
 
     def repair(self, source: Source, folder: str, say: Say | None = None) -> str:
         """Write the log with the repairs that are safe, as `inspect --fix` does, and give its path.
@@ -124,10 +136,12 @@ class Desk:
             raise RequestError("there is nothing in this log that can safely be repaired")
         return str(fixed)
 
-    def try_form(self, changed: Mapping[str, float]) -> str:
-        """What is wrong with the vehicle with some of its numbers changed; empty where nothing is."""
+    def try_form(self, changed: Mapping[str, float], places: Sequence[Place], wires: Sequence[Wire]) -> str:
+        """What is wrong with the vehicle with some of its numbers and thrusters changed; empty where nothing is."""
+        vehicle = self._open_inputs.vehicle
         try:
-            self._open_inputs.vehicle.with_values(changed).checked()
+            put_right(vehicle, changed, places)
+            check_wires(vehicle, wires)
         except ValueError as error:
             return str(error)
         return ""
@@ -185,21 +199,27 @@ class Desk:
             raise RequestError("no log is open; open one first")
         return self._inputs
 
-    def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None]:
-        """The vehicle that is meant, and the channel map that was made with it, if one was."""
-        made = None
+    def _told(self, opened: Opened) -> Opened:
+        return replace(opened, doubt=self._doubt)
+
+    def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None, str]:
+        """The vehicle that is meant, the channel map, if there is one, and a doubt where the vehicle was made."""
+        mapped, doubt = Path(source.channel_map) if source.channel_map else None, ""
         if source.vehicle:
             vehicle = load_vehicle(source.vehicle)
         else:
-            reading = Reading(source.frame or None, Path(source.channel_map) if source.channel_map else None)
-            from ..workflows.init import init
+            from ..workflows.init import PLACES, init
+
+            reading = Reading(source.frame or None, mapped)
 
             draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, progress=say)
             assert self._folder is not None, "a folder is given with the log"
-            made = self._folder / "channels.yaml"
-            draft.write(self._folder / "vehicle.yaml", made)
-            vehicle = draft.vehicle
-        return (vehicle.with_values(dict(source.changed)).checked() if source.changed else vehicle), made
+            mapped = self._folder / "channels.yaml"
+            draft.write(self._folder / "vehicle.yaml", mapped)
+            vehicle, doubt = draft.vehicle, next((doubt.value for doubt in draft.doubts if doubt in PLACES), "")
+        if source.changed or source.places:
+            vehicle = put_right(vehicle, dict(source.changed), source.places)
+        return vehicle, mapped, doubt
 
 
 def _of_demo(source: Source, folder: Path) -> Source:

@@ -25,6 +25,7 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
         told.append(shlex.join(["undertow", "add", *effects, "--run", run, "--out", "model.yaml"]))
     if OWN_NUMBERS in stand.names and set(stand.names) != set(found):
         told.append("# No command fits the model's own numbers beside these effects.")
+    told += _put_right(source)
     if stand.left:
         left = ", ".join(words(name) for name in stand.left)
         told.append(f"# Read without a correction of the sensors, which no command does: {left}")
@@ -32,6 +33,19 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
         moved = ", ".join(f"{symbol} = {value:g}" for symbol, value in stand.moved)
         told.append(f"# Moved by hand, which no command does: {moved}")
     return "\n".join(told)
+
+
+def _put_right(source: Source) -> list[str]:
+    """What the files must say beside what they do."""
+    told = []
+    values = [f"{symbol} = {value:g}" for symbol, value in source.changed]
+    values += [f"{p.name} at x = {p.x:g}, y = {p.y:g}, angle = {p.angle:.4g}" for p in source.places]
+    if values:
+        told.append(f"# The vehicle file must have: {'; '.join(values)}")
+    wires = [f"{wire.channel} from {wire.by}{', turned round' * wire.turned}" for wire in source.wires]
+    if wires:
+        told.append(f"# The channel map (undertow inspect LOG --map-out, discover --map) must have: {'; '.join(wires)}")
+    return told
 
 
 def _discovering(source: Source, run: str) -> list[list[str]]:

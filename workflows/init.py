@@ -61,6 +61,10 @@ class Doubt(Enum):
     )
 
 
+PLACES = (Doubt.SIDES, Doubt.SIGNS)
+"""What is doubtful of the thrusters' sides and directions."""
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Draft(Card):
     """A vehicle and a channel map made of logs.

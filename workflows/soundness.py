@@ -11,7 +11,7 @@ from ..physics.vehicle import Vehicle
 
 _PLACES = ("direction", "sides")
 """The checks that tell where thrusters are and which way they push."""
-_UNPROVEN = (
+UNPROVEN = (
     "Nothing in the log shows on which side its thrusters are and which way they push: the vehicle file and the "
     "channel map are believed, and if they are wrong, so is what follows. 'undertow inspect' says why."
 )
@@ -53,7 +53,7 @@ def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) ->
     told = [finding for finding in known if finding.check in _PLACES]
     if not told or any(finding.verdict != "cannot tell" or finding.parts for finding in told):
         return []
-    return [_UNPROVEN]
+    return [UNPROVEN]
 
 
 def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:

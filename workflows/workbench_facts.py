@@ -90,6 +90,7 @@ class Opened:
     commands : names of the command columns
     horizon : seconds that a prediction is judged on
     nominal : the model as its file has it
+    doubt : what of the thrusters' sides and directions the log does not show, in words; empty where it shows them
     """
 
     log: str
@@ -102,6 +103,7 @@ class Opened:
     commands: tuple[str, ...]
     horizon: float
     nominal: Fit
+    doubt: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +174,25 @@ class Way:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """Where a thruster is: its name, x ahead and y to starboard [m], and its angle [rad], 0 where it pushes ahead."""
+
+    name: str
+    x: float
+    y: float
+    angle: float
+
+
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """What drives a thruster: its own channel, that of the command by which it is driven, and that turned round."""
+
+    channel: str
+    by: str
+    turned: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Source:
     """What is to be opened.
 
@@ -182,6 +203,7 @@ class Source:
     hull : what is known of the boat where the vehicle is made: length [m], mass [kg], spacing [m], thrust [N]
     like : shipped vehicle whose hull is taken where one is made
     changed : numbers of the vehicle that the user has put right, by symbol
+    places, wires : thrusters that the user has put right: where they are, and what drives them
     channel_map : path of one; empty for none
     frame : "enu", "ned", or empty for what the log says
     as_is : take a log that is known to be broken as it is
@@ -192,6 +214,8 @@ class Source:
     hull: tuple[tuple[str, float], ...] = ()
     like: str = ""
     changed: tuple[tuple[str, float], ...] = ()
+    places: tuple[Place, ...] = ()
+    wires: tuple[Wire, ...] = ()
     channel_map: str = ""
     frame: str = ""
     as_is: bool = False
@@ -206,6 +230,15 @@ class Field:
     unit: str
     value: float
     source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """The vehicle as a form: its numbers, its thrusters, and what drives each of them, in the same order."""
+
+    numbers: tuple[Field, ...]
+    places: tuple[Place, ...]
+    wires: tuple[Wire, ...]
 
 
 @dataclass(frozen=True, slots=True)

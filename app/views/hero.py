@@ -9,6 +9,7 @@ from nicegui.elements.mixins.text_element import TextElement
 from ...physics.in_words import listing, number, percent, words
 from ...workflows.workbench_facts import Fit, Opened
 from ..session import Session
+from .vehicle_form import vehicle_form
 from .words import button, line, number_in, watching
 
 _LONG = 130
@@ -26,6 +27,7 @@ def hero(session: Session) -> None:
             count = ui.element("div").classes("count").mark("count")
             by_axis = line("", "small")
             told = line("", "told small")
+            doubt = ui.element("div").classes("flow small doubt").props('role="note"')
             work = ui.element("div").classes("work").props('role="status"')
         stairs = _Stairs()
     trouble = ui.element("div").classes("card trouble flow").props('role="alert"')
@@ -42,6 +44,7 @@ def hero(session: Session) -> None:
         _show_count(session, count)
         by_axis.set_text(_by_axis(session))
         told.set_text(_told(session))
+        _show_doubt(session, doubt)
         _show_work(session, work)
         stairs.show(session)
         trouble.clear()
@@ -112,6 +115,17 @@ def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
         return " ".join(session.searched.told)
     seconds = opened.seconds
     return f"{seconds:.0f} s of measurement, predicted open loop again and again from what was measured."
+
+
+def _show_doubt(session: Session, place: ui.element) -> None:
+    """What everything rests on and the log does not show, with the way to put it right."""
+    place.clear()
+    text = "" if session.opened is None else session.opened.doubt
+    place.set_visibility(bool(text))
+    if text:
+        with place:
+            line(session.named(text), tag="span").style("flex: 1 1 220px")
+            button("Thrusters", lambda: vehicle_form(session), label="Look at sides and directions of the thrusters")
 
 
 def _show_work(session: Session, place: ui.element) -> None:

@@ -1,52 +1,74 @@
-"""The numbers of the vehicle file in a form: units, where each is from, and whether a hull can have them."""
+"""The vehicle file as a form: its thrusters and its numbers, and whether a hull can have them."""
 
 from dataclasses import replace
 
 from nicegui import ui
 
 from ...physics.in_words import number
+from ...workflows.workbench_facts import Field, Form
 from ..session import Session
+from .thruster_rows import ThrusterRows
 from .words import button, line
 
 
 async def vehicle_form(session: Session) -> None:
     """A dialog; what is changed is read anew with the log."""
-    fields = await session.ask("form")
-    if fields is None or session.source is None:
-        return
-    changed: dict[str, float] = dict(session.source.changed)
-    with ui.dialog() as dialog, ui.element("div").classes("card stack").style("max-width: min(96vw, 900px)"):
-        line("The vehicle's numbers", tag="h2")
-        wrong = line("", "trouble small").props('role="alert"')
-        wrong.set_visibility(visible=False)
-        with ui.element("div").classes("scroll").style("max-height: 62vh; overflow-y: auto"):
-            for field in fields:
-                with ui.element("div").classes("numbers-row").style("grid-template-columns: 2fr 1fr 2fr"):
-                    with ui.element("span"):
-                        line(field.symbol, "mono", "b")
-                        unit = f" [{field.unit}]" if field.unit else ""
-                        line(f" {field.what}{unit}", "muted small", "span")
+    form = await session.ask("form")
+    if form is not None and session.source is not None:
+        _VehicleForm(session, form)
 
-                    async def check(event: object, symbol: str = field.symbol) -> None:
-                        value = getattr(event, "value", None)
-                        if value is None:
-                            return
-                        changed[symbol] = float(value)
-                        told = await session.ask("try_form", changed)
-                        wrong.set_text(told or "")
-                        wrong.set_visibility(bool(told))
 
-                    box = ui.number(value=float(number(field.value, 6)), on_change=check)
-                    box.props(f'dense outlined debounce=300 aria-label="{field.symbol}"')
-                    line(field.source, "muted small", "span").style("white-space: normal")
+class _VehicleForm:
+    """The dialog while it is open."""
 
-        async def use() -> None:
-            if wrong.text or session.source is None:
-                return
-            dialog.close()
-            await session.open(replace(session.source, changed=tuple(sorted(changed.items()))))
+    def __init__(self, session: Session, form: Form) -> None:
+        assert session.source is not None, "a log is open"
+        self._session, self._source, self._told = session, session.source, ""
+        self._changed: dict[str, float] = dict(session.source.changed)
+        with ui.dialog() as self._dialog, ui.element("div").classes("card stack").style("max-width: min(96vw, 900px)"):
+            line("The vehicle", tag="h2").style("margin: 0")
+            self._wrong = line("", "trouble small").props('role="alert"')
+            self._wrong.set_visibility(visible=False)
+            with ui.element("div").classes("scroll").style("max-height: 62vh; overflow-y: auto"):
+                self._thrusters = ThrusterRows(form.places, form.wires, self._check)
+                line("Numbers", tag="h3").style("margin-top: 12px")
+                for field in form.numbers:
+                    self._number(field)
+            with ui.element("div").classes("flow"):
+                button("Use these numbers", self._use, lead=True)
+                button("Cancel", self._dialog.close)
+        self._dialog.open()
 
-        with ui.element("div").classes("flow"):
-            button("Use these numbers", use, lead=True)
-            button("Cancel", dialog.close)
-    dialog.open()
+    def _number(self, field: Field) -> None:
+        with ui.element("div").classes("numbers-row form-row"):
+            with ui.element("span"):
+                line(field.symbol, "mono", "b")
+                unit = f" [{field.unit}]" if field.unit else ""
+                line(f" {field.what}{unit}", "muted small", "span")
+
+            async def change(event: object) -> None:
+                value = getattr(event, "value", None)
+                if value is not None:
+                    self._changed[field.symbol] = float(value)
+                    await self._check()
+
+            box = ui.number(value=float(number(field.value, 6)), on_change=change)
+            box.props(f'dense outlined debounce=300 aria-label="{field.symbol}"')
+            line(field.source, "muted small source", "span")
+
+    async def _check(self) -> None:
+        self._told = await self._session.ask("try_form", self._changed, self._thrusters.places, self._thrusters.wires)
+        self._wrong.set_text(self._told or "")
+        self._wrong.set_visibility(bool(self._told))
+
+    async def _use(self) -> None:
+        if self._told:
+            return
+        self._dialog.close()
+        rows, source = self._thrusters, self._source
+        wires = tuple(wire for wire in rows.wires if wire.turned or wire.by != wire.channel)
+        places = rows.places if rows.moved else source.places
+        # A log that was taken as it is may be whole now: its other errors are then corrected again.
+        as_is = source.as_is and (places, wires) == (source.places, source.wires)
+        changed = tuple(sorted(self._changed.items()))
+        await self._session.open(replace(source, changed=changed, places=places, wires=wires, as_is=as_is))

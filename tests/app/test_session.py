@@ -1,6 +1,7 @@
 """A tab's work, on a worker of its own: steps, back and forth, and what happens when the worker dies."""
 
 import asyncio
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,10 @@ from undertow.app.same_commands import same_commands
 from undertow.app.session import LOST, Session
 from undertow.app.undo import History
 from undertow.app.views.opening import stored_as
+from undertow.workflows.init import Doubt
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import OWN_NUMBERS, Fit, Source, Stand
+from undertow.workflows.workbench_facts import OWN_NUMBERS, Fit, Place, Source, Stand, Wire
 
 DEMO = Source()
 DEMO_LOG = ROOT / "data" / "gazebo_blueboat.csv.gz"
@@ -171,6 +173,72 @@ def test_a_log_is_repaired_and_opened_again(tmp_path):
     asyncio.run(story())
 
 
+def test_exchanged_and_reversed_thrusters_are_put_right(tmp_path):
+    done("simulate", "-v", "blueboat", "--duration", "120", "--out", str(tmp_path / "sound.csv"))
+    table = pd.read_csv(tmp_path / "sound.csv", comment="#")
+    port, stbd = table["field"] == "newton_port", table["field"] == "newton_stbd"
+    table.loc[port, "value"] *= -1.0
+    table.loc[port, "field"], table.loc[stbd, "field"] = "newton_stbd", "newton_port"
+    spoilt = Source(logs=(str(tmp_path / "log.csv"),), vehicle="blueboat", as_is=True)
+    table.to_csv(spoilt.logs[0], index=False)
+
+    async def story() -> None:
+        session = await opened()
+        try:
+            await session.open(replace(spoilt, logs=(str(tmp_path / "sound.csv"),), as_is=False))
+            right = fit_of(session).error["position"]
+            await session.open(spoilt)
+            assert fit_of(session).error["position"] > 2.0 * right
+            form = await session.ask("form")
+            assert [wire.channel for wire in form.wires] == [wire.by for wire in form.wires]
+            one, other = form.wires[0].channel, form.wires[1].channel
+            twice = (Wire(one, other), Wire(other, other))
+            assert "drives two thrusters" in await session.ask("try_form", {}, form.places, twice)
+            elsewhere = (replace(form.places[0], y=-form.places[0].y),)
+            assert "on the other side" in await session.ask("try_form", {}, elsewhere, form.wires)
+            assert await session.ask("try_form", {}, form.places, form.wires) == ""
+            wires = (Wire(one, other, turned=True), Wire(other, one))
+            await session.open(replace(spoilt, wires=wires, as_is=False))
+            assert session.trouble == ""
+            assert fit_of(session).error["position"] == pytest.approx(right, rel=1e-6)
+            assert (await session.ask("form")).wires == wires
+            assert f"{one} from {other}, turned round" in session.commands()
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
+def test_sides_that_a_log_does_not_show_are_told_until_a_person_says_them(tmp_path):
+    done("simulate", "-v", "blueboat", "--duration", "120", "--out", str(tmp_path / "log.csv"))
+    table = pd.read_csv(tmp_path / "log.csv", comment="#")
+    port, stbd = (table["field"] == f"newton_{side}" for side in ("port", "stbd"))
+    both = 0.5 * (table.loc[port, "value"].to_numpy() + table.loc[stbd, "value"].to_numpy())
+    for rows, name in ((port, "newton_a"), (stbd, "newton_b")):
+        table.loc[rows, "value"], table.loc[rows, "field"] = both, name
+    table.to_csv(tmp_path / "log.csv", index=False)
+
+    async def story() -> None:
+        session = await opened()
+        try:
+            assert session.opened is not None
+            assert session.opened.doubt == ""
+            source = Source(logs=(str(tmp_path / "log.csv"),))
+            await session.open(source)
+            assert session.opened.doubt == Doubt.SIDES.value
+            await session.add("surge_linear_damping")
+            assert session.opened.doubt == Doubt.SIDES.value
+            form = await session.ask("form")
+            await session.open(replace(source, places=tuple(replace(p, y=-p.y) for p in form.places)))
+            assert session.trouble == ""
+            assert session.opened.doubt == ""
+            assert (await session.ask("form")).places[0].y == -form.places[0].y
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
 def test_a_sound_log_needs_no_repair():
     async def story() -> None:
         session = await opened()
@@ -239,6 +307,12 @@ def test_what_no_command_does_is_said():
     assert told[:2] == ["undertow demo", f"undertow add {FIRST} --run undertow-demo --out model.yaml"]
     assert "own numbers" in told[2]
     assert "X_uu = -3" in told[3]
+
+
+def test_what_the_files_must_have_is_said():
+    source = Source(("a.csv",), "v.yaml", changed=(("mass", 24.0),), places=(Place("port", -0.4, -0.3, 0.0),))
+    told = same_commands(source, Stand(), ()).splitlines()
+    assert told[1] == "# The vehicle file must have: mass = 24; port at x = -0.4, y = -0.3, angle = 0"
 
 
 def test_a_correction_that_no_command_leaves_out_is_said():

@@ -1,0 +1,58 @@
+"""Thrusters put right by a person: a channel map that turns and swaps commands, and places in the vehicle."""
+
+import numpy as np
+import pytest
+
+from undertow.measurements.channels.channel_map import Entry
+from undertow.physics.errors import RequestError, VehicleError
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.workflows.thrusters_put_right import check_wires, placed, put_right, rewired, wires_of
+from undertow.workflows.workbench_facts import Place, Wire
+
+OTTER = load_vehicle("otter")
+HULL = load_vehicle("blueboat")
+
+
+def entries(vehicle: Vehicle) -> dict[str, Entry]:
+    return {t.channel: Entry(f"/out:{k}", 2.0, 5.0) for k, t in enumerate(vehicle.thrusters)} | {"u": Entry("/odom:u")}
+
+
+@pytest.mark.parametrize("vehicle", [HULL, OTTER], ids=lambda vehicle: vehicle.name)
+def test_a_command_that_is_turned_round_pushes_the_other_way(vehicle: Vehicle):
+    first = vehicle.thrusters[0]
+    turned = rewired(entries(vehicle), vehicle, [Wire(first.channel, first.channel, turned=True)])[first.channel]
+    neutral = next(float(c) for c in (1500.0, 0.0) if abs(first.curve.thrust(np.array([c]), first.command)[0]) < 1e-9)
+    recorded = (neutral + 0.1 * np.array([-1.0, 0.0, 1.0]) - 5.0) / 2.0
+    read = turned.scale * recorded + turned.offset
+    np.testing.assert_allclose(read, neutral + 0.1 * np.array([1.0, 0.0, -1.0]))
+
+
+def test_swapped_commands_keep_every_other_channel():
+    one, other = (t.channel for t in HULL.thrusters)
+    known = entries(HULL)
+    assert rewired(known, HULL, [Wire(one, other), Wire(other, one)]) == {**known, one: known[other], other: known[one]}
+    assert rewired(known, HULL, []) == known
+
+
+def test_what_cannot_be_wired_is_refused():
+    one, other = (t.channel for t in HULL.thrusters)
+    with pytest.raises(RequestError, match=f"{other} drives two thrusters: expected one command for each"):
+        check_wires(HULL, [Wire(one, other)])
+    with pytest.raises(RequestError, match=f"no stream of the log is {other}: expected one of"):
+        rewired({one: Entry("a")}, HULL, [])
+    assert wires_of(HULL, ()) == (Wire(one, one), Wire(other, other))
+
+
+def test_a_thruster_is_moved_and_no_other():
+    moved = placed(HULL, [Place(HULL.thrusters[0].name, -0.5, -0.2, 0.1)])
+    first = moved.thrusters[0]
+    assert (first.x, first.y, first.angle) == (-0.5, -0.2, 0.1)
+    assert first.curve == HULL.thrusters[0].curve
+    assert moved.thrusters[1] == HULL.thrusters[1]
+    with pytest.raises(VehicleError, match="is on the other side"):
+        put_right(HULL, {}, [Place("port", -0.5, 0.2, 0.0)])
+    with pytest.raises(VehicleError, match="X_u"):
+        put_right(HULL, {"X_u": 4.0}, [])
+    assert put_right(HULL, {"mass": 24.0}, []).mass == 24.0
+    with pytest.raises(RequestError, match="has no thruster 'bow': expected"):
+        placed(HULL, [Place("bow", 0.0, 0.0, 0.0)])

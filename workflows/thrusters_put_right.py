@@ -1,0 +1,107 @@
+"""Thrusters as a person puts them right: places and directions in the vehicle, commands in a channel map."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..measurements.channels.channel_map import Entry, map_text
+from ..measurements.log import read_log
+from ..measurements.log_options import Reading
+from ..physics.errors import RequestError
+from ..physics.files import write_text
+from ..physics.thrusters import Thruster, command_of
+from ..physics.vehicle import Vehicle, vehicle_from_dict
+from .workbench_facts import Place, Wire
+
+
+def wires_of(vehicle: Vehicle, wires: Sequence[Wire]) -> tuple[Wire, ...]:
+    """What drives each thruster: its own command, where nobody said another."""
+    said = {wire.channel: wire for wire in wires}
+    return tuple(said.get(t.channel, Wire(t.channel, t.channel)) for t in vehicle.thrusters)
+
+
+def placed(vehicle: Vehicle, places: Sequence[Place]) -> Vehicle:
+    """The vehicle with some thrusters elsewhere; nothing is checked here, see `put_right`.
+
+    Raises
+    ------
+    RequestError
+        for a thruster that it does not have.
+    """
+    at = {place.name: place for place in places}
+    unknown = sorted(set(at) - {t.name for t in vehicle.thrusters})
+    if unknown:
+        raise RequestError(f"{vehicle.name} has no thruster {unknown[0]!r}: expected {_names(vehicle.thrusters)}")
+    thrusters = [
+        t.model_copy(update={"x": at[t.name].x, "y": at[t.name].y, "angle": at[t.name].angle}) if t.name in at else t
+        for t in vehicle.thrusters
+    ]
+    return vehicle.model_copy(update={"thrusters": tuple(thrusters)})
+
+
+def put_right(vehicle: Vehicle, changed: Mapping[str, float], places: Sequence[Place]) -> Vehicle:
+    """The vehicle with numbers and thrusters as a person says, checked as a vehicle file is.
+
+    Raises
+    ------
+    VehicleError
+        for what no hull has, and the vehicle file did not insist on before.
+    RequestError
+        for a thruster that it does not have.
+    """
+    found = placed(vehicle.with_values(changed), places)
+    return vehicle_from_dict(found.model_dump(mode="json") | {"insist": list(vehicle.insist)}, vehicle.name)
+
+
+def check_wires(vehicle: Vehicle, wires: Sequence[Wire]) -> None:
+    """Refuse wires that leave a command out, or give one to two thrusters.
+
+    Raises
+    ------
+    RequestError
+        which names the command.
+    """
+    by = [wire.by for wire in wires_of(vehicle, wires)]
+    twice = sorted({command for command in by if by.count(command) > 1})
+    if twice:
+        raise RequestError(f"{twice[0]} drives two thrusters: expected one command for each, so swap the two")
+
+
+def rewired(entries: Mapping[str, Entry], vehicle: Vehicle, wires: Sequence[Wire]) -> dict[str, Entry]:
+    """A channel map in which thrusters are driven by other commands, or by their own turned round.
+
+    Parameters
+    ----------
+    entries : the map as it is
+
+    Raises
+    ------
+    RequestError
+        as `check_wires` does, and for a command that the map does not have.
+    """
+    check_wires(vehicle, wires)
+    thrusters, found = {t.channel: t for t in vehicle.thrusters}, dict(entries)
+    for wire in wires_of(vehicle, wires):
+        entry = entries.get(wire.by)
+        if entry is None:
+            raise RequestError(f"no stream of the log is {wire.by}: expected one of {', '.join(sorted(entries))}")
+        found[wire.channel] = _turned(entry, thrusters[wire.channel]) if wire.turned else entry
+    return found
+
+
+def write_rewired(path: Path, log: str, reading: Reading, vehicle: Vehicle, wires: Sequence[Wire]) -> Path:
+    """Write the channel map of a log as it is read, with the thrusters driven as somebody says; see `rewired`."""
+    read = read_log(log, reading)
+    return write_text(path, map_text(rewired(read.entries, vehicle, wires), read.unused))
+
+
+def _turned(entry: Entry, thruster: Thruster) -> Entry:
+    """The same mirrored about the command at which the thruster stands still."""
+    neutral = float(command_of(thruster, np.zeros(1))[0])
+    return replace(entry, scale=-entry.scale, offset=2.0 * neutral - entry.offset)
+
+
+def _names(thrusters: Sequence[Thruster]) -> str:
+    return ", ".join(t.name for t in thrusters)
