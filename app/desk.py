@@ -6,7 +6,7 @@ What shows a log is loaded at once, what searches it when that is asked for.
 import json
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import resources
 from itertools import count
 from pathlib import Path
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 Say = Callable[[str], None]
 _COUNT = count(1)
-"""Numbers of channel maps: no two are kept under one name."""
+"""Numbers of files that are made: no two are kept under one name."""
+_KEPT = 3
+"""Readings that one can go back to at once: as recorded, repaired, and with other numbers of the vehicle."""
 
 _RIGID_BODY = (
     ("mass", "mass with payload", "kg"),
@@ -44,16 +46,24 @@ _ALWAYS = ("added_mass", "damping")
 """Sections of the vehicle file that are shown whole: what stands at zero there is what may be missing."""
 
 
+@dataclass(slots=True)
+class _Read:
+    """What was read, the doubt about its thrusters, whether its vehicle was made of it, and the bench it is on."""
+
+    source: Source
+    inputs: Inputs
+    log: OpenedLog
+    doubt: str
+    made: bool
+    bench: "Workbench | None" = None
+
+
 class Desk:
     """Everything that a page may ask of a worker; each method takes and gives what can be sent between processes."""
 
     def __init__(self) -> None:
-        self._log: OpenedLog | None = None
-        self._bench: Workbench | None = None
-        self._made = False
-        self._doubt = ""
-        self._source = Source()
-        self._inputs: Inputs | None = None
+        self._read: _Read | None = None
+        self._kept: dict[Source, _Read] = {}
         self._folder: Path | None = None
 
     def shipped(self) -> tuple[str, ...]:
@@ -67,7 +77,21 @@ class Desk:
         ----------
         folder : private to the page; a vehicle and a map made of the log are written there
         """
-        self._folder, tell = Path(folder), say or (lambda line: None)
+        self._kept.clear()
+        return self.turn_to(source, folder, say)
+
+    def turn_to(self, source: Source, folder: str, say: Say | None = None) -> Opened:
+        """The same where what was open may be asked for again, which is then there as it was left."""
+        kept = self._kept.pop(source, None)
+        if kept is None:
+            kept = self._read_in(source, Path(folder), say)
+        self._kept[source] = self._read = kept
+        if len(self._kept) > _KEPT:
+            del self._kept[next(iter(self._kept))]
+        return self.opened(())
+
+    def _read_in(self, source: Source, folder: Path, say: Say | None) -> "_Read":
+        self._folder, tell = folder, say or (lambda line: None)
         found = _of_demo(source, self._folder)
         vehicle, mapped, doubt = self._vehicle(found, tell)
         reading = Reading(found.frame or None, mapped, None, found.as_is)
@@ -75,20 +99,20 @@ class Desk:
             wired = self._folder / f"wired-{next(_COUNT)}.yaml"
             reading = replace(reading, channel_map=write_rewired(wired, found.logs[0], reading, vehicle, found.wires))
         inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
-        self._inputs, self._source = inputs, found
-        self._log, self._made = OpenedLog(self._inputs), not source.vehicle and bool(source.logs)
+        made = not source.vehicle and bool(source.logs)
         doubt = doubt or next((text for text in inputs.warnings if text == UNPROVEN), "")
-        self._doubt = "" if found.places or found.wires else doubt  # whoever has put them right has said it
-        self._bench = None
-        return self._told(self._log.opened())
+        said = found.places or found.wires  # whoever has put them right has said it
+        return _Read(found, inputs, OpenedLog(inputs), "" if said else doubt, made)
 
     def opened(self, left: tuple[str, ...], say: Say | None = None) -> Opened:
         """See `Workbench.opened`."""
-        return self._told(self._open_bench.opened(left))
+        read = self._open
+        opened = read.log.opened() if read.bench is None and not left else self._open_bench.opened(left)
+        return replace(opened, doubt=read.doubt)
 
     def resume(self, hidden: tuple[float, float, float] | None) -> Opened:
         """See `Workbench.resume`."""
-        return self._told(self._open_bench.resume(hidden))
+        return replace(self._open_bench.resume(hidden), doubt=self._open.doubt)
 
     def search(self, say: Say | None = None) -> Searched:
         """See `Workbench.search`."""
@@ -104,7 +128,7 @@ class Desk:
 
     def form(self) -> Form:
         """The numbers of the vehicle with their units and sources, and its thrusters."""
-        vehicle = self._open_inputs.vehicle
+        vehicle = self._open.inputs.vehicle
         meant = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
         fields = [Field(s, told, unit, vehicle.value(s), _source(vehicle, s)) for s, told, unit in _RIGID_BODY]
         for symbol, value in vehicle.values.items():
@@ -115,7 +139,7 @@ class Desk:
                 named = meant.get(symbol, words(symbol))
                 fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
         places = tuple(Place(t.name, t.x, t.y, t.angle) for t in vehicle.thrusters)
-        return Form(tuple(fields), places, wires_of(vehicle, self._source.wires))
+        return Form(tuple(fields), places, wires_of(vehicle, self._open.source.wires))
 
     def repair(self, source: Source, folder: str, say: Say | None = None) -> str:
         """Write the log with the repairs that are safe, as `inspect --fix` does, and give its path.
@@ -127,7 +151,7 @@ class Desk:
         """
         from ..workflows.inspect import look_over
 
-        fixed = Path(folder) / "repaired.csv"
+        fixed = Path(folder) / f"repaired-{next(_COUNT)}.csv"
         mapped = Path(source.channel_map) if source.channel_map else None
         reading = Reading(source.frame or None, mapped, None, source.as_is)
         found, _ = look_over([Path(log) for log in source.logs], None, reading, fix=fixed, progress=say)
@@ -138,7 +162,7 @@ class Desk:
 
     def try_form(self, changed: Mapping[str, float], places: Sequence[Place], wires: Sequence[Wire]) -> str:
         """What is wrong with the vehicle with some of its numbers and thrusters changed; empty where nothing is."""
-        vehicle = self._open_inputs.vehicle
+        vehicle = self._open.inputs.vehicle
         try:
             put_right(vehicle, changed, places)
             check_wires(vehicle, wires)
@@ -174,8 +198,8 @@ class Desk:
         from ..workflows.train import train
         from ..workflows.workbench import rival
 
-        vehicle = self._open_bench.vehicle(Stand(stand.names)) if stand.names else self._open_inputs.vehicle
-        inputs = read_inputs(list(self._open_inputs.paths), vehicle, self._open_inputs.reading, progress=None)
+        vehicle = self._open_bench.vehicle(Stand(stand.names)) if stand.names else self._open.inputs.vehicle
+        inputs = read_inputs(list(self._open.inputs.paths), vehicle, self._open.inputs.reading, progress=None)
         done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=None, watch=say)
         return Trained(" ".join(done.sentences), tuple(map(rival, done.models)))
 
@@ -185,22 +209,18 @@ class Desk:
 
     @property
     def _open_bench(self) -> "Workbench":
-        if self._bench is None:
-            if self._log is None:
-                raise RequestError("no log is open; open one first")
+        read = self._open
+        if read.bench is None:
             from ..workflows.workbench import Workbench  # here, because a log is shown before a search is loaded
 
-            self._bench = Workbench(self._log, refit=self._made)
-        return self._bench
+            read.bench = Workbench(read.log, refit=read.made)
+        return read.bench
 
     @property
-    def _open_inputs(self) -> Inputs:
-        if self._inputs is None:
+    def _open(self) -> "_Read":
+        if self._read is None:
             raise RequestError("no log is open; open one first")
-        return self._inputs
-
-    def _told(self, opened: Opened) -> Opened:
-        return replace(opened, doubt=self._doubt)
+        return self._read
 
     def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None, str]:
         """The vehicle that is meant, the channel map, if there is one, and a doubt where the vehicle was made."""

@@ -19,6 +19,9 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
     """
     run = "run" if source.logs else "undertow-demo"
     lines = _discovering(source, run) if source.logs else [["undertow", "demo"]]
+    if source.original is not None:
+        before, (fixed,) = source.original, _names(source.logs)
+        lines.insert(0, ["undertow", "inspect", *_names(before.logs), *_reading(before), "--fix", fixed])
     told = [shlex.join(line) for line in lines]
     effects = [name for name in stand.names if name != OWN_NUMBERS]
     if set(stand.names) != set(found) and effects:
@@ -50,18 +53,27 @@ def _put_right(source: Source) -> list[str]:
 
 def _discovering(source: Source, run: str) -> list[list[str]]:
     """From logs to a run."""
-    logs = [Path(path).name for path in source.logs]
-    read = [*(["--frame", source.frame] if source.frame else [])]
-    own_map = ["--map", Path(source.channel_map).name] if source.channel_map else []
+    logs, reading = _names(source.logs), _reading(source)
     as_is = ["--as-is"] * source.as_is
     if source.vehicle:
         vehicle = ["--vehicle", Path(source.vehicle).name]
-        return [["undertow", "discover", *logs, *vehicle, *own_map, *read, *as_is, "--out", run]]
+        return [["undertow", "discover", *logs, *vehicle, *reading, *as_is, "--out", run]]
     hull = [word for name, value in source.hull for word in (f"--{name}", f"{value:g}")]
     like = ["--like", source.like] if source.like else []
     files = ["--out", "vehicle.yaml", "--channels", "channels.yaml"]
+    frame = ["--frame", source.frame] if source.frame else []
     made = ["--vehicle", "vehicle.yaml", "--map", "channels.yaml"]
     return [
-        ["undertow", "init", *logs, *hull, *like, *own_map, *read, *files],
-        ["undertow", "discover", *logs, *made, *read, *as_is, "--refit", "--out", run],
+        ["undertow", "init", *logs, *hull, *like, *reading, *files],
+        ["undertow", "discover", *logs, *made, *frame, *as_is, "--refit", "--out", run],
     ]
+
+
+def _names(logs: Sequence[str]) -> list[str]:
+    return [Path(path).name for path in logs]
+
+
+def _reading(source: Source) -> list[str]:
+    """How logs are read."""
+    own_map = ["--map", Path(source.channel_map).name] if source.channel_map else []
+    return [*own_map, *(["--frame", source.frame] if source.frame else [])]

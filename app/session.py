@@ -67,6 +67,7 @@ class Session:
         self.history: History | None = None
         self._shown: Step | None = None
         self._left: tuple[str, ...] | None = ()
+        self._searches: dict[Source, Searched] = {}
         self._worker: Worker | None = None
         self._trainer: Worker | None = None
         self._views: list[Callable[[], None]] = []
@@ -123,11 +124,9 @@ class Session:
                 if opened_one is not None:
                     opened_one()
                 return
-            self.searched, self.selected = None, ()
-            self.history, self._shown, self._left = History((Step(source),)), None, ()
-            self.source, self.opened = source, opened
-            self.fit, self.stairs = opened.nominal, (opened.nominal,)
-            self.changed()
+            self._searches.clear()
+            self.history = History((Step(source),))
+            self._begin(source, opened)
         if opened_one is not None:
             opened_one()
         await self.search()
@@ -148,14 +147,26 @@ class Session:
             await self.open(replace(self.asked, as_is=True))
 
     async def repair(self) -> None:
-        """Make the repairs that are safe, and open the log anew."""
+        """Make the repairs that are safe, and go on with the repaired log: a step that can be taken back."""
         source = self.refused or self.source
         if source is None:
             return
         async with self._turn:
             fixed = await self._ask("repairing the log", "repair", source, str(self.folder))
         if fixed is not None:
-            await self.open(replace(source, logs=(fixed,), channel_map="", frame=""))
+            self.names[Path(fixed).name] = "repaired.csv"
+            repaired = replace(source, logs=(fixed,), channel_map="", frame="", as_is=False, original=source)
+            here = self.history is not None and source == self.source
+            await self._go((self.history if here else History((Step(source),))).then(Step(repaired)))  # type: ignore[union-attr]
+
+    async def unrepair(self) -> None:
+        """Go back to the log as it was before it was repaired."""
+        if self.source is not None and self.source.original is not None:
+            await self.change(self.source.original)
+
+    async def change(self, source: Source) -> None:
+        """Go on with another reading of what is open, such as other numbers of the vehicle: a step."""
+        await self._then(Step(source))
 
     async def search(self) -> None:
         """Search for what is missing."""
@@ -164,6 +175,8 @@ class Session:
             if found is None:
                 return
             self.searched = found
+            if self.source is not None:
+                self._searches[self.source] = found
             if found.hidden is not None:
                 self._left = None
             await self._show()
@@ -228,7 +241,7 @@ class Session:
 
     async def again(self) -> None:
         """Begin with a new worker where the old one has ended: the same log, the same steps."""
-        source, searched = self.source, self.searched
+        source = self.source
         if self._worker is not None:
             self._worker.close()
             self._worker = None
@@ -237,14 +250,10 @@ class Session:
             self.changed()
             return
         async with self._turn:
-            opened = await self._ask("reading the log again", "open", source, str(self.folder))
-        if opened is None:
-            return
-        self.opened, self._left, self._shown = opened, (), None
-        if searched is None:
+            if not await self._turn_to(source):
+                return
+        if self.searched is None:
             await self.search()
-        elif searched.hidden is not None:
-            self.opened = await self.ask("resume", searched.hidden) or opened
         await self._refit()
 
     async def train(self, network: str, epochs: int, told: Callable[[object], None]) -> Trained | None:
@@ -321,10 +330,37 @@ class Session:
     async def _refit(self) -> bool:
         """Fit what the present step asks for, and show it; whether that could be done."""
         async with self._turn:
-            if self._shown == self._now and not self.trouble:
+            step = self._now
+            if self._shown == step and not self.trouble:
                 return True  # a slider has moved on while this one waited
             self.trouble = ""
-            return await self._show()
+            other = step.source != self.source
+            if other and not await self._turn_to(step.source):
+                return False
+            if not await self._show():
+                return False
+        if other and self.searched is None:
+            await self.search()
+        return True
+
+    async def _turn_to(self, source: Source) -> bool:
+        """Go on with what was open before, or is opened beside it; whether that could be read."""
+        self.asked = source
+        opened = await self._ask("reading the log", "turn_to", source, str(self.folder))
+        found = self._searches.get(source)
+        if opened is not None and found is not None and found.hidden is not None:
+            opened = await self._ask("", "resume", found.hidden)
+        if opened is None:
+            return False
+        self._begin(source, opened)
+        return True
+
+    def _begin(self, source: Source, opened: Opened) -> None:
+        """Show what was read."""
+        self.searched, self.selected = self._searches.get(source), ()
+        self.source, self.opened, self._shown, self._left = source, opened, None, ()
+        self.fit, self.stairs = opened.nominal, (opened.nominal,)
+        self.changed()
 
     async def _show(self) -> bool:
         step, stand = self._now, self.stand

@@ -65,9 +65,10 @@ class Workbench:
         )
 
     def resume(self, hidden: tuple[float, float, float] | None) -> Opened:
-        """Go on from a search that was made elsewhere, see `Searched.hidden`."""
-        self._hidden = None if hidden is None else HiddenErrors(*hidden)
-        self._readings = {(): LogOnBench(OpenedLog(self.inputs(())), self._settings)}
+        """Go on from a search, which may have been made elsewhere, see `Searched.hidden`."""
+        if hidden is not None and self._hidden is None:
+            self._hidden = HiddenErrors(*hidden)
+            self._readings = {(): LogOnBench(OpenedLog(self.inputs(())), self._settings)}
         return self.opened()
 
     @single_threaded

@@ -207,6 +207,7 @@ class Source:
     channel_map : path of one; empty for none
     frame : "enu", "ned", or empty for what the log says
     as_is : take a log that is known to be broken as it is
+    original : of a log that was repaired, what it was before
     """
 
     logs: tuple[str, ...] = ()
@@ -219,6 +220,7 @@ class Source:
     channel_map: str = ""
     frame: str = ""
     as_is: bool = False
+    original: "Source | None" = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,10 +20,15 @@ def log_notes(session: Session) -> None:
         shown[:] = [session.opened]
         place.clear()
         opened = session.opened
-        if opened is None or not (opened.warnings or opened.checks or opened.notes):
+        repaired = session.source is not None and session.source.original is not None
+        if opened is None or not (repaired or opened.warnings or opened.checks or opened.notes):
             return
         with place, ui.element("div").classes("card stack"):
             line("The log", tag="h2")
+            if repaired:
+                with ui.element("div").classes("flow small"):
+                    line("This is the repaired log.", tag="span")
+                    button("Back to the log as it was", session.unrepair, label="Go back to the log before its repair")
             for warning in opened.warnings:
                 line(session.named(warning), "trouble small").style("padding-left: 10px; margin: 0")
             bad = [check for check in opened.checks if check.verdict in _OPEN]

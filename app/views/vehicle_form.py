@@ -71,4 +71,4 @@ class _VehicleForm:
         # A log that was taken as it is may be whole now: its other errors are then corrected again.
         as_is = source.as_is and (places, wires) == (source.places, source.wires)
         changed = tuple(sorted(self._changed.items()))
-        await self._session.open(replace(source, changed=changed, places=places, wires=wires, as_is=as_is))
+        await self._session.change(replace(source, changed=changed, places=places, wires=wires, as_is=as_is))

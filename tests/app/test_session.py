@@ -164,9 +164,54 @@ def test_a_log_is_repaired_and_opened_again(tmp_path):
             assert "degrees" in session.trouble or "degrees" in str(session.opened)
             await session.repair()
             assert session.source is not None
-            assert session.source.logs[0].endswith("repaired.csv")
+            assert session.named(session.source.logs[0]).endswith("repaired.csv")
             assert session.opened is not None
             assert session.trouble == ""
+            assert session.commands().splitlines()[0] == "undertow inspect log.csv --fix repaired.csv"
+            repaired = session.source
+            await session.undo()  # to what was refused: it is told why, and the repaired log stays
+            assert "degrees" in session.trouble
+            assert session.refused == repaired.original
+            assert (session.source, history_of(session).now.source) == (repaired, repaired)
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
+def test_a_repair_is_taken_back_and_made_again(tmp_path):
+    done("simulate", "-v", "blueboat", "--duration", "60", "--out", str(tmp_path / "log.csv"))
+    table = pd.read_csv(tmp_path / "log.csv", comment="#")
+    table.loc[table["field"] == "r", "time"] += 0.4
+    table.to_csv(tmp_path / "log.csv", index=False)
+
+    async def story() -> None:
+        session = await opened()
+        try:
+            await session.open(Source(logs=(str(tmp_path / "log.csv"),), vehicle="blueboat", as_is=True))
+            assert session.opened is not None
+            assert session.trouble == ""
+            assert any(check.mends for check in session.opened.checks)
+            await session.add(FIRST)
+            first, source = fit_of(session), session.source
+            await session.repair()
+            assert session.trouble == ""
+            assert session.source is not None
+            assert session.source.original == source
+            assert not session.source.as_is
+            assert session.stand.names == ()
+            repaired = fit_of(session).error
+            await session.undo()
+            assert session.source == source
+            assert session.stand.names == (FIRST,)
+            assert fit_of(session).error == first.error
+            await session.redo()
+            assert session.source.original == source
+            assert fit_of(session).error == repaired
+            await session.unrepair()
+            assert (session.source, session.stand.names) == (source, ())
+            await session.undo()
+            assert session.source.original == source
         finally:
             session.close()
 
