@@ -1,6 +1,7 @@
 """A log that was opened for the workbench: its rows, and what any model makes of them; nothing here searches."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ..physics.vehicle import Vehicle
 from ..residuals.models.base import VehicleModel
 from ..residuals.scores import rollout_errors
 from ..residuals.series import RESTART, Stretch, predicted, stretches
-from .workbench_facts import Check, Fit, Opened
+from .workbench_facts import Check, Fit, Opened, Span
 
 HORIZON = RESTART
 """Seconds of a prediction, as the report page has it."""
@@ -72,6 +73,7 @@ class OpenedLog:
             inputs.channels,
             HORIZON,
             Fit((), error, lost, self.rows.columns(nominal, inputs.vehicle), unseen=False),
+            self.rows.logs,
         )
 
     def error(self, model: VehicleModel) -> tuple[dict[str, float], int]:
@@ -109,6 +111,18 @@ class Rows:
     def seconds(self) -> float:
         """Length of all stretches [s]."""
         return sum(stretch.motion.duration for stretch in self._along)
+
+    @property
+    def logs(self) -> tuple[Span, ...]:
+        """Where each of several logs lies on the axis of time; none for one."""
+        numbers = sorted({stretch.log for stretch in self._along})
+        found = []
+        for log in numbers if len(numbers) > 1 else ():
+            own = [(s.motion, by) for s, by in zip(self._along, self._offsets, strict=True) if s.log == log]
+            (first, shift), (last, _) = own[0], own[-1]
+            name = Path(first.source).name
+            found.append(Span(name, float(first.time[0] + shift), float(last.time[-1] + shift)))
+        return tuple(found)
 
     def spread(self, values: Array) -> Array:
         """A column (rows,) with its breaks."""

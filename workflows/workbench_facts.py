@@ -90,6 +90,7 @@ class Opened:
     commands : names of the command columns
     horizon : seconds that a prediction is judged on
     nominal : the model as its file has it
+    logs : of several logs the name of each, and where it begins and ends on the axis of time [s]; none for one
     doubt : what of the thrusters' sides and directions the log does not show, in words; empty where it shows them
     """
 
@@ -103,7 +104,17 @@ class Opened:
     commands: tuple[str, ...]
     horizon: float
     nominal: Fit
+    logs: "tuple[Span, ...]" = ()
     doubt: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A log on the common axis of time: its name, begin and end [s]."""
+
+    name: str
+    begin: float
+    end: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,20 @@ export function ticks(low, high, count) {
   return found;
 }
 
+// A name on the card's colour, cut to what there is room for; none where there is next to none.
+export function label(pen, text, x, y, room, element) {
+  let shown = text;
+  while (shown.length > 1 && pen.measureText(shown).width > room) shown = shown.replace(/.\u2026?$/, "") + "\u2026";
+  if (pen.measureText(shown).width > room || shown === "\u2026") return;
+  pen.save();
+  pen.globalAlpha = 0.85; pen.fillStyle = colour(element, "surface");
+  const size = parseFloat(pen.font);
+  pen.fillRect(x - 2, y, pen.measureText(shown).width + 4, 1.25 * size);
+  pen.globalAlpha = 1; pen.textBaseline = "top"; pen.textAlign = "left"; pen.fillStyle = colour(element, "ink");
+  pen.fillText(shown, x, y + 1);
+  pen.restore();
+}
+
 export function prepared(canvas) {
   const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
   const wide = Math.round(width * ratio), high = Math.round(height * ratio);

@@ -7,6 +7,8 @@ import numpy as np
 
 from ...physics.frames import Array
 
+Named = tuple[str, float, float]
+"""A log by its name, with its begin and end on the axis of time [s]."""
 DIGITS = 5
 """Significant digits of the greatest value of an array: a tenth of a pixel on a screen of 4,000."""
 TICK = 4

@@ -1,6 +1,6 @@
 // Linked time plots: panels above each other with one cursor and one zoom; the server sends what the window needs.
 import uPlot from "undertow-uplot";
-import { barred, between, colour, dressed, moving, oncePerFrame, shareCursor, traced, whenColoursChange, whenCursorMoves, written } from "drawing";
+import { barred, between, colour, dressed, label, moving, oncePerFrame, shareCursor, traced, whenColoursChange, whenCursorMoves, written } from "drawing";
 
 const THICK = { measured: 3.5, between: 1.4, before: 1.4, after: 1.8 };
 const RESTLESS = 6;  // a line that goes up and down more than so many times its way along needs no slopes
@@ -27,6 +27,9 @@ const CSS = `
 .undertow-time .foot { display: flex; flex-wrap: wrap; justify-content: space-between; gap: 0 16px; padding-left: 52px; font-size: 12px; line-height: 1.6; color: var(--muted); min-height: 1.6em; }
 .undertow-time .foot .heard { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); }
 .undertow-time .foot .now { color: var(--ink); font-variant-numeric: tabular-nums; }
+.undertow-time .by-finger { font: inherit; font-size: 13px; color: var(--ink); background: transparent; border: 1px solid var(--muted); border-radius: 9px; padding: 5px 12px; min-height: 34px; }
+.undertow-time .by-finger[aria-pressed="true"] { background: color-mix(in srgb, var(--heat3) 34%, transparent); }
+.undertow-time .by-finger:focus-visible { outline: 3px solid var(--after); outline-offset: 2px; }
 @media (hover: none) { .undertow-time .hint { display: none; } }
 @media (max-width: 560px) {
   .undertow-time .head, .undertow-time .foot { padding-left: 0; }
@@ -43,15 +46,18 @@ export default {
     <div class="undertow-time" tabindex="0" role="group" :aria-label="label" @keydown="pressed">
       <div ref="panels"></div>
       <div class="foot"><span ref="now" class="now"></span><span ref="shown" aria-live="polite"></span><span ref="heard" class="heard" aria-live="polite"></span>
-        <span class="hint">drag to zoom, Shift and drag to select, double-click for all</span></div>
+        <span class="hint">drag to zoom, Shift and drag to select, double-click for all</span>
+        <button v-if="fingers" type="button" class="by-finger" :aria-pressed="String(selecting)" @click="selecting = !selecting">{{ selecting ? "A drag selects" : "A drag zooms" }}</button></div>
     </div>`,
   props: { panels: Array, height: Number, label: String },
   emits: ["ready", "window", "brush"],
+  // A finger has no Shift: a button says what its drag does.
+  data() { return { selecting: false, fingers: navigator.maxTouchPoints > 0 || window.matchMedia("(any-pointer: coarse)").matches }; },
 
   mounted() {
     dressed("undertow-time-style", CSS);
     this.whole = null; this.begin = 0; this.end = 1;
-    this.time = []; this.columns = {}; this.marks = []; this.at = null; this.at = null;
+    this.time = []; this.columns = {}; this.marks = []; this.logs = []; this.at = null;
     this.asked = 0; this.late = 0; this.waiting = null; this.wanted = false; this.still = () => {};
     this.plots = this.panels.map((panel) => this.built(panel));
     this.soon = oncePerFrame(() => this.drawn());
@@ -104,7 +110,7 @@ export default {
           { ...axis, size: 52, space: 34, gap: 6, values: (_, found) => found.map((x) => written(x, 4)) },
         ],
         series: [{}, ...panel.lines.map((line) => ({ stroke: () => ink(line.role), width: THICK[line.role], points: { show: false }, paths: none }))],
-        hooks: { drawClear: [(self) => this.shade(self)], draw: [(self) => this.lines(self, panel)] },
+        hooks: { drawClear: [(self) => this.shade(self)], draw: [(self) => { this.lines(self, panel); this.borders(self, panel === this.panels[0]); }] },
       }, [[], ...panel.lines.map(() => [])], box);
       this.listen(chart);
       return { box, chart, panel, values };
@@ -139,6 +145,7 @@ export default {
       if (this.wanted || Math.abs(this.pixels() - this.told) > 2) this.ask();  // the page may have grown meanwhile
     },
 
+    divide(logs) { this.logs = logs; this.plots.forEach(({ chart }) => chart.redraw(false)); },
     mark(intervals) { this.marks = intervals; this.plots.forEach(({ chart }) => chart.redraw(false)); },
 
     fill() {
@@ -220,6 +227,23 @@ export default {
       pen.restore();
     },
 
+    // Where one log ends and the next begins, with their names in the first panel.
+    borders(chart, named) {
+      const { left, top, width, height } = chart.bbox, pen = chart.ctx, ratio = uPlot.pxRatio, right = left + width;
+      const at = (time) => Math.min(Math.max(chart.valToPos(time, "x", true), left), right);
+      pen.save();
+      pen.font = 12 * ratio + "px " + getComputedStyle(this.$el).fontFamily; pen.textAlign = "left"; pen.textBaseline = "top";
+      this.logs.forEach(([name, begin, end], k) => {
+        if (end < this.begin || begin > this.end) return;
+        if (k && begin >= this.begin) {
+          pen.strokeStyle = colour(this.$el, "muted"); pen.lineWidth = ratio; pen.setLineDash([4 * ratio, 3 * ratio]);
+          pen.beginPath(); pen.moveTo(at(begin), top); pen.lineTo(at(begin), top + height); pen.stroke();
+        }
+        if (named) label(pen, name, at(begin) + 4 * ratio, top + ratio, at(end) - at(begin) - 8 * ratio, this.$el);
+      });
+      pen.restore();
+    },
+
     shade(chart) {
       const { left, top, width, height } = chart.bbox, pen = chart.ctx;
       pen.save();
@@ -262,7 +286,8 @@ export default {
         const k = inside ? chart.cursor.idx : null;
         panel.lines.forEach((line, j) => (values[j].value.textContent = k === null || k === undefined ? "" : written(this.columns[line.name]?.[k], 3)));
       });
-      this.$refs.now.textContent = inside ? written(time, 6) + " s" : "";
+      const log = inside ? this.logs.find(([, begin, end]) => time >= begin && time <= end) : null;
+      this.$refs.now.textContent = !inside ? "" : log ? log[0] + " at " + written(time - log[1], 6) + " s" : written(time, 6) + " s";
     },
 
     // The same from the keyboard, told to those who hear the page.
@@ -281,7 +306,7 @@ export default {
       const select = (left, width) => this.plots.forEach((plot) => plot.chart.setSelect({ left, width, top: 0, height: width ? plot.chart.over.clientHeight : 0 }, false));
       over.addEventListener("pointerdown", (event) => {
         if (event.button !== 0) return;
-        begun = { x: at(event), brush: event.shiftKey };
+        begun = { x: at(event), brush: event.shiftKey || (this.selecting && event.pointerType !== "mouse") };
         over.setPointerCapture(event.pointerId);
         this.$refs.panels.classList.toggle("brushing", begun.brush);
       });

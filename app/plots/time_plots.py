@@ -10,7 +10,7 @@ from nicegui.events import GenericEventArguments
 
 from ...physics.frames import Array
 from .level_of_detail import Levels
-from .messages import rounded, rounded_times, sent_number
+from .messages import Named, rounded, rounded_times, sent_number
 
 Role = Literal["measured", "before", "after", "between"]
 
@@ -41,9 +41,9 @@ class Panel:
 class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"], esm={"undertow-uplot": "uplot"}):
     """Panels above each other with one time axis.
 
-    Drag to zoom, double-click for all, turn the wheel to zoom about the pointer, Shift and drag to select. On the
-    keyboard the arrows move the window, + and - zoom, Home shows all, Enter selects what is shown, Shift with the
-    arrows moves the cursor.
+    Drag to zoom, double-click for all, turn the wheel to zoom about the pointer, Shift and drag to select; where there
+    is a touch screen, a button says whether a finger's drag zooms or selects. On the keyboard the arrows move the
+    window, + and - zoom, Home shows all, Enter selects what is shown, Shift with the arrows moves the cursor.
 
     Parameters
     ----------
@@ -64,6 +64,7 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
         )
         self._levels: Levels | None = None
         self._marks: list[tuple[float, float]] = []
+        self._logs: list[Named] = []
         self._window: tuple[float, float] | None = None
         self._width = 0
         self.on("ready", self._ready)
@@ -104,6 +105,12 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
         self._levels.replace(columns)
         self._draw(moved=True)
 
+    def divide(self, logs: Sequence[Named]) -> None:
+        """Say which log lies where in time: name, begin and end [s] of each, in place of those said before."""
+        self._logs = [(name, float(begin), float(end)) for name, begin, end in logs]
+        if self._width:
+            self.run_method("divide", self._logs)
+
     def mark(self, intervals: Sequence[tuple[float, float]]) -> None:
         """Shade stretches of time [s] in every panel, in place of those shaded before."""
         self._marks = [(float(begin), float(end)) for begin, end in intervals]
@@ -124,6 +131,7 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
         self._width = self._columns_of(event)
         self._window = None
         self._draw(fresh=True)
+        self.run_method("divide", self._logs)
         self.run_method("mark", self._marks)
 
     def _looked(self, event: GenericEventArguments) -> None:

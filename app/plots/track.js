@@ -1,5 +1,5 @@
 // The track on the water: measured and predicted paths on a canvas, north up, one scale for both directions.
-import { between, colour, dressed, moving, oncePerFrame, prepared, shareCursor, ticks, traced, whenColoursChange, whenCursorMoves, written } from "drawing";
+import { between, colour, dressed, label, moving, oncePerFrame, prepared, shareCursor, ticks, traced, whenColoursChange, whenCursorMoves, written } from "drawing";
 
 const ROLES = ["measured", "before", "after"];
 const THIN = { measured: 3.5, before: 1, after: 1 }, STRONG = { measured: 5.5, before: 2.6, after: 2.8 };
@@ -27,7 +27,7 @@ export default {
 
   mounted() {
     dressed("undertow-track-style", CSS);
-    this.lines = {}; this.closer = null; this.paths = {}; this.marks = []; this.at = null;
+    this.lines = {}; this.closer = null; this.paths = {}; this.marks = []; this.logs = []; this.at = null;
     this.view = null; this.timer = 0; this.still = () => {};
     this.soon = oncePerFrame(() => { this.paint(); this.dots(); });
     this.dotted = oncePerFrame(() => this.dots());
@@ -70,6 +70,7 @@ export default {
 
     detail(found) { this.closer = found; this.soon(); },
     path(paths) { this.paths = paths; this.soon(); },
+    divide(logs) { this.logs = logs; this.soon(); },
     mark(intervals) { this.marks = intervals; this.soon(); },
 
     whole() {
@@ -136,7 +137,25 @@ export default {
       strong.forEach((role) => trace(this.paths[role], ink("surface"), STRONG[role] + 3));
       strong.forEach((role) => trace(this.paths[role], ink(role), STRONG[role]));
       if (strong.length) this.dot(pen, this.first(this.paths[strong[0]]), x, y, ink("ink"), ink("surface"), 5);
+      this.begins(pen, width, lines.measured, x, y, ink);
       this.scaleBar(pen, width, height, view, ink);
+    },
+
+    // Of several logs, where each begins, with its name.
+    begins(pen, width, path, x, y, ink) {
+      if (!path) return;
+      const taken = [];
+      this.logs.forEach(([name, begin, end]) => {
+        const k = path.time.findIndex((time, i) => time !== null && time >= begin && time <= end && path.north[i] !== null);
+        if (k < 0) return;
+        const [px, py] = [x(path.east[k]), y(path.north[k])];
+        pen.fillStyle = ink("ink"); pen.fillRect(px - 4, py - 4, 8, 8);
+        const left = Math.min(px + 8, width - Math.min(pen.measureText(name).width, 140) - 6);
+        let top = py - 7;
+        while (taken.some(([a, b]) => Math.abs(a - left) < 140 && Math.abs(b - top) < 16)) top += 16;  // logs that begin at one place
+        taken.push([left, top]);
+        label(pen, name, left, top, 140, this.$el);
+      });
     },
 
     // Where the cursor's time is, on a canvas of its own: the lines below need not be drawn anew.

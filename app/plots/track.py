@@ -7,7 +7,7 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from ...physics.frames import Array
-from .messages import rounded, rounded_times, sent_number
+from .messages import Named, rounded, rounded_times, sent_number
 from .thinned_paths import Path, joined, nearest, thinned_by_length, thinned_by_rows, within
 
 Places = tuple[Array, Array]
@@ -41,6 +41,7 @@ class Track(Element, component="track.js", dependencies=["drawing.js"]):
         self._predicted: dict[str, Path] = {}
         self._paths: dict[str, Path] = {}
         self._marks: list[tuple[float, float]] = []
+        self._logs: list[Named] = []
         self._box: tuple[float, float, float, float] | None = None
         self._mounted = False
         self.on("ready", self._ready)
@@ -101,6 +102,12 @@ class Track(Element, component="track.js", dependencies=["drawing.js"]):
         if self._mounted:
             self._send_paths()
 
+    def divide(self, logs: Sequence[Named]) -> None:
+        """Say which log lies where in time: name, begin and end [s] of each, in place of those said before."""
+        self._logs = [(name, float(begin), float(end)) for name, begin, end in logs]
+        if self._mounted:
+            self.run_method("divide", self._logs)
+
     def mark(self, intervals: Sequence[tuple[float, float]]) -> None:
         """Shade the track where its time [s] lies in an interval, in place of what was shaded before."""
         self._marks = [(float(begin), float(end)) for begin, end in intervals]
@@ -145,6 +152,7 @@ class Track(Element, component="track.js", dependencies=["drawing.js"]):
     def _send_all(self) -> None:
         self.run_method("draw", self._lines(None))
         self._send_paths()
+        self.run_method("divide", self._logs)
         self.run_method("mark", self._marks)
 
     def _send_predicted(self) -> None:

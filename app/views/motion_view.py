@@ -101,6 +101,9 @@ class MotionView:
             self._speeds.show(table["time"], columns | _drawn(opened, first, "before", _STATES) | self._after(_STATES))
             self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | self._after(tuple(AXES)))
             self._track.show(table["time"], table["north"], table["east"])
+            logs = [(session.named(log.name), log.begin, log.end) for log in opened.logs]
+            for view in (self._speeds, self._forces, self._track):
+                view.divide(logs)
             self._predict()
             self._map_of()
         elif fit is not self._fit:

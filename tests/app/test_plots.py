@@ -72,7 +72,8 @@ def test_nothing_is_sent_before_a_browser_is_there_and_everything_then(sent: Sen
     plots.mark([(1.0, 2.0)])
     assert sent == []
     happens(plots, "ready", width=2000)
-    drawn, marked = sent
+    drawn, divided, marked = sent
+    assert divided == ("divide", [])
     assert drawn[0] == "draw"
     np.testing.assert_allclose(drawn[1]["time"], TIME)
     assert set(drawn[1]["columns"]) == set(COLUMNS)
@@ -166,7 +167,7 @@ def test_the_track_is_sent_when_a_browser_is_there(sent: Sent):
     track.path(TIME[:5], measured=(NORTH[:5], EAST[:5]), after=(NORTH[:5], EAST[:5]))
     assert sent == []
     happens(track, "ready")
-    assert [message[0] for message in sent] == ["draw", "path", "mark"]
+    assert [message[0] for message in sent] == ["draw", "path", "divide", "mark"]
     assert set(sent[0][1]) == {"measured", "before"}
     assert np.isnan(sent[0][1]["before"]["north"]).sum() == 2, "a gap after every rollout"
     assert set(sent[1][1]) == {"measured", "after"}
@@ -326,3 +327,12 @@ def test_our_scripts_fetch_nothing_from_anywhere(name: str):
     text = (ROOT / "app" / "plots" / name).read_text("utf-8")
     assert "http" not in text.replace("http://www.w3.org/2000/svg", "")
     assert "innerHTML" not in text
+
+
+@pytest.mark.parametrize("made", [lambda: TimePlots(PANELS), Track], ids=["time plots", "track"])
+def test_which_log_is_where_is_told_to_a_browser_that_comes_later(sent: Sent, made: Callable[[], Any]):
+    view = made()
+    view.divide([("one.csv", 0.0, 9.9), ("two.csv", 10.0, 19.9)])
+    assert sent == []
+    happens(view, "ready", width=100)
+    assert ("divide", [("one.csv", 0.0, 9.9), ("two.csv", 10.0, 19.9)]) in sent

@@ -446,3 +446,20 @@ def test_rows_of_several_logs_stand_one_after_the_other():
     assert (np.diff(time) > 0.0).all()
     assert {values.size for values in opened.table.values()} == {time.size}
     assert {values.size for values in opened.nominal.columns.values()} == {time.size}
+    assert opened.logs == ()
+
+
+def test_each_of_several_logs_has_its_place_on_the_axis_of_time(tmp_path):
+    import undertow
+
+    for name, seconds in (("one", "40"), ("two", "60")):
+        done("simulate", "-v", "blueboat", "--duration", seconds, "--out", str(tmp_path / f"{name}.csv"))
+    inputs = undertow.read_inputs([tmp_path / "one.csv", tmp_path / "two.csv"], "blueboat", progress=None)
+    opened = OpenedLog(inputs).opened()
+    one, two = opened.logs
+    assert (one.name, two.name) == ("one.csv", "two.csv")
+    assert one.begin == opened.table["time"][0]
+    assert two.end == opened.table["time"][-1]
+    assert 38.0 < one.end - one.begin < 40.0
+    assert 58.0 < two.end - two.begin < 60.0
+    assert 0.0 < two.begin - one.end < 0.2

@@ -186,6 +186,30 @@ def test_a_small_screen_needs_no_sideways_scrolling(browser, address):
     context.close()
 
 
+def test_a_finger_selects_a_stretch_of_time(browser, address):
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE)
+    page.goto(address)
+    press(page, "Try the demo: a boat recorded in Gazebo")
+    switch = page.get_by_role("button", name="A drag zooms").first
+    switch.wait_for()
+    page.wait_for_timeout(PEACE)
+    switch.scroll_into_view_if_needed()
+    switch.tap()
+    assert page.get_by_role("button", name="A drag selects").get_attribute("aria-pressed") == "true"
+    box = page.locator(".undertow-time .u-over").nth(2).bounding_box()
+    finger = context.new_cdp_session(page)
+    places = [{"x": box["x"] + share * box["width"], "y": box["y"] + 40.0} for share in (0.3, 0.4, 0.5, 0.6)]
+    for kind, points in (("Start", places[:1]), *(("Move", [place]) for place in places[1:]), ("End", [])):
+        finger.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points})
+    page.get_by_role("button", name="Clear selection").wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    # What was selected is no zoom: all of the log is still shown.
+    assert page.get_by_text("showing").count() == 0
+    context.close()
+
+
 @pytest.mark.parametrize(
     "headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}, {"Host": "127.0.0.1:1"}]
 )
