@@ -24,7 +24,20 @@ from ..workflows.inputs import read_inputs
 from ..workflows.opened_log import OpenedLog
 from ..workflows.soundness import UNPROVEN
 from ..workflows.thrusters_put_right import check_wires, put_right, wires_of, write_rewired
-from ..workflows.workbench_facts import Field, Fit, Form, Opened, Place, Searched, Source, Stand, Trained, Way, Wire
+from ..workflows.workbench_facts import (
+    Card,
+    Field,
+    Fit,
+    Form,
+    Opened,
+    Place,
+    Searched,
+    Source,
+    Stand,
+    Trained,
+    Way,
+    Wire,
+)
 
 if TYPE_CHECKING:
     from ..workflows.workbench import Workbench
@@ -121,6 +134,10 @@ class Desk:
     def fit(self, stand: Stand) -> Fit:
         """See `Workbench.fit`."""
         return self._open_bench.fit(stand)
+
+    def weigh(self, stand: Stand, name: str, say: Say | None = None) -> Card:
+        """See `Workbench.weigh`."""
+        return self._open_bench.weigh(stand, name)
 
     def way(self, stand: Stand, time: float) -> Way:
         """See `Workbench.way`."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
 from ..physics.stage import Stage
-from ..workflows.workbench_facts import Fit, Opened, Searched, Source, Stand, Trained, Way
+from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Searched, Source, Stand, Trained, Way
 from .same_commands import same_commands
 from .spare import Spare
 from .undo import History, Step
@@ -43,6 +43,7 @@ class Session:
     names : what the user calls an upload, by the name under which it is kept
     fit : the model of the present step
     stairs : the models of every beginning of its effects, the nominal one first, for the falling error
+    by_hand : what there is to say for terms and effects that were added by name, as they last stood in the model
     selected : stretches of time that are marked in all views [s]
     work : what goes on; None while nothing does
     trouble : what went wrong, in words; empty where nothing did
@@ -58,6 +59,7 @@ class Session:
         self.searched: Searched | None = None
         self.fit: Fit | None = None
         self.stairs: tuple[Fit, ...] = ()
+        self.by_hand: dict[str, Card] = {}
         self.selected: tuple[Interval, ...] = ()
         self.work: Work | None = None
         self.trouble = ""
@@ -357,7 +359,7 @@ class Session:
 
     def _begin(self, source: Source, opened: Opened) -> None:
         """Show what was read."""
-        self.searched, self.selected = self._searches.get(source), ()
+        self.searched, self.selected, self.by_hand = self._searches.get(source), (), {}
         self.source, self.opened, self._shown, self._left = source, opened, None, ()
         self.fit, self.stairs = opened.nominal, (opened.nominal,)
         self.changed()
@@ -380,7 +382,20 @@ class Session:
             stairs.append(stair)
         self.stairs = (*stairs, fit)
         self.changed()
+        await self._weigh(replace(stand, moved=()))
         return True
+
+    async def _weigh(self, stand: Stand) -> None:
+        """Say what there is for terms and effects that were added by name."""
+        if self.searched is None:
+            return
+        known = {OWN_NUMBERS, *(card.name for card in self.searched.cards)}
+        for name in stand.names:
+            if name not in known:
+                card = await self._ask("weighing what was added by name", "weigh", stand, name)
+                if card is not None:
+                    self.by_hand[name] = card
+                    self.changed()
 
     async def _read(self, left: tuple[str, ...]) -> Opened | None:
         """What is measured without some corrections of the sensors."""

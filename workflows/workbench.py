@@ -19,8 +19,9 @@ from .log_on_bench import LogOnBench
 from .opened_log import HORIZON, OpenedLog
 from .run_folder.run import Run
 from .run_folder.write import write_run
+from .weighed_by_hand import weighed
 from .workbench_cards import effect_cards, sensor_cards
-from .workbench_facts import OWN_NUMBERS, Fit, Opened, Rival, Searched, Stand, Way
+from .workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Rival, Searched, Stand, Way
 
 _READINGS = 4
 """Readings of a log that are kept, that of the search among them: with and without a correction or two."""
@@ -40,6 +41,7 @@ class Workbench:
         self._run: Run | None = None
         self._hidden: HiddenErrors | None = None
         self._whole = log.whole
+        self._weighed: dict[tuple[Stand, str], Card] = {}
         self._readings: dict[tuple[str, ...], LogOnBench] = {(): LogOnBench(log, self._settings)}
 
     def opened(self, left: tuple[str, ...] = ()) -> Opened:
@@ -48,6 +50,7 @@ class Workbench:
 
     def search(self, progress: Say | None = None) -> Searched:
         """Search for what is missing, as `discover` does; cards for all that was tried."""
+        self._weighed.clear()
         self._run = run = discover(self._whole, self._settings, progress=progress)
         self._hidden = run.discovery.hidden
         found = LogOnBench(OpenedLog(run.inputs, cut=True), self._settings, basis=run.discovery.basis)
@@ -81,6 +84,13 @@ class Workbench:
             for an effect that is unknown, given twice, or cannot be judged on this log; when a solver fails.
         """
         return self._read(stand.left).fit(stand)
+
+    @single_threaded
+    def weigh(self, stand: Stand, name: str) -> Card:
+        """The card of something in a model that no search has weighed, see `weighed`."""
+        if (stand, name) not in self._weighed:
+            self._weighed[stand, name] = weighed(self._read(stand.left), stand, name)
+        return self._weighed[stand, name]
 
     def way(self, stand: Stand, time: float) -> Way:
         """See `LogOnBench.way`."""

@@ -125,7 +125,8 @@ class Card:
     ----------
     name : as `add` takes it; of a sensor that of its correction, empty where none was made
     title, equation, sentence : the effect, its force, and the finding, in words
-    verdict : "missing", "possible" or "no evidence", of a sensor "present" or "possible"
+    verdict : "missing", "possible" or "no evidence", of a sensor "present" or "possible", of what
+        was added by name "betters unseen rows", "worse on unseen rows" or "cannot tell"
     numbers : its values with intervals
     chance : how often nothing looks as good; empty where it was not rehearsed
     twins : what would explain the log as well

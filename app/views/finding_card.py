@@ -11,6 +11,10 @@ from .words import button, line
 Act = Callable[[str], Awaitable[None]]
 
 
+_KINDS = {"missing": "missing", "possible": "possible", "present": "possible", "betters unseen rows": "possible"}
+"""How a verdict looks; as no evidence where it is none of these."""
+
+
 class FindingCard:
     """One card on the page.
 
@@ -24,7 +28,7 @@ class FindingCard:
     def __init__(self, card: Card, add: Act, remove: Act, *, opened: bool = False) -> None:
         self._card, self._acts, self._in = card, (add, remove), False
         self._place = ui.element("article").classes("effect").mark(card.name or card.title)
-        kind = {"no evidence": "none", "": "none"}.get(card.verdict, card.verdict)
+        kind = _KINDS.get(card.verdict, "none")
         self._place.classes(kind)
         self._button: ui.button | None = None
         with self._place:
@@ -55,6 +59,10 @@ class FindingCard:
         self._button.props(f'aria-label="{text} {self._card.title}"')
         self._button.classes(add="plain" if is_in else "lead", remove="lead" if is_in else "plain")
         self._place.classes(add="in" if is_in else None, remove=None if is_in else "in")
+
+    def delete(self) -> None:
+        """Take it from the page."""
+        self._place.delete()
 
     async def _act(self) -> None:
         await self._acts[self._in](self._card.name)

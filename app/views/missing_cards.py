@@ -31,6 +31,7 @@ class MissingCards:
         self._searched: Searched | None = None
         self._cards: dict[str, FindingCard] = {}
         self._sensors: dict[str, FindingCard] = {}
+        self._by_name: dict[str, Card] = {}
         place = ui.element("section").classes("cards stack").props('aria-label="What is missing"')
         with place:
             with ui.element("div").classes("flow"):
@@ -61,15 +62,21 @@ class MissingCards:
             self._body.clear()
             self._cards.clear()
             self._sensors.clear()
+            self._by_name.clear()
             if searched is not None:
                 with self._body:
                     self._build(searched)
         for name in session.stand.names:
-            if searched is not None and name not in self._cards:
-                with self._typed:
-                    self._card(Card(name, words(name), "", "Added by name.", ""))
-        for name, card in self._cards.items():
-            card.set_in(name in session.stand.names)
+            if searched is not None and (name not in self._cards or name in self._by_name):
+                card = session.by_hand.get(name, Card(name, words(name), "", "Added by name.", ""))
+                if self._by_name.get(name) != card:
+                    if name in self._by_name:
+                        self._cards[name].delete()
+                    self._by_name[name] = card
+                    with self._typed:
+                        self._card(card)
+        for name, shown in self._cards.items():
+            shown.set_in(name in session.stand.names)
         for name, card in self._sensors.items():
             card.set_in(name not in session.stand.left)
         if self._sensors:

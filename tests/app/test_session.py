@@ -18,7 +18,7 @@ from undertow.app.views.opening import stored_as
 from undertow.workflows.init import Doubt
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import OWN_NUMBERS, Fit, Place, Source, Stand, Wire
+from undertow.workflows.workbench_facts import OWN_NUMBERS, Card, Fit, Place, Searched, Source, Stand, Wire
 
 DEMO = Source()
 DEMO_LOG = ROOT / "data" / "gazebo_blueboat.csv.gz"
@@ -105,6 +105,26 @@ def test_an_effect_that_cannot_be_added_leaves_the_model_as_it_was():
             assert not history_of(session).can_undo
             await session.add(FIRST)
             assert session.trouble == ""
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
+def test_what_is_added_by_name_is_weighed_with_every_step():
+    async def story() -> None:
+        session = await opened()
+        try:
+            session.searched = Searched("undecided", "", (), (), (Card(FIRST, "", "", "", ""),))
+            await session.add(FIRST)
+            assert session.by_hand == {}  # the search has weighed it
+            await session.add("yaw:u|r|")
+            alone = session.by_hand["yaw:u|r|"]
+            assert "95 %" in alone.numbers[0]
+            assert "rows that" in alone.sentence
+            await session.add(SECOND)
+            assert set(session.by_hand) == {"yaw:u|r|", SECOND}
+            assert session.by_hand["yaw:u|r|"] != alone
         finally:
             session.close()
 
