@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 Say = Callable[[str], None]
 _COUNT = count(1)
 """Numbers of files that are made: no two are kept under one name."""
+_BESIDE = "the model it learnt beside"
+"""How a table calls the model of a step beside which a network was trained."""
 _KEPT = 3
 """Readings that one can go back to at once: as recorded, repaired, and with other numbers of the vehicle."""
 
@@ -210,15 +212,19 @@ class Desk:
         return str(run / {"page": "report.html", "findings": "findings.json"}[what])
 
     def train(self, network: str, stand: Stand, epochs: int, say: Callable[[Any], None] | None = None) -> Trained:
-        """Train a network beside the corrected model; each `Epoch` is told."""
+        """Train a network beside the model of a stand, on the log as that reads it; each `Epoch` is told."""
         from ..residuals.training.training_settings import Choice, TrainingSettings
         from ..workflows.train import train
         from ..workflows.workbench import rival
 
-        vehicle = self._open_bench.vehicle(Stand(stand.names)) if stand.names else self._open.inputs.vehicle
-        inputs = read_inputs(list(self._open.inputs.paths), vehicle, self._open.inputs.reading, progress=None)
+        bench, given = self._open_bench, self._open.inputs
+        vehicle = given.vehicle if stand == Stand(left=stand.left) else bench.vehicle(stand)
+        parted = read_inputs(list(given.paths), vehicle, given.reading, progress=None)
+        inputs = bench.inputs(stand.left, parted)
         done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=None, watch=say)
-        return Trained(" ".join(done.sentences), tuple(map(rival, done.models)))
+        rivals = (rival(model) for model in done.models)
+        named = (replace(r, name=_BESIDE) if r.name == "nominal" else r for r in rivals)
+        return Trained(" ".join(done.sentences), tuple(named), stand)
 
     def load(self) -> None:
         """Load what a search needs, before it is asked for."""

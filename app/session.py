@@ -264,6 +264,8 @@ class Session:
         self._trainer = Worker()
         try:
             await self._trainer.ask("open", self.source, str(self.folder))
+            if self.searched is not None and self.searched.hidden is not None:
+                await self._trainer.ask("resume", self.searched.hidden)
             return await self._trainer.ask("train", network, self.stand, epochs, say=told)
         except (asyncio.CancelledError, WorkerLostError):
             return None

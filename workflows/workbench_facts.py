@@ -275,7 +275,8 @@ class Rival:
 
 @dataclass(frozen=True, slots=True)
 class Trained:
-    """A trained network: what to think of it, and it beside the model that it corrects."""
+    """A trained network: what to think of it, and it beside the model that it corrects, which is that of a stand."""
 
     told: str
     rivals: tuple[Rival, ...]
+    stand: Stand

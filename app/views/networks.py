@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from ...physics.in_words import number
+from ...physics.in_words import listing, number, words
 from ...residuals.training.history import Epoch
-from ...workflows.workbench_facts import Trained
+from ...workflows.workbench_facts import Stand, Trained
 from ..plots.time_plots import Line, Panel, TimePlots
 from ..session import Session
 from .side_by_side import rivals_table
@@ -28,12 +28,15 @@ class Networks:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._epochs: list[tuple[float, float, float]] = []
+        self._trained: Trained | None = None
+        self._source = session.source
         self._task: asyncio.Task[Any] | None = None
         host = ui.element("section").classes("card stack").props('aria-label="Networks"')
         with host:
             line("A network for what has no name", tag="h2")
             line(
-                "It learns what the model with the added effects still leaves, on the training part of the log.",
+                "It learns what the model of the present step still leaves, numbers moved by hand included, on the "
+                "training part of the log.",
                 "muted small",
             )
             with ui.element("div").classes("flow"):
@@ -45,14 +48,20 @@ class Networks:
             self._told = line("", "muted small").props('role="status"')
             lines = (Line("loss", "loss in training", "between"), Line("rmse", "error in validation", "after"))
             self._curve = TimePlots((Panel("Error by epoch", "", lines),))
+            self._beside = line("", "small")
             self._table = ui.element("div").classes("scroll")
         watching(session, host, self._refresh)
 
     def _refresh(self) -> None:
+        if self._session.source != self._source:  # another log, or another reading of it: nothing was trained on that
+            self._source, self._trained, self._epochs = self._session.source, None, []
+            self._table.clear()
+            self._told.set_text("")
         going = self._task is not None and not self._task.done()
         self._start.set_enabled(self._session.opened is not None and not going)
         self._stop.set_enabled(going)
         self._curve.set_visibility(bool(self._epochs))
+        self._beside.set_text("" if self._trained is None else _beside(self._trained.stand, self._session.stand))
 
     def _train(self) -> None:
         self._epochs, client = [], ui.context.client
@@ -87,8 +96,20 @@ class Networks:
         if done is None:
             self._told.set_text(self._session.trouble or "Stopped. Nothing was kept.")
             return
+        self._trained = done
+        self._refresh()
         self._told.set_text(done.told)
         self._table.clear()
         with self._table:
             line("On the last part of the log, which it was not trained on:", "muted small")
             rivals_table(done.rivals)
+
+
+def _beside(learnt: Stand, now: Stand) -> str:
+    """Beside which model a network was trained, and whether that is still the present one."""
+    parts = [words(name) for name in learnt.names] + [
+        f"{symbol} = {value:.4g} by hand" for symbol, value in learnt.moved
+    ]
+    left = f", read without the correction of {listing([words(name) for name in learnt.left])}" if learnt.left else ""
+    told = f"Trained beside the model {f'with {listing(parts)}' if parts else 'as its file has it'}{left}."
+    return told if now == learnt else f"{told} The model has changed since: train again to see a network beside it."

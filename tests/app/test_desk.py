@@ -1,0 +1,65 @@
+"""What a worker answers: a network beside the model of the present step, and readings that one goes back to."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from verbs import done
+
+from undertow.app.desk import Desk
+from undertow.app.views.networks import _beside
+from undertow.physics.errors import RequestError
+from undertow.workflows.workbench_facts import Source, Stand, Wire
+
+DRAG = "surge_quadratic_damping"
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    done("simulate", "-v", "blueboat", "--duration", "120", "--out", str(path))
+    table = pd.read_csv(path, comment="#")
+    table.loc[table["field"] == "r", "value"] *= 0.95
+    table.to_csv(path, index=False)
+    return path
+
+
+def test_a_network_learns_beside_the_model_of_the_present_step(log: Path, tmp_path: Path):
+    pytest.importorskip("torch", reason="networks need torch")
+    desk = Desk()
+    desk.open(Source((str(log),), "blueboat"), str(tmp_path))
+    stands = Stand(), Stand(moved=(("X_uu", -40.0),)), Stand(left=("gyro_scale",))
+    first, moved, left = (desk.train("mlp", stand, 1) for stand in stands)
+    assert [trained.stand for trained in (first, moved, left)] == list(stands)
+    plain, by_hand, recorded = (trained.rivals[0] for trained in (first, moved, left))
+    assert plain.name == "the model it learnt beside"
+    assert by_hand.error["surge"] > 1.5 * plain.error["surge"]  # type: ignore[operator]
+    assert by_hand.error["yaw"] == pytest.approx(plain.error["yaw"], rel=0.2)
+    assert recorded.error["yaw"] != plain.error["yaw"]
+
+
+def test_the_page_says_beside_what_a_network_was_trained():
+    learnt = Stand((DRAG,), (("X_uu", -3.0),), ("gyro_scale",))
+    told = "Trained beside the model with surge quadratic damping and X_uu = -3 by hand, read without the correction of"
+    assert _beside(learnt, learnt) == f"{told} gyro scale."
+    assert _beside(learnt, Stand()).endswith("train again to see a network beside it.")
+    assert _beside(Stand(), Stand()) == "Trained beside the model as its file has it."
+
+
+def test_a_reading_is_there_as_it_was_left(log: Path, tmp_path: Path):
+    desk, source = Desk(), Source((str(log),), "blueboat")
+    form = desk.open(source, str(tmp_path)) and desk.form()
+    fit = desk.fit(Stand((DRAG,)))
+    one, other = (wire.channel for wire in form.wires)
+    turned = Source(source.logs, "blueboat", wires=(Wire(one, one, True), Wire(other, other, True)), as_is=True)
+    desk.turn_to(turned, str(tmp_path))
+    assert desk.fit(Stand((DRAG,))).error["position"] > fit.error["position"]
+    desk.turn_to(source, str(tmp_path))
+    assert desk.fit(Stand((DRAG,))) is fit
+    desk.open(source, str(tmp_path))
+    assert desk.fit(Stand((DRAG,))) is not fit
+
+
+def test_nothing_is_asked_before_a_log_is_open():
+    with pytest.raises(RequestError, match="no log is open; open one first"):
+        Desk().form()
