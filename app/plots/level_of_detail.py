@@ -66,11 +66,10 @@ def thinned(
     for name, column in columns.items():
         part = column[first:last]
         gaps = np.isnan(part)
-        low = np.minimum.reduceat(np.where(gaps, np.inf, part), starts - first)
-        high = np.maximum.reduceat(np.where(gaps, -np.inf, part), starts - first)
-        thin[name] = _in_order(low, high, column[starts] <= column[ends - 1])
+        filled = np.where(gaps, np.inf, part), np.where(gaps, -np.inf, part)
+        thin[name] = _in_order(column, (starts, ends), filled, starts - first)
         if seen and gaps.any():
-            inside = np.logical_or.reduceat(gaps, starts - first) & (low <= high)
+            inside = np.logical_or.reduceat(gaps, starts - first) & ~np.isnan(thin[name][:, 0])
             place = np.where(gaps[starts - first], 0, np.where(gaps[ends - 1 - first], 2, 1))
             torn[name] = np.where(inside, place, -1)
     return _paired(time, thin, (starts, ends), torn)
@@ -115,9 +114,7 @@ class Levels:
         thin: dict[str, Array] = {}
         for name, column in self.columns.items():
             lows, highs = self._blocks[name]
-            low = np.minimum.reduceat(lows[:until], blocks)
-            high = np.maximum.reduceat(highs[:until], blocks)
-            thin[name] = _in_order(low, high, column[starts] <= column[ends - 1])
+            thin[name] = _in_order(column, (starts, ends), (lows[:until], highs[:until]), blocks)
         return _paired(self.time, thin, (starts, ends), {})
 
 
@@ -144,11 +141,16 @@ def _of_blocks(column: Array, nothing: float, extreme: np.ufunc) -> Array:
     return np.append(parts, extreme.reduce(rest)) if rest.size else parts
 
 
-def _in_order(low: Array, high: Array, rises: Mask) -> Array:
-    """Both extremes of every bucket, shape (buckets, 2), the smaller first where the series rises; NaN in a gap."""
-    gap = low > high
+def _in_order(column: Array, buckets: tuple[Rows, Rows], extremes: tuple[Array, Array], at: Rows) -> Array:
+    """Both extremes of every bucket, shape (buckets, 2), the smaller first where the series rises; NaN in a gap.
+
+    `extremes` are the least and the greatest values of rows, or of blocks of them, and each bucket begins `at` one.
+    """
+    starts, ends = buckets
+    low, high = np.minimum.reduceat(extremes[0], at), np.maximum.reduceat(extremes[1], at)
+    rises = column[starts] <= column[ends - 1]
     pair = np.stack((np.where(rises, low, high), np.where(rises, high, low)), axis=1)
-    pair[gap] = np.nan
+    pair[low > high] = np.nan
     return pair
 
 
