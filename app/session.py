@@ -5,24 +5,20 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from time import monotonic
 from typing import Any
 
 from ..physics.errors import LogError, RequestError, VehicleError
-from ..physics.stage import Stage
 from ..workflows.workbench_facts import OWN_NUMBERS, Card, Fit, Opened, Searched, Source, Stand, Trained, Way
+from .audience import Audience
+from .errands import Errands
 from .same_commands import same_commands
 from .spare import Spare
 from .undo import History, Step
 from .work import Work
 from .worker import Worker, WorkerLostError
 
-LOST = (
-    "The process that computes has ended: it was killed, or the memory was not enough. Your log and your steps are kept"
-)
 _OF_A_VERB = re.compile(r"^(init|discover|add|fit|train): ")
 """How messages of the command line begin: with the verb that nobody typed here."""
 Interval = tuple[float, float]
@@ -45,13 +41,13 @@ class Session:
     stairs : the models of every beginning of its effects, the nominal one first, for the falling error
     by_hand : what there is to say for terms and effects that were added by name, as they last stood in the model
     selected : stretches of time that are marked in all views [s]
-    work : what goes on; None while nothing does
-    trouble : what went wrong, in words; empty where nothing did
-    lost : the worker has ended, and `again` begins with a new one
+    audience : who is told of every change
+    errands : what the worker is asked
     """
 
     def __init__(self, spare: Spare | None = None) -> None:
-        self._spare = spare
+        self.audience = Audience()
+        self.errands = Errands(self.audience, spare)
         self.source: Source | None = None
         self.asked: Source | None = None
         self.names: dict[str, str] = {}
@@ -61,18 +57,13 @@ class Session:
         self.stairs: tuple[Fit, ...] = ()
         self.by_hand: dict[str, Card] = {}
         self.selected: tuple[Interval, ...] = ()
-        self.work: Work | None = None
-        self.trouble = ""
-        self.lost = False
         self.folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
-        self._lent: Path | None = None
         self.history: History | None = None
         self._shown: Step | None = None
         self._left: tuple[str, ...] | None = ()
+        self._weighed: Stand | None = None
         self._searches: dict[Source, Searched] = {}
-        self._worker: Worker | None = None
         self._trainer: Worker | None = None
-        self._views: list[Callable[[], None]] = []
         self._turn = asyncio.Lock()
 
     # -- what is shown -------------------------------------------------------------------------------------------------
@@ -89,26 +80,19 @@ class Session:
             text = text.replace(f"of {kept.split('.')[0]}", f"of {name.split('.')[0]}")
         return _OF_A_VERB.sub("", text)
 
-    def watch(self, view: Callable[[], None]) -> Callable[[], None]:
-        """Call a view after every change, until the function that is given back is called."""
-        self._views.append(view)
+    @property
+    def work(self) -> Work | None:
+        """What goes on; None while nothing does."""
+        return self.errands.work
 
-        def leave() -> None:
-            with suppress(ValueError):
-                self._views.remove(view)
-
-        return leave
+    @property
+    def trouble(self) -> str:
+        """What went wrong, in words; empty where nothing did."""
+        return self.errands.trouble
 
     def changed(self) -> None:
-        """Tell all views; one that fails keeps no other from being told."""
-        failed = None
-        for view in tuple(self._views):
-            try:
-                view()
-            except Exception as error:
-                failed = error
-        if failed is not None:
-            raise failed
+        """Tell all views."""
+        self.audience.tell()
 
     # -- what is done --------------------------------------------------------------------------------------------------
 
@@ -120,8 +104,8 @@ class Session:
         opened_one : called when the log is shown, or was refused, before the search
         """
         async with self._turn:
-            self.trouble, self.asked = "", source
-            opened = await self._open(source)
+            self.errands.trouble, self.asked = "", source
+            opened = await self.errands.open(source, self.folder)
             if opened is None:
                 if opened_one is not None:
                     opened_one()
@@ -154,7 +138,7 @@ class Session:
         if source is None:
             return
         async with self._turn:
-            fixed = await self._ask("repairing the log", "repair", source, str(self.folder))
+            fixed = await self.errands.ask("repairing the log", "repair", source, str(self.folder))
         if fixed is not None:
             self.names[Path(fixed).name] = "repaired.csv"
             repaired = replace(source, logs=(fixed,), channel_map="", frame="", as_is=False, original=source)
@@ -173,7 +157,7 @@ class Session:
     async def search(self) -> None:
         """Search for what is missing."""
         async with self._turn:
-            found = await self._ask("looking for what is missing", "search")
+            found = await self.errands.ask("looking for what is missing", "search")
             if found is None:
                 return
             self.searched = found
@@ -227,27 +211,24 @@ class Session:
 
     async def way(self, time: float) -> Way | None:
         """Where the models go from an instant on."""
-        return await self._ask("", "way", self.stand, time)
+        return await self.errands.ask("", "way", self.stand, time)
 
     async def take(self, what: str) -> Path | None:
         """Write a file to be taken away."""
         async with self._turn:
             name = "writing the run" if what in ("page", "run", "findings") else ""
-            path = await self._ask(name, "take", what, self.stand, str(self.folder))
+            path = await self.errands.ask(name, "take", what, self.stand, str(self.folder))
             self.changed()
             return None if path is None else Path(path)
 
     async def ask(self, what: str, *given: Any) -> Any:
         """Something quick of the worker; None where it refuses, and `trouble` says why."""
-        return await self._ask("", what, *given)
+        return await self.errands.ask("", what, *given)
 
     async def again(self) -> None:
         """Begin with a new worker where the old one has ended: the same log, the same steps."""
         source = self.source
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
-        self.lost, self.trouble = False, ""
+        self.errands.end()
         if source is None:
             self.changed()
             return
@@ -270,7 +251,7 @@ class Session:
         except (asyncio.CancelledError, WorkerLostError):
             return None
         except (LogError, RequestError, VehicleError, RuntimeError) as error:
-            self.trouble = str(error)
+            self.errands.trouble = str(error)
             self.changed()
             return None
         finally:
@@ -285,14 +266,12 @@ class Session:
     def close(self) -> None:
         """End the worker, and delete all that was uploaded or made."""
         self.stop_training()
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
-        self._views.clear()
+        self.errands.end()
+        self.audience.leave()
         # FastAPI keeps the page's upload for longer, and that the session: what is large goes now.
         self.opened = self.searched = self.fit = None
         self.stairs = ()
-        for folder in filter(None, (self.folder, self._lent)):
+        for folder in filter(None, (self.folder, self.errands.lent)):
             shutil.rmtree(folder, ignore_errors=True)
 
     def commands(self) -> str:
@@ -301,16 +280,6 @@ class Session:
             return ""
         found = () if self.searched is None else self.searched.found
         return self.named(same_commands(self.source, self.stand, found))
-
-    async def _open(self, source: Source) -> Opened | None:
-        """Read a log, or take what the spare worker has read of it already."""
-        taken = self._spare.take(source) if self._spare is not None and self._worker is None else None
-        if taken is not None:
-            worker, folder, waiting = taken
-            self._worker, self._lent = worker, folder
-            with suppress(WorkerLostError, LogError, RequestError, VehicleError, RuntimeError):
-                return await waiting
-        return await self._ask("reading the log", "open", source, str(self.folder))
 
     # -- how -----------------------------------------------------------------------------------------------------------
 
@@ -337,7 +306,7 @@ class Session:
             step = self._now
             if self._shown == step and not self.trouble:
                 return True  # a slider has moved on while this one waited
-            self.trouble = ""
+            self.errands.trouble = ""
             other = step.source != self.source
             if other and not await self._turn_to(step.source):
                 return False
@@ -350,10 +319,10 @@ class Session:
     async def _turn_to(self, source: Source) -> bool:
         """Go on with what was open before, or is opened beside it; whether that could be read."""
         self.asked = source
-        opened = await self._ask("reading the log", "turn_to", source, str(self.folder))
+        opened = await self.errands.ask("reading the log", "turn_to", source, str(self.folder))
         found = self._searches.get(source)
         if opened is not None and found is not None and found.hidden is not None:
-            opened = await self._ask("", "resume", found.hidden)
+            opened = await self.errands.ask("", "resume", found.hidden)
         if opened is None:
             return False
         self._begin(source, opened)
@@ -361,7 +330,7 @@ class Session:
 
     def _begin(self, source: Source, opened: Opened) -> None:
         """Show what was read."""
-        self.searched, self.selected, self.by_hand = self._searches.get(source), (), {}
+        self.searched, self.selected, self.by_hand, self._weighed = self._searches.get(source), (), {}, None
         self.source, self.opened, self._shown, self._left = source, opened, None, ()
         self.fit, self.stairs = opened.nominal, (opened.nominal,)
         self.changed()
@@ -371,14 +340,14 @@ class Session:
         opened = self.opened if stand.left == self._left else await self._read(stand.left)
         if opened is None:
             return False
-        fit = opened.nominal if stand == Stand(left=stand.left) else await self._ask("", "fit", stand)
+        fit = opened.nominal if stand == Stand(left=stand.left) else await self.errands.ask("", "fit", stand)
         if fit is None:
             return False
         self.opened, self._left, self.fit, self._shown = opened, stand.left, fit, step
         self.changed()
         stairs = [opened.nominal] if stand.names else []
         for count in range(1, len(stand.names)):
-            stair = await self._ask("", "fit", Stand(stand.names[:count], left=stand.left))
+            stair = await self.errands.ask("", "fit", Stand(stand.names[:count], left=stand.left))
             if stair is None:
                 return True
             stairs.append(stair)
@@ -389,44 +358,17 @@ class Session:
 
     async def _weigh(self, stand: Stand) -> None:
         """Say what there is for terms and effects that were added by name."""
-        if self.searched is None:
+        if self.searched is None or stand == self._weighed:
             return
         known = {OWN_NUMBERS, *(card.name for card in self.searched.cards)}
         for name in stand.names:
             if name not in known:
-                card = await self._ask("weighing what was added by name", "weigh", stand, name)
+                card = await self.errands.ask("weighing what was added by name", "weigh", stand, name)
                 if card is not None:
                     self.by_hand[name] = card
                     self.changed()
+        self._weighed = stand
 
     async def _read(self, left: tuple[str, ...]) -> Opened | None:
         """What is measured without some corrections of the sensors."""
-        return await self._ask("reading the log anew", "opened", left)
-
-    async def _ask(self, name: str, what: str, *given: Any) -> Any:
-        """An answer of the worker, while all views say what goes on; None where it refuses, and `trouble` says why."""
-        if self._worker is None:
-            self._worker = Worker()
-        if name:
-            self.work = Work(name, None, monotonic())
-            self.changed()
-        try:
-            return await self._worker.ask(what, *given, say=self._tell if name else None)
-        except WorkerLostError:
-            self.lost, self.trouble = True, LOST
-        except (LogError, RequestError, VehicleError) as error:
-            self.trouble = str(error)
-        except RuntimeError as error:
-            self.trouble = f"undertow has a fault: {error}. Please report it"
-        finally:
-            if name:
-                self.work = None
-                self.changed()
-        self.changed()
-        return None
-
-    def _tell(self, line: str) -> None:
-        if self.work is not None:
-            behind = line.behind if isinstance(line, Stage) else self.work.behind
-            self.work = replace(self.work, name=str(line), behind=behind)
-            self.changed()
+        return await self.errands.ask("reading the log anew", "opened", left)

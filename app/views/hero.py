@@ -51,7 +51,7 @@ def hero(session: Session) -> None:
         trouble.set_visibility(bool(session.trouble))
         with trouble:
             line(session.named(session.trouble))
-            if session.lost:
+            if session.errands.lost:
                 button("Start again", session.again, lead=True)
             elif session.refused is not None:
                 if len(session.refused.logs) == 1:

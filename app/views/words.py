@@ -36,6 +36,6 @@ def watching(session: Session, host: ui.element, refresh: Callable[[], None]) ->
         with host:
             refresh()
 
-    leave = session.watch(show)
+    leave = session.audience.watch(show)
     host.client.on_delete(leave)
     refresh()

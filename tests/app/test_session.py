@@ -11,8 +11,9 @@ from places import ROOT
 from verbs import done
 
 from undertow.app import worker
+from undertow.app.errands import LOST
 from undertow.app.same_commands import same_commands
-from undertow.app.session import LOST, Session
+from undertow.app.session import Session
 from undertow.app.undo import History
 from undertow.app.views.opening import stored_as
 from undertow.workflows.init import Doubt
@@ -53,8 +54,8 @@ def history_of(session: Session) -> History:
 
 def worker_of(session: Session) -> worker.Worker:
     """The process that computes for a session."""
-    assert session._worker is not None
-    return session._worker
+    assert session.errands.worker is not None
+    return session.errands.worker
 
 
 async def _nothing() -> None:
@@ -140,11 +141,11 @@ def test_a_killed_worker_is_told_and_another_goes_on():
             worker_of(session).process.kill()
             worker_of(session).process.join()
             await session.add(SECOND)
-            assert session.lost
+            assert session.errands.lost
             assert session.trouble == LOST
             assert session.stand.names == (FIRST,)
             await session.again()
-            assert not session.lost
+            assert not session.errands.lost
             assert fit_of(session).error == pytest.approx(error)
         finally:
             session.close()
@@ -409,7 +410,7 @@ def test_a_correction_of_a_sensor_is_taken_out_and_made_again(tmp_path):
             worker_of(session).process.kill()
             worker_of(session).process.join()
             await session.add(SECOND)
-            assert session.lost
+            assert session.errands.lost
             await session.again()
             assert session.stand.left == ("gyro_scale",)
             np.testing.assert_allclose(session.opened.table["r"], 0.95 * corrected.table["r"], atol=2e-3)
