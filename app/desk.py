@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from ..workflows.workbench import Workbench
 
 Say = Callable[[str], None]
-_COUNT = count(1)
-"""Numbers of files that are made: no two are kept under one name."""
 _BESIDE = "the model it learnt beside"
 """How a table calls the model of a step beside which a network was trained."""
 _KEPT = 3
@@ -111,7 +109,7 @@ class Desk:
         vehicle, mapped, doubt = self._vehicle(found, tell)
         reading = Reading(found.frame or None, mapped, None, found.as_is)
         if found.wires:
-            wired = self._folder / f"wired-{next(_COUNT)}.yaml"
+            wired = _fresh(folder, "wired.yaml")
             reading = replace(reading, channel_map=write_rewired(wired, found.logs[0], reading, vehicle, found.wires))
         inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
         made = not source.vehicle and bool(source.logs)
@@ -170,7 +168,7 @@ class Desk:
         """
         from ..workflows.inspect import look_over
 
-        fixed = Path(folder) / f"repaired-{next(_COUNT)}.csv"
+        fixed = _fresh(Path(folder), "repaired.csv")
         mapped = Path(source.channel_map) if source.channel_map else None
         reading = Reading(source.frame or None, mapped, None, source.as_is)
         found, _ = look_over([Path(log) for log in source.logs], None, reading, fix=fixed, progress=say)
@@ -257,12 +255,18 @@ class Desk:
 
             draft = init(list(source.logs), Hull(**dict(source.hull)), source.like or None, reading, progress=say)
             assert self._folder is not None, "a folder is given with the log"
-            mapped = self._folder / "channels.yaml"
-            draft.write(self._folder / "vehicle.yaml", mapped)
+            mapped = _fresh(self._folder, "channels.yaml")
+            draft.write(_fresh(self._folder, "vehicle.yaml"), mapped)
             vehicle, doubt = draft.vehicle, next((doubt.value for doubt in draft.doubts if doubt in PLACES), "")
         if source.changed or source.places:
             vehicle = put_right(vehicle, dict(source.changed), source.places)
         return vehicle, mapped, doubt
+
+
+def _fresh(folder: Path, name: str) -> Path:
+    """A path in a folder that no file has: what was made for one reading stays as long as one can go back to it."""
+    stem, dot, end = name.partition(".")
+    return next(path for k in count(1) if not (path := folder / f"{stem}-{k}{dot}{end}").exists())
 
 
 def _of_demo(source: Source, folder: Path) -> Source:

@@ -15,9 +15,9 @@ from .audience import Audience
 from .errands import Errands
 from .same_commands import same_commands
 from .spare import Spare
+from .training import Training
 from .undo import History, Step
 from .work import Work
-from .worker import Worker, WorkerLostError
 
 _OF_A_VERB = re.compile(r"^(init|discover|add|fit|train): ")
 """How messages of the command line begin: with the verb that nobody typed here."""
@@ -42,7 +42,7 @@ class Session:
     by_hand : what there is to say for terms and effects that were added by name, as they last stood in the model
     selected : stretches of time that are marked in all views [s]
     audience : who is told of every change
-    errands : what the worker is asked
+    errands, training : what the worker is asked, and a network that another trains
     """
 
     def __init__(self, spare: Spare | None = None) -> None:
@@ -63,7 +63,7 @@ class Session:
         self._left: tuple[str, ...] | None = ()
         self._weighed: Stand | None = None
         self._searches: dict[Source, Searched] = {}
-        self._trainer: Worker | None = None
+        self.training = Training()
         self._turn = asyncio.Lock()
 
     # -- what is shown -------------------------------------------------------------------------------------------------
@@ -242,30 +242,16 @@ class Session:
     async def train(self, network: str, epochs: int, told: Callable[[object], None]) -> Trained | None:
         """Train a network in a process of its own; None where it was stopped."""
         assert self.source is not None, "a log is open"
-        self._trainer = Worker()
         try:
-            await self._trainer.ask("open", self.source, str(self.folder))
-            if self.searched is not None and self.searched.hidden is not None:
-                await self._trainer.ask("resume", self.searched.hidden)
-            return await self._trainer.ask("train", network, self.stand, epochs, say=told)
-        except (asyncio.CancelledError, WorkerLostError):
-            return None
+            return await self.training.run((network, epochs), self.stand, self.source, self.searched, self.folder, told)
         except (LogError, RequestError, VehicleError, RuntimeError) as error:
             self.errands.trouble = str(error)
             self.changed()
             return None
-        finally:
-            self.stop_training()
-
-    def stop_training(self) -> None:
-        """End a training that goes on."""
-        if self._trainer is not None:
-            self._trainer.close()
-            self._trainer = None
 
     def close(self) -> None:
         """End the worker, and delete all that was uploaded or made."""
-        self.stop_training()
+        self.training.stop()
         self.errands.end()
         self.audience.leave()
         # FastAPI keeps the page's upload for longer, and that the session: what is large goes now.

@@ -87,7 +87,7 @@ class Networks:
         self._told.set_text(f"epoch {told.number}: error in validation {number(told.rmse, 3)}")
 
     def _stopped(self) -> None:
-        self._session.stop_training()
+        self._session.training.stop()
         self._told.set_text("Stopped. Nothing was kept.")
 
     def _done(self, done: Trained | None) -> None:

@@ -1,0 +1,55 @@
+"""A network in training, in a process of its own that can be stopped."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+from ..workflows.workbench_facts import Searched, Source, Stand, Trained
+from .worker import Worker, WorkerLostError
+
+
+class Training:
+    """One training at a time."""
+
+    def __init__(self) -> None:
+        self._worker: Worker | None = None
+
+    async def run(
+        self,
+        network: tuple[str, int],
+        stand: Stand,
+        source: Source,
+        searched: Searched | None,
+        folder: Path,
+        told: Callable[[object], None],
+    ) -> Trained | None:
+        """Train a network beside the model of a stand; None where it was stopped.
+
+        Parameters
+        ----------
+        network : its name, and how many epochs at most
+        searched : what was found, where something was
+        told : called with every epoch
+
+        Raises
+        ------
+        LogError, RequestError, VehicleError, RuntimeError
+            as reading the log and training do.
+        """
+        self._worker = Worker()
+        try:
+            await self._worker.ask("open", source, str(folder))
+            if searched is not None and searched.hidden is not None:
+                await self._worker.ask("resume", searched.hidden)
+            name, epochs = network
+            return await self._worker.ask("train", name, stand, epochs, say=told)
+        except (asyncio.CancelledError, WorkerLostError):
+            return None
+        finally:
+            self.stop()
+
+    def stop(self) -> None:
+        """End a training that goes on."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
