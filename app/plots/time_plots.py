@@ -70,6 +70,11 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
         self.on("ready", self._ready)
         self.on("window", self._looked)
 
+    @property
+    def is_ignoring_events(self) -> bool:
+        """Never: plots that are hidden still tell that the browser has built them, or they would stay empty."""
+        return False
+
     def show(self, time: Array, columns: Mapping[str, Array]) -> None:
         """Show other rows, whole.
 
@@ -150,7 +155,8 @@ class TimePlots(Element, component="time_plots.js", dependencies=["drawing.js"],
         """Send the window, once there is a browser to draw it."""
         if self._levels is None or not self._width or not len(self._levels.time):
             return
-        whole = float(self._levels.time[0]), float(self._levels.time[-1])
+        first, last = float(self._levels.time[0]), float(self._levels.time[-1])
+        whole = first, last if last > first else first + 1.0  # an axis without length has no ticks
         begin, end = self._window or whole
         time, columns = self._levels.window(begin, end, self._width)
         message = {

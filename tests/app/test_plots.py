@@ -336,3 +336,12 @@ def test_which_log_is_where_is_told_to_a_browser_that_comes_later(sent: Sent, ma
     assert sent == []
     happens(view, "ready", width=100)
     assert ("divide", [("one.csv", 0.0, 9.9), ("two.csv", 10.0, 19.9)]) in sent
+
+
+def test_plots_that_are_hidden_hear_that_the_browser_has_built_them(sent: Sent):
+    plots = TimePlots(PANELS)
+    plots.show(TIME, COLUMNS)
+    plots.set_visibility(visible=False)
+    assert not plots.is_ignoring_events
+    happens(plots, "ready", width=100)
+    assert named(sent, "draw")
