@@ -1,4 +1,4 @@
-"""A line about work that goes on, which knows what share of the work usually lies behind it."""
+"""Lines about work that goes on, which know what share of it usually lies behind them, and how far it is by them."""
 
 from collections.abc import Callable
 
@@ -25,8 +25,8 @@ class Stage(str):
     Examples
     --------
     >>> stage = Stage("weighing the evidence", 0.5)
-    >>> stage, stage.left(6.0)
-    ('weighing the evidence', 6.0)
+    >>> stage, stage.behind
+    ('weighing the evidence', 0.5)
     """
 
     behind: float
@@ -41,10 +41,6 @@ class Stage(str):
     def __getnewargs__(self) -> tuple[str, float]:
         return str(self), self.behind
 
-    def left(self, so_far: float) -> float:
-        """Time that is left [s], after so long; 0 where nobody knows."""
-        return so_far * (1.0 - self.behind) / self.behind if self.behind else 0.0
-
     def share(self, then: float, now: float) -> float:
         """Share of the work that is done, when the stage began and it is now so long after the beginning of all [s].
 
@@ -57,3 +53,54 @@ class Stage(str):
         """
         end = next((mark for mark in _MARKS if mark > self.behind), 1.0)
         return min(self.behind * now / then, end) if then > 0.0 else self.behind
+
+
+class Course:
+    """How far a job is, by the stages that it tells: it only goes forward.
+
+    A job may go back to a stage that it had behind it, such as a second search. What it does from there on shares what
+    is left of the bar, at the pace of the first time.
+
+    Examples
+    --------
+    >>> course = Course()
+    >>> course.begin(Stage("scoring", 0.75), 9.0)
+    >>> course.share(9.0), course.left(9.0)
+    (0.75, 3.0)
+    >>> course.begin(Stage("searching again", 0.3), 9.0)
+    >>> course.share(9.0), round(course.left(9.0), 1)
+    (0.75, 8.4)
+    """
+
+    __slots__ = ("_before", "_from", "_stage", "_then")
+
+    def __init__(self) -> None:
+        self._stage, self._then = Stage(""), 0.0
+        self._from = 0.0, 0.0
+        self._before = 0.0
+
+    def __bool__(self) -> bool:
+        """Whether any stage has begun."""
+        return bool(self._stage)
+
+    def begin(self, stage: Stage, now: float) -> None:
+        """A stage with a known share begins, so long after the beginning of all [s]."""
+        if stage.behind < self._stage.behind and self._then > 0.0:
+            shown, whole = self.share(now), (now - self._before) / self._passed(now)
+            self._from = shown, stage.behind
+            self._before = now - stage.behind * whole
+        self._stage, self._then = stage, now - self._before
+
+    def share(self, now: float) -> float:
+        """Share of the job that is done, 0..1."""
+        shown, behind = self._from
+        return shown + (1.0 - shown) * (self._passed(now) - behind) / (1.0 - behind)
+
+    def left(self, now: float) -> float:
+        """Time that is left [s]; 0 where nobody knows."""
+        passed = self._passed(now)
+        return (now - self._before) * (1.0 - passed) / passed if passed else 0.0
+
+    def _passed(self, now: float) -> float:
+        """Share of a job that goes through its stages once."""
+        return self._stage.share(self._then, now - self._before)

@@ -13,7 +13,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from ...physics.errors import MOST_TOLD
 from ...physics.printable import one_line, shortened
-from ...physics.stage import Say, Stage
+from ...physics.stage import Course, Say, Stage
 
 _WORTH_TELLING = 2.0
 """Time from which a line tells how long the work took so far [s]: less is no wait."""
@@ -34,8 +34,8 @@ R = TypeVar("R")
 class Progress:
     """Who is told of work that goes on, and shows it on stderr: called with lines, and with `counted` parts of a step.
 
-    On a terminal a `Stage` and counted parts are shown in a bar, which goes when the work ends; other lines stay.
-    Elsewhere every line is printed.
+    On a terminal a `Stage` and counted parts are shown in one line, with a bar where the share of the whole job is
+    known; it goes when the work ends, and the bar only goes forward. Other lines stay. Elsewhere every line is printed.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Progress:
     def begin(self, quiet: bool = False) -> None:
         """Begin anew: other work, with a clock of its own."""
         self.quiet, self._since = quiet, time.monotonic()
-        self._stage, self._then, self._detail = Stage(""), 0.0, ""
+        self._stage, self._detail, self._course = Stage(""), "", Course()
         self._counted: tuple[str, float, float] | None = None
         self._process = 0
 
@@ -63,33 +63,37 @@ class Progress:
         """Show a line."""
         if self.quiet:
             return
-        so_far = time.monotonic() - self._since
+        so_far, left = time.monotonic() - self._since, 0.0
+        if isinstance(line, Stage) and line.behind:
+            self._course.begin(line, so_far)
+            left = self._course.left(so_far)
         if isinstance(line, Stage) and on_terminal():
             if line.behind:
-                self._stage, self._then, self._detail = line, so_far, ""
+                self._stage, self._detail = line, ""
             else:
                 self._detail = line
             self._counted = None
             self._draw(so_far)
             return
-        left = line.left(so_far) if isinstance(line, Stage) else 0.0
         more = f", {about(left)}" if left >= _WORTH_TELLING else ""
         after = f" [{so_far:.0f} s{more}]" if so_far >= _WORTH_TELLING else ""
         if on_terminal():
             _write(_ERASE)
         self._tell(f"  {shortened(one_line(line), MOST_TOLD)}{after}")
 
-    def counted(self, line: str, share: float, left: float) -> bool:
-        """Show how much of a step is done, if there is a bar to show it in; whether there is.
+    def counted(self, line: str, share: float, left: float, *, whole: bool = False) -> bool:
+        """Show how much of a step is done, if this is a terminal; whether it is.
 
         Parameters
         ----------
         line : the step and its parts, in words
         share : of the step that is done, 0..1
         left : time that is left of it [s], nan where nobody knows
+        whole : the step is the job, and fills the bar; others follow on one that is a part, and begin anew
         """
         if not self.quiet and on_terminal():
-            self._counted, self._detail = ((line, share, left), self._detail) if share < 1.0 else (None, "")
+            told = (line, share if whole else 0.0, left)
+            self._counted, self._detail = (told, self._detail) if share < 1.0 else (None, "")
             self._draw(time.monotonic() - self._since)
             return True
         return self.quiet
@@ -118,8 +122,7 @@ class Progress:
         if self._counted is not None:
             words, share, left = self._counted
         if self._stage:
-            share = self._stage.share(self._then, so_far)
-            left = so_far * (1.0 - share) / share
+            share, left = self._course.share(so_far), self._course.left(so_far)
             words = f"{self._stage}: {words}" if words else self._stage
         told = f"{so_far:.0f} s" + (f", {about(left)}" if left >= _WORTH_TELLING else "")
         bar = f"{_cells(share)} " if share and columns >= _NARROWEST else ""

@@ -24,7 +24,7 @@ def epochs_told(epochs: int, say: Say | None) -> "Callable[[Epoch], None]":
         line = f"epoch {epoch.number} of at most {epochs}: {epoch_words(epoch)}"
         done = epoch.number - first[0] + 1
         left = (time.monotonic() - begun) * (epochs - epoch.number) / done if done > 1 else math.nan
-        if isinstance(say, Progress) and say.counted(line, epoch.number / epochs, left):
+        if isinstance(say, Progress) and say.counted(line, epoch.number / epochs, left, whole=True):
             return
         if say is not None and (epoch.number == 1 or epoch.number % EVERY == 0):
             say(line)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import undertow
-from undertow.physics.stage import SEARCHING, WEIGHING, Say, Stage
+from undertow.physics.stage import COMPARING, SCORING, SEARCHING, WEIGHING, WRITING, Say, Stage
 from undertow.reports.terminal import progress as module
 from undertow.reports.terminal.pace import Pace
 from undertow.reports.terminal.progress import SHOWN, Progress, showing
@@ -61,17 +61,48 @@ def test_a_bar_waits_at_the_mark_of_the_next_stage(clock: Clock, screen: Callabl
     assert screen()[-1] == "  ━━━━━━━━━━━━──────── 60 s, about 40 s left  weighing"
 
 
-def test_counted_parts_fill_the_bar_and_a_stage_holds_them(clock: Clock, screen: Callable[[], list[str]]) -> None:
+def test_counted_parts_are_told_beside_the_stage_that_holds_them(clock: Clock, screen: Callable[[], list[str]]) -> None:
     told = Progress()
     pace = Pace(told, "models judged")
     pace.told(0, 4)
     clock[0] += 5.0
     pace.told(1, 4)
-    assert screen()[-1] == "  ━━━━━─────────────── 5 s, about 15 s left  models judged: 1 of 4"
+    assert screen()[-1] == "  5 s, about 15 s left  models judged: 1 of 4"
     told(Stage("writing the run folder", 0.5))
     clock[0] += 1.0
     pace.told(2, 4)
     assert screen()[-1] == "  ━━━━━━━━━━━━──────── 6 s, about 4 s left  writing the run folder: models j..."
+
+
+def test_a_bar_never_runs_backwards(clock: Clock, screen: Callable[[], list[str]]) -> None:
+    """A log is read and checked, and a discovery searches twice and scores twice."""
+    told = Progress()
+    for step in ("reading", "checks of the log"):
+        pace = Pace(told, step)
+        for done in range(5):
+            clock[0] += 0.5
+            pace.told(done, 4)
+    for behind in (SEARCHING, WEIGHING, SCORING, SEARCHING, WEIGHING, SCORING, COMPARING, SCORING, COMPARING, WRITING):
+        told(Stage("at work", behind))
+        for _ in range(8):
+            clock[0] += 0.5
+            told(Stage("a detail"))
+    cells = [line.count("━") for line in screen()[1:]]
+    assert cells == sorted(cells)
+    assert cells[0] == 0
+    assert cells[-1] == 20
+
+
+def test_the_time_left_of_a_second_search_is_that_of_the_first(clock: Clock, screen: Callable[[], list[str]]) -> None:
+    told = Progress()
+    for behind, seconds in ((SEARCHING, 3.0), (SCORING, 4.5), (SEARCHING, 0.0)):
+        clock[0] += seconds
+        told(Stage("at work", behind))
+    assert [line.split("  ")[-2].split(", ")[-1] for line in screen()[1:]] == [
+        "about 7 s left",
+        "about 2 s left",
+        "about 7 s left",
+    ]
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timer")
