@@ -8,7 +8,9 @@ import numpy as np
 from ..physics.delays_and_lags import first_order_lag
 from ..physics.frames import Array
 from .canonical import Output, command_kind
-from .quality.checks.sides import Placed, other_side, placed, side_of
+from .quality.checks.sides import Placed, placed
+from .quality.expected_answers import side_of
+from .quality.place_remedies import other_side
 from .quality.record import Record, Stretch
 from .quality.resting import neutral_of
 

@@ -48,9 +48,12 @@ def sound(
 
 
 def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) -> list[str]:
-    """A warning where neither the direction nor the side of any thruster shows in the logs."""
+    """What is likely wrong with the thrusters' places; or a warning where none shows in the logs."""
     known = together or [finding for inspection in inspections for finding in inspection.quality]
     told = [finding for finding in known if finding.check in _PLACES]
+    likely = [finding for finding in told if finding.verdict == "warning"]
+    if likely:
+        return [f"{'; '.join(filter(None, (f.sentence, f.consequence, f.remedy)))}." for f in likely]
     if not told or any(finding.verdict != "cannot tell" or finding.parts for finding in told):
         return []
     return [UNPROVEN]

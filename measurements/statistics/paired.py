@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from ...physics.frames import Array
-from .quantiles import student
+from .quantiles import beyond_student, student
 
 Verdict = Literal["better", "worse", "no difference", "too short to tell"]
 
@@ -38,7 +38,7 @@ _LEVEL = 0.975
 """Quantile of the upper end of a 95 % interval."""
 _LEAST = 1e-24
 """Mean square that stands for none, so that there is a logarithm."""
-_BY_CHANCE, _ODDS = 0.01, 1000.0
+BY_CHANCE, _ODDS = 0.01, 1000.0
 """Chance, and odds against it, from which an explanation is ruled out: few stretches may give great odds by chance, and
 many may agree on little."""
 _FLOOR = 1e-3
@@ -174,8 +174,24 @@ def surely_more(left: Array, other: Array) -> bool:
     """
     if left.size < 2:
         return False
-    floor = max(_FLOOR * float(other.mean()), 1e-300)
-    more = np.log((left + floor) / (other + floor))
+    more = _log_ratio(left, other)
+    return bool(more.sum() > np.log(_ODDS)) and chance_of_no_more(left, other) < BY_CHANCE
+
+
+def chance_of_no_more(left: Array, other: Array) -> float:
+    """Chance with which stretches like these show so much more of one explanation where neither leaves more.
+
+    Parameters
+    ----------
+    left, other : (stretches,) power that the two leave, in the same stretches; see `surely_more`
+    """
+    if left.size < 2:
+        return 1.0
+    more = _log_ratio(left, other)
     error = float(more.std(ddof=1)) / np.sqrt(more.size)
-    sure = student(more.size - 1, 1.0 - _BY_CHANCE)
-    return bool(more.sum() > np.log(_ODDS) and more.mean() > sure * error)
+    return beyond_student(more.size - 1, float(more.mean()) / error) if error > 0.0 else float(more.mean() <= 0.0)
+
+
+def _log_ratio(left: Array, other: Array) -> Array:
+    floor = max(_FLOOR * float(other.mean()), 1e-300)
+    return np.asarray(np.log((left + floor) / (other + floor)))

@@ -26,6 +26,16 @@ def student(freedom: float, probability: float) -> float:
     return sqrt(fisher(1.0, freedom, 2.0 * probability - 1.0))  # the square of t is an F
 
 
+def beyond_student(freedom: float, value: float) -> float:
+    """The chance that Student's t of so many degrees of freedom exceeds a value.
+
+    >>> round(beyond_student(10, 2.228139), 6), beyond_student(10, 0.0)
+    (0.025, 0.5)
+    """
+    tail = 0.5 * incomplete_beta(0.5 * freedom, 0.5, freedom / (freedom + value**2))
+    return tail if value >= 0.0 else 1.0 - tail
+
+
 @cache
 def fisher(above: float, below: float, probability: float) -> float:
     """The quantile of Fisher's F of so many degrees of freedom above and below.
@@ -44,7 +54,9 @@ def fisher(above: float, below: float, probability: float) -> float:
 
 
 def incomplete_beta(a: float, b: float, x: float) -> float:
-    """The regularised incomplete beta function I_x(a, b) of 0 < x < 1."""
+    """The regularised incomplete beta function I_x(a, b) of 0 <= x <= 1."""
+    if x in (0.0, 1.0):
+        return x
     if x > (a + 1.0) / (a + b + 2.0):
         return 1.0 - incomplete_beta(b, a, 1.0 - x)
     return _density(a, b, x) * x * (1.0 - x) / a * _fraction(a, b, x)

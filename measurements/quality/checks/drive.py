@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ....physics.frames import Array
 from ....physics.thrusters import command_of, resting_commands
 from ...alignment import band_passed
+from ..expected_answers import explained_as_expected, side_of
 from ..finding import Check, Finding, Reach
 from ..quick_motion import LEAST, QUICK, STEP, Part, parts_of, unexplained
 from ..record import RATE, Record
-from .sides import side_of
 
 _TOGETHER = 0.4
 """Correlation of surge and yaw from which one thruster drives both: with a frozen record 0.45 to 0.8, in honest logs
@@ -65,7 +65,8 @@ class Drive(Check):
         having, names, parts = parts_of(records)
         if not parts:
             return []
-        modelled = all(part.modelled for part in parts)
+        # A thruster that pushes another way than the vehicle's leaves just what one beyond its record would.
+        modelled = all(part.modelled for part in parts) and explained_as_expected(having)
         found = [f for k in range(len(names)) if (f := _stood_still(having, parts, names, k, modelled)) is not None]
         found = found or _of_another_run(parts, names) or _all_stood_still(parts, names)
         return found or _held_beside_their_twins(having, parts, names) or [_sound(parts, names)]

@@ -1,32 +1,24 @@
 """Whether port is port, and ahead ahead: the sign of the boat's answer against the names of its commands."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
 
-from ....physics.thrusters import Thruster, push_and_turn, side_named
 from ...alignment import LEAST_CORRELATION, band_passed
 from ...canonical import command_kind
+from ..expected_answers import SIDE, Expected, as_expected, expected_of, side_of, told_of
 from ..finding import Check, Finding, Reach
+from ..likely_places import likely_reversed, likely_swapped
+from ..place_remedies import all_of, are, called, map_line, or_vehicle, swapped
 from ..record import RATE, Record
-from ..response import Answer, Trials, answers, trials
-from ..resting import neutral_of
+from ..response import Answer, Trials
 from .swapped_channels import may_be_exchanged
 
 _STEP = 1.0 / RATE
 _TURNING = (0.05, 1.0)
 """The band in which heading and yaw rate are compared [Hz]: slower is drift, faster is noise."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Expected:
-    """What a command should do: push ahead (1) or astern (-1), from port (1) or starboard (-1); 0 where nobody says."""
-
-    push: int
-    side: int
-    thruster: Thruster | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +34,9 @@ class Placed:
 
 def placed(records: Sequence[Record]) -> dict[str, Placed]:
     """What logs of one boat show of their commands, whatever the commands are called; only what is certain."""
-    expected = _expected(records, sorted({name for record in records for name in record.commands}))
-    told, _ = _told_of(records, expected) if records else ({}, [])
-    if told and not _as_expected(told, expected) and may_be_exchanged(records):
+    expected = expected_of(records, sorted({name for record in records for name in record.commands}))
+    told = told_of(records, expected)[0] if records else {}
+    if told and not as_expected(told, expected) and may_be_exchanged(records):
         return {}
     apart = _turns_apart(records)
     return {name: Placed(answer.ahead, "" if apart else answer.side) for name, answer in told.items()}
@@ -63,53 +55,23 @@ class Sides(Check):
     def examine(self, records: Sequence[Record]) -> list[Finding]:
         """See `Check`: a finding "direction" where there is a command, and "sides" where there are two."""
         names = sorted({name for record in records for name in record.commands})
-        expected = _expected(records, names)
+        expected = expected_of(records, names)
         names = list(expected)
         if not names:
             return []
-        told, unsure = _told_of(records, expected)
-        if told and not _as_expected(told, expected) and may_be_exchanged(records):
+        told, unsure, likely = told_of(records, expected)
+        if told and not as_expected(told, expected) and may_be_exchanged(records):
             text = "u and v may be exchanged, so what the thrusters do to surge is not known"
             return [
                 Finding(check=check, verdict="cannot tell", sentence=text, channels=tuple(names))
                 for check in ("direction", "sides")
             ]
-        found = [_direction(records, expected, told, unsure)]
+        turned, moved = (likely and one(records, expected, likely) for one in (likely_reversed, likely_swapped))
+        found = [turned or _direction(records, expected, told, unsure)]
         if len(names) > 1 and _turns_apart(records):
             text = "heading and yaw rate turn opposite ways; until one of them is turned, no side can be told"
             return [*found, Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))]
-        return [*found, _sides(records, expected, told, unsure)] if len(names) > 1 else found
-
-
-def _expected(records: Sequence[Record], names: Sequence[str]) -> dict[str, _Expected]:
-    """By command; of the vehicle's own where it has some of them, since no other moves its model."""
-    thrusters = {t.channel: t for record in records for t in (record.vehicle.thrusters if record.vehicle else ())}
-    found = {}
-    for name in [name for name in names if name in thrusters]:
-        push, turn = push_and_turn(thrusters[name])
-        found[name] = _Expected(push, push * turn, thrusters[name])
-    by_name = {"port": 1, "starboard": -1, "": 0}
-    return found or {name: _Expected(1, by_name[side_of(name)]) for name in names}
-
-
-def _told_of(records: Sequence[Record], expected: Mapping[str, _Expected]) -> tuple[dict[str, Answer], list[Trials]]:
-    """The answers that are certain, and the trials that contradict each other."""
-    told = {name: answer for name, answer in answers(records).items() if name in expected}
-    unsure = []
-    for one in trials(records) if len(told) < len(expected) else ():
-        if not one.contrary or not set(one.best.answers) & set(expected):
-            continue
-        if one.best.in_step and _as_expected(one.best.answers, expected):
-            # Nothing is wrong with the log that explains it best; what would need two faults is not asked for.
-            told |= {name: answer for name, answer in one.best.answers.items() if name in expected}
-        else:
-            unsure.append(one)
-    return told, unsure
-
-
-def _as_expected(told: Mapping[str, Answer], expected: Mapping[str, _Expected]) -> bool:
-    pairs = [(answer, expected[name]) for name, answer in told.items() if name in expected]
-    return all(a.ahead * e.push >= 0 and a.turn * e.push * e.side >= 0 for a, e in pairs)
+        return [*found, moved or _sides(records, expected, told, unsure)] if len(names) > 1 else found
 
 
 def _turns_apart(records: Sequence[Record]) -> bool:
@@ -128,7 +90,7 @@ def _turns_apart(records: Sequence[Record]) -> bool:
 
 
 def _direction(
-    records: Sequence[Record], expected: Mapping[str, _Expected], told: Mapping[str, Answer], unsure: Sequence[Trials]
+    records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer], unsure: Sequence[Trials]
 ) -> Finding:
     names = list(expected)
     found = {name: answer for name, answer in told.items() if answer.ahead and expected[name].push}
@@ -142,11 +104,11 @@ def _direction(
     if not wrong:
         least = min(found.values(), key=lambda answer: abs(answer.surge))
         as_told = "ahead" if all(answer.ahead > 0 for answer in found.values()) else "as the vehicle file says"
-        text = f"more command pushes {as_told} on {_and(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
+        text = f"more command pushes {as_told} on {all_of(tuple(found))} ({least.surge:.2g} m/s² or more at the end)"
         ends = least.surge - 1.96 * least.surge_error, least.surge + 1.96 * least.surge_error
         untold = [name for name in names if name not in found]
         if untold:
-            text = f"{text}; of {_and(untold)} the log does not tell"
+            text = f"{text}; of {all_of(untold)} the log does not tell"
             return Finding(
                 check="direction",
                 verdict="cannot tell",
@@ -169,29 +131,29 @@ def _direction(
         )
     worst = max(wrong.values(), key=lambda answer: abs(answer.surge))
     how = [_reversed(records, name, expected[name]) for name in wrong]
-    moved = _swapped(expected, told)
+    moved = swapped(expected, told)
     # Who turns one round and moves it to the other side must move the other one too.
     listed = [name for name in names if name in wrong or (name in moved and moved & set(wrong))]
-    maps = [_line(records, name, name in wrong, name in moved) for name in listed]
+    maps = [map_line(records, name, name in wrong, name in moved) for name in listed]
     pushes = "astern" if worst.ahead < 0 else "ahead, and that thruster of the vehicle astern"
     return Finding(
         check="direction",
         verdict="defect",
-        sentence=f"{_and(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
+        sentence=f"{all_of(how)}: more command pushes {pushes} ({worst.surge:.2g} m/s² at the end of the range)",
         value=worst.surge,
         unit="m/s^2",
         ci95=(worst.surge - 1.96 * worst.surge_error, worst.surge + 1.96 * worst.surge_error),
         channels=tuple(wrong),
         consequence="a model drives ahead where the boat goes astern; no thrust can be fitted",
-        remedy=f"turn it round in a channel map: {', '.join(maps)}{_or_vehicle(wrong, expected, 'curve or the angle')}",
+        remedy=f"turn it round in a channel map: {', '.join(maps)}{or_vehicle(wrong, expected, 'curve or the angle')}",
         parts=parts,
-        short=f"{_and(tuple(wrong))} {'are' if len(wrong) > 1 else 'is'} reversed",
+        short=f"{all_of(tuple(wrong))} {are(tuple(wrong))} reversed",
         reach=Reach.LOG,
     )
 
 
 def _sides(
-    records: Sequence[Record], expected: Mapping[str, _Expected], told: Mapping[str, Answer], unsure: Sequence[Trials]
+    records: Sequence[Record], expected: Mapping[str, Expected], told: Mapping[str, Answer], unsure: Sequence[Trials]
 ) -> Finding:
     names = list(expected)
     found = {name: answer for name, answer in told.items() if answer.side}
@@ -200,16 +162,16 @@ def _sides(
         if told and all(answer.turn for answer in told.values()):
             text = "the boat turns by its thrusters, but it is not sure to push ahead, so sides are not either"
         if unsure:
-            text = f"which side each thruster is on cannot be told: {_either(unsure, expected)}"
+            text = "which side each thruster is on cannot be told: nor can, for sure, which way it pushes"
         return Finding(check="sides", verdict="cannot tell", sentence=text, channels=tuple(names))
     lies = [_lies(records, name, answer, expected[name]) for name, answer in found.items()]
     parts: Mapping[str, float | str] = {name: answer.side for name, answer in found.items()}
-    wrong = [name for name, answer in found.items() if _SIDE[answer.side] * expected[name].side < 0]
+    wrong = [name for name, answer in found.items() if SIDE[answer.side] * expected[name].side < 0]
     value, ends = _turn(found, expected)
     if not wrong:
         known = all(expected[name].side for name in found)
         words = "in the vehicle file" if any(expected[name].thruster for name in found) else "named"
-        text = f"the sides of {_and(tuple(found))} are as {words}" if known else "; ".join(lies)
+        text = f"the sides of {all_of(tuple(found))} are as {words}" if known else "; ".join(lies)
         remedy = "" if known else "name the commands by their sides in a channel map"
         verdict = "ok" if known else "note"
         return Finding(
@@ -223,8 +185,8 @@ def _sides(
             remedy=remedy,
             parts=parts,
         )
-    moved = _swapped(expected, told)
-    maps = [_line(records, name, found[name].ahead != expected[name].push, True) for name in names if name in moved]
+    moved = swapped(expected, told)
+    maps = [map_line(records, name, found[name].ahead != expected[name].push, True) for name in names if name in moved]
     remedy = f"swap them in a channel map: {', '.join(maps)}" if maps else "say in a channel map which is which"
     if all(side_of(name) == found[name].side for name in wrong):
         remedy = f"the names agree with the log, so look at the vehicle file first; or {remedy}"
@@ -238,18 +200,14 @@ def _sides(
         ci95=ends,
         channels=tuple(wrong),
         consequence="every turn is predicted to the wrong side",
-        remedy=f"{remedy}{_or_vehicle(wrong, expected, 'sign of y')}{either}",
+        remedy=f"{remedy}{or_vehicle(wrong, expected, 'sign of y')}{either}",
         parts=parts,
         short="port and starboard look swapped",
         reach=Reach.LOG,
     )
 
 
-_SIDE = {"port": 1, "starboard": -1}
-"""Sign of the yaw moment of a thruster on that side which pushes ahead."""
-
-
-def _either(unsure: Sequence[Trials], expected: Mapping[str, _Expected]) -> str:
+def _either(unsure: Sequence[Trials], expected: Mapping[str, Expected]) -> str:
     """The remedies that explain the log alike, for commands whose delay is not certain."""
     told = []
     for trial in (unsure[0].best, *unsure[0].contrary[:2]):
@@ -263,30 +221,12 @@ def _either(unsure: Sequence[Trials], expected: Mapping[str, _Expected]) -> str:
             for name, answer in trial.answers.items()
             if answer.turn and not answer.ahead
         ]
-        told.append(f"the boat answers {abs(trial.seconds):.1f} s {order} its commands and {_and(signs)}")
+        told.append(f"the boat answers {abs(trial.seconds):.1f} s {order} its commands and {all_of(signs)}")
     return f"the log is explained alike if {', or if '.join(told)}"
 
 
-def _or_vehicle(names: Iterable[str], expected: Mapping[str, _Expected], what: str) -> str:
-    """The other cure: log and vehicle file contradict each other, and either may be the one that is wrong."""
-    own = [t for name in names if (t := expected[name].thruster) is not None]
-    if not own:
-        return ""
-    named = _and([t.name for t in own])
-    return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
-
-
-def side_of(name: str) -> str:
-    """The side that a command's name speaks of, empty where it speaks of none.
-
-    >>> side_of("pwm_stbd"), side_of("newton_bow")
-    ('starboard', '')
-    """
-    return side_named((command_kind(name) or ("", name))[1])
-
-
 def _turn(
-    found: Mapping[str, Answer], expected: Mapping[str, _Expected]
+    found: Mapping[str, Answer], expected: Mapping[str, Expected]
 ) -> tuple[float | None, tuple[float, float] | None]:
     """Yaw acceleration when every thruster should push the boat to starboard, at full command [rad/s^2]."""
     told = [(expected[name].side, answer) for name, answer in found.items() if expected[name].side]
@@ -297,64 +237,23 @@ def _turn(
     return value, (value - 1.96 * error, value + 1.96 * error)
 
 
-def _lies(records: Sequence[Record], name: str, answer: Answer, expected: _Expected) -> str:
-    text = f"{_told(records, name)} is on the {answer.side} side"
+def _lies(records: Sequence[Record], name: str, answer: Answer, expected: Expected) -> str:
+    text = f"{called(records, name)} is on the {answer.side} side"
     thruster = expected.thruster
-    if thruster is None or _SIDE[answer.side] * expected.side >= 0:
+    if thruster is None or SIDE[answer.side] * expected.side >= 0:
         return text
     return f"{text}, and thruster {thruster.name} of the vehicle is at y = {thruster.y:+g} m, the other"
 
 
-def _source(records: Sequence[Record], name: str) -> str:
-    return next(record.log.channels[name].origin for record in records if name in record.log.channels)
-
-
-def _told(records: Sequence[Record], name: str) -> str:
-    origin = _source(records, name)
-    return name if origin == name or origin.endswith(f":{name}") else f"{origin} (read as {name})"
-
-
-def _reversed(records: Sequence[Record], name: str, expected: _Expected) -> str:
+def _reversed(records: Sequence[Record], name: str, expected: Expected) -> str:
     values = [record.log.channels[name].value for record in records if name in record.log.channels]
     low = min(float(value.min()) for value in values)
     kind = (command_kind(name) or ("", ""))[0]
     full = f", {low:.0f} us is the most ahead" if kind == "pwm" and expected.push > 0 else ""
-    return f"{_told(records, name)} is reversed{full}"
-
-
-def _turned(records: Sequence[Record], name: str) -> str:
-    """Scale and offset that turn a command round about its neutral."""
-    if (command_kind(name) or ("", ""))[0] != "pwm":
-        return "scale: -1"
-    neutral = neutral_of(records, name)
-    return f"scale: -1, offset: {2.0 * (1500.0 if neutral is None else neutral):g}"
-
-
-def _swapped(expected: Mapping[str, _Expected], told: Mapping[str, Answer]) -> frozenset[str]:
-    """Commands on the other side than expected, where each has one that changes names with it; else none."""
-    sided = {name for name in expected if name in told and told[name].side and expected[name].side}
-    wrong = {name for name in sided if _SIDE[told[name].side] != expected[name].side}
-    return frozenset(wrong) if len(sided) > 1 and {other_side(name) for name in wrong} == wrong else frozenset()
-
-
-def _line(records: Sequence[Record], name: str, turned: bool, swapped: bool) -> str:
-    """The line of a channel map that puts a command the right way round, and on the other side if that is sure."""
-    target, source = other_side(name) if swapped else name, _source(records, name)
-    return f"'{target}: {{from: {source}, {_turned(records, name)}}}'" if turned else f"'{target}: {source}'"
-
-
-def other_side(name: str) -> str:
-    """The name of the same command on the other side."""
-    other = {"port": "stbd", "left": "right", "stbd": "port", "starboard": "port", "right": "left"}
-    kind, thruster = command_kind(name) or ("", name)
-    return f"{kind}_{'_'.join(other.get(word, word) for word in thruster.split('_'))}"
+    return f"{called(records, name)} is reversed{full}"
 
 
 def _surveyed(records: Sequence[Record]) -> bool:
     """Whether positions came from latitude and longitude, which fix the handedness of the axes."""
     origins = [record.log.channels["x"].origin.lower() for record in records if "x" in record.log.channels]
     return bool(origins) and all("lat" in origin for origin in origins)
-
-
-def _and(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
