@@ -14,6 +14,7 @@ import numpy as np
 from ..physics.forces import apparent_wind
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
+from .preparation.derive import smooth
 from .statistics.blocks import block_scores, sandwich
 from .statistics.robust import robust_squares
 
@@ -44,6 +45,17 @@ _CLEARLY = 5.0
 """Standard errors that a deviation must reach to be plain; with few stretches their estimate is too small."""
 _BLOCK = 5.0
 """Length of a stretch that counts once [s]: rows of one run err together, and of longer stretches there are too few."""
+_LAZY = 0.02, 0.2
+"""Of a boat whose fastest turns lie between these [rad/s], no run is straight by the measure of `STRAIGHT`: its drift
+in a turn passes for a deviation."""
+_SECTORS, _MOST_SECTORS = 12, 7
+"""Sectors of the compass, and those on which the boat must have run straight before the curve is told."""
+_IN_SECTOR = 1.0
+"""Time of straight running from which a sector counts [s]."""
+_SLOW = 0.5
+"""Drift is slower than this [Hz]; what is faster is the noise of positions."""
+_SETTLES = 4.0
+"""Length from which a motion is looked at [s]: two periods of the slowest filter, whose ends are not true."""
 _LEAST_BLOCKS = 4
 """Stretches without which nothing is said: of fewer, 3 of 4 cannot agree."""
 
@@ -59,6 +71,8 @@ class Compass:
     error : its standard error, all headings of the straight runs together [rad]; infinite without straight runs
     explained : share of the squared sway velocity on straight runs that it explains beyond a current, 0..1
     agree : share of 5 s stretches of straight running in which it leaves less
+    lazy : the boat never turns fast, so that no run is straight for certain
+    sectors : of the twelve of the compass, those on which the boat ran straight
     """
 
     constant: float
@@ -68,6 +82,8 @@ class Compass:
     error: float
     explained: float
     agree: float
+    lazy: bool = False
+    sectors: int = _SECTORS
 
     @property
     def deviates(self) -> bool:
@@ -79,9 +95,9 @@ class Compass:
         """True for a deviation that no drift or lift could pass for.
 
         It explains 70 %, as 4 of 5 stretches agree, and is five times its standard error: seven coefficients explain
-        much of any dozen seconds of straight running.
+        much of any dozen seconds of straight running. A boat that never turns fast shows no straight run.
         """
-        clear = self.size >= _CLEARLY * self.error
+        clear = self.size >= _CLEARLY * self.error and not self.lazy
         return self.deviates and clear and self.explained >= _PLAINLY and self.agree >= _MOST_AGREE
 
     @property
@@ -90,20 +106,36 @@ class Compass:
         return not self.deviates and self.size + 2.0 * self.error <= _SOUND
 
     @property
+    def curve_known(self) -> bool:
+        """Whether the straight runs had headings enough to tell the deviation on every heading."""
+        return self.sectors >= _MOST_SECTORS
+
+    @property
     def sentence(self) -> str:
         """The same in words."""
-        if self.deviates:
+        size, error, limit = (float(np.degrees(x)) for x in (self.size, self.error, _SOUND))
+        if not np.isfinite(self.error):
+            return f"too few straight runs to tell whether the compass is right to within {limit:g} degrees"
+        if self.lazy:
+            return "the boat turns too slowly for its drift in a turn to be told from a deviation of the compass"
+        if self.plain and not self.curve_known:
+            return (
+                f"on the headings of its straight runs, the boat goes {size:.1f} degrees beside its heading; they are "
+                "too few to tell the curve"
+            )
+        if self.plain:
             a, b, c = (float(np.degrees(x)) for x in (self.constant, self.sine, self.cosine))
             return (
                 f"the compass deviates by about {a:.1f} {b:+.1f} sin(psi) {c:+.1f} cos(psi) degrees, which makes "
                 f"{100.0 * self.explained:.0f} % of the sway velocity on straight runs beyond a current"
             )
-        limit = float(np.degrees(_SOUND))
+        if self.deviates:
+            return (
+                f"the straight runs ask for a deviation of {size:.1f} +- {error:.1f} degrees, which may as well be the "
+                "drift of the hull"
+            )
         if self.sound:
             return f"the compass is right to within {limit:g} degrees"
-        if not np.isfinite(self.error):
-            return f"too few straight runs to tell whether the compass is right to within {limit:g} degrees"
-        size, error = float(np.degrees(self.size)), float(np.degrees(self.error))
         return (
             f"the straight runs do not show that the compass is right to within {limit:g} degrees: they ask for "
             f"{size:.1f} +- {error:.1f} degrees"
@@ -125,6 +157,7 @@ def compass_of(motions: Sequence[Motion], *, constant: bool = False) -> Compass:
     ----------
     constant : the deviation is known to be the same on every heading
     """
+    motions = [smooth(motion, _SLOW) for motion in motions if motion.duration > _SETTLES]
     rows, block = _rows(motions)
     count = int(block.max()) + 1 if block.size else 0
     if count < _LEAST_BLOCKS:
@@ -147,7 +180,20 @@ def compass_of(motions: Sequence[Motion], *, constant: bool = False) -> Compass:
         float(np.sqrt(np.einsum("ni,ij,nj->n", shape, covariance, shape).mean())),
         1.0 - float(by_block[0].sum() / max(float(by_block[1].sum()), 1e-300)),
         float((by_block[0] < by_block[1]).mean()),
+        _LAZY[0] < _fastest_turn(motions) < _LAZY[1],
+        _sectors(heading, motions[0].time_step),
     )
+
+
+def _fastest_turn(motions: Sequence[Motion]) -> float:
+    return float(np.quantile(np.concatenate([np.abs(motion.velocity[:, 2]) for motion in motions]), _TOP))
+
+
+def _sectors(heading: Array, step: float) -> int:
+    """In how many sectors straight runs with these headings of rows, `step` [s] apart, lasted."""
+    place = np.floor((heading % (2.0 * np.pi)) / (2.0 * np.pi) * _SECTORS).astype(int)
+    counts = np.bincount(np.minimum(place, _SECTORS - 1), minlength=_SECTORS)
+    return int(np.count_nonzero(counts * step >= _IN_SECTOR))
 
 
 def corrected(motion: Motion, compass: Compass) -> Motion:

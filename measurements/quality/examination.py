@@ -110,4 +110,5 @@ def verdict(findings: Sequence[Finding], missing: Sequence[str] = (), curable: b
         return f"Usable; no defect was found.{more}"
     told = "; ".join(finding.short or finding.sentence for finding in worst[:_TOLD])
     more = f"; and {len(worst) - _TOLD} more" if len(worst) > _TOLD else ""
-    return f"{'Usable after repair' if defects else 'Usable, but mind'}: {told}{more}."
+    refused = " discover refuses it as it is." if any(finding.refused for finding in findings) else ""
+    return f"{'Usable after repair' if defects else 'Usable, but mind'}: {told}{more}.{refused}"

@@ -113,7 +113,10 @@ def _plan(inspection: Inspection, vehicle: Vehicle | None) -> list[str]:
         how = "held until the next command" if recipe.commands == "hold" else "interpolated"
         lines.append(f"Drive the model with {wanted}, {how}.")
     elif commands:
-        lines.append(f"Commands in the log: {listing(commands)}. Whether they fit a vehicle, --vehicle V tells.")
+        lines.append(
+            f"Commands in the log: {listing(commands)}. Whether they fit a vehicle, and whether its thrusters worked "
+            "where their records stand still, --vehicle V tells: discover refuses a log where that is not so."
+        )
     else:
         lines.append("No command of a thruster was recognised; without one, no vehicle can be judged. See --map.")
     lines.append("Search for missing effects at the log's own rate (at most 20 Hz), unfiltered.")

@@ -1,5 +1,6 @@
 """Quality of real logs: what the notes beside them say is wrong, the checks must find by themselves."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,8 @@ import pytest
 from places import ROOT, shared
 from verbs import inspected, refused, strict
 
+from undertow.measurements.kinematics import compass_shown
+from undertow.measurements.log_options import Reading
 from undertow.workflows.first_vehicle import Hull
 from undertow.workflows.init import init
 from undertow.workflows.inputs import read_inputs
@@ -144,3 +147,16 @@ def test_no_gazebo_log_is_accused():
     content = strict(inspected("inspect", shared("gazebo"), "--json"))
     for log in content["logs"]:
         assert [f["sentence"] for f in log["quality"] if f["verdict"] in ("warning", "defect")] == []
+
+
+@pytest.mark.parametrize("number", [223, 234, 235])
+def test_inspection_and_discovery_measure_the_compass_alike(number: int):
+    log = shared("blueboat") / f"log_{number}.csv"
+    told = found(strict(inspected("inspect", log, "--json")), "compass")["sentence"]
+    boat = init(log, Hull(mass=15.0), progress=None).vehicle
+    motions = read_inputs(log, boat, Reading(as_is=True), progress=None).whole().fitting
+    shape = re.compile(r"[-+]?\d+\.\d+")
+    said = compass_shown(motions).sentence
+    assert shape.sub("#", said) == shape.sub("#", told)
+    numbers = [[float(x) for x in shape.findall(text)] for text in (said, told)]
+    assert numbers[0] == pytest.approx(numbers[1], abs=0.5)
