@@ -267,7 +267,7 @@ EFFECTS: tuple[Effect, ...] = (
         "thruster",
         (Parameter("thrust_rate", "thrusters", "1/min", lower=-0.5, upper=0.5, step=0.002, nonlinear=True),),
         "T_i := (1 + thrust_rate t) T_i, t from the beginning of the log",
-        "Thrust falls or grows as time goes by, as it does with the voltage of a battery.",
+        "Thrust falls or grows as time goes by, as with the voltage of a battery or the warmth of motors.",
         added=False,
     ),
     Effect(
@@ -442,11 +442,11 @@ EFFECTS: tuple[Effect, ...] = (
         default=(10.0, 3.0, 1.0),
     ),
     Effect(
-        "hull_fouling",
+        "growing_drag",
         "hull",
-        (Parameter("fouling_rate", "damping", "1/min", lower=0.0, upper=0.5, step=0.01),),
-        "D := (1 + fouling_rate t) D for all damping, t from the beginning of the log",
-        "All drag grows as time goes by, as it does where weed or a net is caught.",
+        (Parameter("drag_rate", "damping", "1/min", lower=0.0, upper=0.5, step=0.01),),
+        "D := (1 + drag_rate t) D for all damping, t from the beginning of the log",
+        "All drag grows as time goes by: weed or a net that is caught, or wind and waves that rise. Growth takes days.",
         added=False,
     ),
     Effect(
