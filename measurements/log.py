@@ -17,9 +17,10 @@ from .channels.channel_map import Entry, entry_of, map_dict, read_channel_map
 from .channels.mapping import map_channels
 from .channels.namespaces import check_namespace, is_under
 from .channels.recognition import is_vertical_acceleration, recognise
-from .formats.base import TIME_COLUMNS, Name, Request, Stream
+from .formats.base import Name, Request, Stream
 from .formats.registry import read_recording
 from .log_options import AS_GUESSED, Reading
+from .tables_in_memory import streams_of
 
 __all__ = ["Channel", "Log", "read_log"]
 
@@ -94,7 +95,7 @@ class Log(Card):
         LogError
             as `read_log`, and for arrays of other lengths or units that cannot be.
         """
-        where, stamps = Path(name), _numbers(name, "time", time)
+        stamps = _numbers(name, "time", time)
         rows = np.arange(1, stamps.size + 1, dtype=np.int64)
         streams = []
         for key, given in channels.items():
@@ -102,7 +103,41 @@ class Log(Card):
             if values.size != stamps.size:
                 raise LogError(f"{name}: {key} has {values.size} values, time has {stamps.size}; expected one a stamp")
             streams.append(Stream("", str(key), stamps, values, rows))
-        missing = [key for key in units or {} if key not in channels]
+        return cls._of(streams, units, frame, name)
+
+    @classmethod
+    def from_dataframe(
+        cls,
+        table: Any,
+        *,
+        time: str | None = None,
+        units: Mapping[str, str] | None = None,
+        frame: str | None = None,
+        name: str = "dataframe",
+    ) -> "Log":
+        """Make a log of a data frame with a row for each time stamp, or of a long one with a row for each value.
+
+        A long one has a column of names (`name`, `field`, `channel`, `signal`, `variable` ...), perhaps a `topic`
+        beside it, and one that is called `value`, as telemetry is exported; every name has its own stamps.
+
+        Parameters
+        ----------
+        table : of pandas, or of anything that has `to_pandas` or the interchange protocol (polars, pyarrow ...)
+        time : the column of the stamps, in seconds or as dates; default: `t`, `time` and their like, else the index
+        units, frame, name : see `from_arrays`
+
+        Raises
+        ------
+        LogError
+            as `from_arrays`, where no column holds the time, and for a long table without a column `value`.
+        """
+        return cls._of(streams_of(table, time, name), units, frame, name)
+
+    @classmethod
+    def _of(cls, streams: Sequence[Stream], units: Mapping[str, str] | None, frame: str | None, name: str) -> "Log":
+        """The log of streams in memory."""
+        where, known = Path(name), {stream.name for stream in streams}
+        missing = [key for key in units or {} if key not in known]
         if missing:
             raise LogError(f"{name}: units are given for {', '.join(missing)}, which is not among the channels")
         Reading(frame)  # which refuses what is no frame
@@ -115,63 +150,6 @@ class Log(Card):
         if entries:
             mapped = map_channels(streams, frame, entries, name)
         return cls(where, mapped.channels, tuple(mapped.notes), mapped.unused, mapped.entries)
-
-    @classmethod
-    def from_dataframe(
-        cls,
-        table: Any,
-        *,
-        time: str | None = None,
-        units: Mapping[str, str] | None = None,
-        frame: str | None = None,
-        name: str = "dataframe",
-    ) -> "Log":
-        """Make a log of a data frame with a row for each time stamp.
-
-        Parameters
-        ----------
-        table : of pandas, or of anything that has `to_pandas` or the interchange protocol (polars, pyarrow ...)
-        time : the column of the stamps, in seconds or as dates; default: `t`, `time` and their like, else the index
-        units, frame, name : see `from_arrays`
-
-        Raises
-        ------
-        LogError
-            as `from_arrays`, and where no column holds the time.
-        """
-        import pandas as pd
-
-        if not isinstance(table, pd.DataFrame):
-            table = _as_pandas(table, name)
-        found = time or next((column for column in table.columns if str(column).lower() in TIME_COLUMNS), None)
-        if found is not None and found not in table.columns:
-            raise LogError(f"{name}: no column {found!r}; expected one of {', '.join(map(str, table.columns))}")
-        if found is None and isinstance(table.index, pd.RangeIndex):
-            raise LogError(f"{name}: no column holds the time; say time='...', or make the time the index")
-        stamps = table.index.to_series() if found is None else table[found]
-        if pd.api.types.is_datetime64_any_dtype(stamps):
-            seconds = (stamps - stamps.iloc[0]).dt.total_seconds()
-        elif pd.api.types.is_timedelta64_dtype(stamps):
-            seconds = stamps.dt.total_seconds()
-        else:
-            seconds = pd.to_numeric(stamps, errors="coerce") / TIME_COLUMNS.get(str(found).lower(), 1.0)
-        kept = {str(c): pd.to_numeric(table[c], errors="coerce") for c in table.columns if c != found}
-        return cls.from_arrays(seconds.to_numpy(dtype=float), kept, units=units, frame=frame, name=name)
-
-
-def _as_pandas(table: Any, where: str) -> Any:
-    """A data frame of another library as one of pandas: by its own conversion, else by the interchange protocol."""
-    import warnings
-
-    import pandas as pd
-
-    if callable(getattr(table, "to_pandas", None)):
-        return table.to_pandas()
-    if not hasattr(table, "__dataframe__"):
-        raise LogError(f"{where}: expected a data frame, got {type(table).__name__}")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # pandas prefers Arrow's protocol, which needs pyarrow
-        return pd.api.interchange.from_dataframe(table)
 
 
 def _numbers(where: str, name: str, given: ArrayLike) -> Array:

@@ -75,6 +75,59 @@ def test_anything_with_the_protocol_will_do(table: pd.DataFrame) -> None:
     assert_same(Log.from_dataframe(Foreign(table)), Log.from_dataframe(table))
 
 
+def long(table: pd.DataFrame, *names: str) -> pd.DataFrame:
+    """A row for each value: stamps, names and numbers under these columns."""
+    stamps, label, number = names
+    return table.melt("t", var_name=label, value_name=number).rename(columns={"t": stamps})
+
+
+@pytest.mark.parametrize("names", [("t", "name", "value"), ("time", "field", "value"), ("_time", "_field", "_value")])
+def test_a_long_table_is_the_same_log(table: pd.DataFrame, names: tuple[str, str, str]) -> None:
+    told = long(table, *names)
+    assert_same(Log.from_dataframe(told), Log.from_dataframe(table))
+    shuffled = told.sample(frac=1.0, random_state=1)
+    assert_same(Log.from_dataframe(shuffled), Log.from_dataframe(table))
+    dated = told.assign(**{names[0]: (pd.Timestamp("2026-11-22") + pd.to_timedelta(told[names[0]], unit="s"))})
+    log = Log.from_dataframe(dated.astype({names[0]: str}))
+    assert log.channels["u"].time == pytest.approx(table.t - table.t[0], abs=1e-6)
+
+
+def test_the_streams_of_a_long_table_have_their_own_stamps_and_units(table: pd.DataFrame) -> None:
+    told = long(table.assign(psi=np.degrees(table.psi)), "time", "field", "value").assign(topic="boat")
+    slow = told[(told.field != "psi") | (np.arange(len(told)) % 2 == 0)]
+    log = Log.from_dataframe(slow, units={"boat:psi": "deg"})
+    assert log.channels["psi"].time.size == len(table) // 2 + len(table) % 2
+    assert log.channels["u"].time.size == len(table)
+    assert np.abs(log.channels["psi"].value).max() == pytest.approx(np.abs(table.psi).max(), rel=0.01)
+
+
+def test_a_long_table_without_values_says_how_to_pivot(table: pd.DataFrame) -> None:
+    told = long(table, "time", "channel", "reading")
+    match = (
+        r"'channel' holds names.*rename the column.*table.pivot_table\(index='time', columns='channel', values=\.\.\.\)"
+    )
+    with pytest.raises(LogError, match=match):
+        Log.from_dataframe(told)
+
+
+def test_a_library_that_cannot_make_a_table_of_pandas_is_asked_by_the_protocol(table: pd.DataFrame) -> None:
+    class Polar(Foreign):
+        def to_pandas(self) -> pd.DataFrame:
+            raise ModuleNotFoundError("pyarrow is required for converting to pandas")
+
+    class Columns:
+        columns = tuple(table.columns)
+
+        def __getitem__(self, name: str) -> list[float]:
+            return table[name].tolist()
+
+        def to_pandas(self) -> pd.DataFrame:
+            raise ModuleNotFoundError("pyarrow is required for converting to pandas")
+
+    for other in (Polar(table), Columns()):
+        assert_same(Log.from_dataframe(other), Log.from_dataframe(table))
+
+
 def test_what_cannot_be_is_refused_in_words(table: pd.DataFrame) -> None:
     with pytest.raises(LogError, match="no column holds the time; say time="):
         Log.from_dataframe(table.drop(columns="t"))
