@@ -1,12 +1,13 @@
 """The vehicle with which `init` begins: thrusters as logs show them, on a hull like another or a typical one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..measurements.quality.record import Record
+from ..measurements.statistics.prior import weighed
 from ..measurements.thrusters_in_log import FoundThruster, drag_at_speed, surge_at_full, top_speed
 from ..physics.errors import RequestError
 from ..physics.frames import AXES, Array
@@ -14,6 +15,7 @@ from ..physics.reading import Plain
 from ..physics.thrusters import CommandKind, Thruster, command_of, push_and_turn
 from ..physics.typical_hulls import (
     LENGTH,
+    THRUST_SPREAD,
     Estimate,
     typical_added_mass,
     typical_damping,
@@ -24,6 +26,9 @@ from ..physics.typical_hulls import (
 )
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 
+_BETWEEN_LOGS = 0.4
+"""Share by which the thrust of one boat differs from log to log, beyond the error that each tells: 22 to 48 N of a
+BlueBoat's field logs, as the drag goes with manoeuvre and speed."""
 _GIVEN = "given to undertow init"
 _AHEAD_OF_STERN = 0.4
 """Distance of thrusters behind the middle over length; it has no effect on one that pushes straight ahead."""
@@ -182,14 +187,21 @@ def _thrust(
         return Estimate(max(one.output.ahead for one in thrusters), "the command itself")
     if hull.thrust is not None:
         return Estimate(hull.thrust, _GIVEN)
-    answer = surge_at_full(records, thrusters).ahead
+    answer, usual = surge_at_full(records, thrusters).ahead, typical_thrust(mass, len(thrusters))
     if answer is None:
-        return typical_thrust(mass, len(thrusters))
+        return usual
+    measured = moved * answer[0] / len(thrusters)
+    shown = f"{answer[0]:.3g} +- {1.96 * answer[1]:.2g} m/s^2 at full command, {measured:.3g} N"
+    error = float(np.hypot(answer[1] / answer[0], _BETWEEN_LOGS / np.sqrt(len(records))))
+    both = weighed(measured, error, usual.value, THRUST_SPREAD)
+    if both is None:
+        return replace(usual, source=f"{usual.source}; what the log shows ({shown}) is beyond any boat of this mass")
+    size, factor = both
     words = (
-        f"moves mass - X_udot = {moved:.4g} kg as fast as the log shows ({answer[0]:.3g} +- {1.96 * answer[1]:.2g} "
-        "m/s^2 at full command)"
+        f"to move mass - X_udot = {moved:.4g} kg as the log shows ({shown}), weighed with what is typical "
+        f"({usual.value:g} N), sure to a factor of {factor:.1f}"
     )
-    return Estimate(float(f"{moved * answer[0] / len(thrusters):.3g}"), words)
+    return Estimate(float(f"{size:.3g}"), words)
 
 
 def _thruster(one: FoundThruster, place: tuple[float, float, float], thrust: float) -> Plain:

@@ -16,6 +16,7 @@ from ..measurements.preparation.needs import like_commands
 from ..measurements.prepared_logs import PathLike
 from ..measurements.quality.examination import examine
 from ..measurements.quality.record import Record
+from ..measurements.statistics.prior import weighed
 from ..measurements.thrusters_in_log import FoundThruster, surge_at_full, thrusters_in
 from ..physics.cards import Card
 from ..physics.errors import LogError
@@ -29,8 +30,9 @@ from ..reports.terminal.progress import SHOWN, showing
 from .first_vehicle import Hull, like_another, on_typical_hull
 from .inspect import logs_in
 
-_UNLIKE = (0.5, 4.0)
-"""Full thrust ahead over that astern that is believed of a log: a propeller made for one way has 2 to 3."""
+_UNLIKE = float(np.log(2.0))
+"""Standard deviation of the logarithm of full thrust ahead over that astern: a propeller made for one way has 2 to 3,
+one made for both 1."""
 
 
 class Doubt(Enum):
@@ -165,7 +167,11 @@ def _with_astern(records: Sequence[Record], thrusters: list[FoundThruster]) -> t
     answer = surge_at_full(records, thrusters)
     if answer.ahead is None or answer.astern is None:
         return thrusters, False
-    ratio = float(np.clip(answer.ahead[0] / answer.astern[0], *_UNLIKE))
+    (ahead, error), (back, other) = answer.ahead, answer.astern
+    told = weighed(ahead / back, float(np.hypot(error / ahead, other / back)), 1.0, _UNLIKE)
+    if told is None:
+        return thrusters, False
+    ratio = told[0]
     return [one if one.shaped else one.unlike(float(f"{ratio:.3g}")) for one in thrusters], True
 
 

@@ -210,6 +210,18 @@ def test_the_raw_logs_of_a_real_boat(tmp_path):
     assert (draft.entries["pwm_stbd"].source, draft.entries["pwm_stbd"].scale) == ("RCOU.C1", -1.0)
 
 
+def test_each_log_of_a_boat_gives_it_much_the_same_thrust():
+    """What one log alone says is 22 to 88 766 N: two of them are fits of drag, not of thrust."""
+    raw = shared("blueboat") / "raw"
+    drafts = [init(path, Hull(mass=15.0), progress=None) for path in sorted(raw.glob("rcou_2[23]*.csv"))]
+    thrust = [draft.vehicle.thrusters[0].curve.thrust(np.array([1900.0]), "pwm")[0] for draft in drafts]
+    assert max(thrust) < 1.6 * min(thrust)
+    told = [str(draft.vehicle.sources["thrusters"]["port"]) for draft in drafts]
+    assert all("sure to a factor of" in text for text in told)
+    assert sum("beyond any boat of this mass" in text for text in told) == 1
+    assert sum("weighed with what is typical" in text for text in told) == 2
+
+
 def test_a_length_beside_another_boat_is_refused_rather_than_lost(path):
     with pytest.raises(RequestError, match="a length of 3 m says nothing beside --like Otter.*leave --length out"):
         init(path, Hull(length=3.0), "otter")
