@@ -98,7 +98,7 @@ def add(
         prose(findings.headline)
         tables = [added_table(findings.candidates)] if findings.candidates else []
         show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
-        show_steps(findings.steps, findings.candidates)
+        show_steps(findings.steps, findings.candidates, found.comparison.best.horizon)
         show(energy_text(findings.passivity))
         say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
 

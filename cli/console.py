@@ -237,12 +237,12 @@ def fail(text: str) -> NoReturn:
     raise typer.Exit(2)
 
 
-def show_steps(steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = ()) -> None:
-    """The errors step by step, and what is left of them."""
+def show_steps(steps: "Sequence[Step]", candidates: "Sequence[FoundEffect]" = (), deciding: str = "") -> None:
+    """The errors step by step, and what is left of them; see `steps_table`."""
     from ..reports.terminal.findings_screen import error_left, steps_table
 
-    show(steps_table(steps, candidates))
-    prose(error_left(steps))
+    show(steps_table(steps, candidates, deciding))
+    prose(error_left(steps, deciding))
 
 
 def warn(warnings: Iterable[str]) -> None:

@@ -107,7 +107,7 @@ def tell_discovery(
         show(line)
     if in_short:
         show(terminal.candidates_table([c for c in findings.candidates if c.verdict == "missing"]))
-        show_steps(findings.steps, findings.candidates)
+        show_steps(findings.steps, findings.candidates, run.comparison.best.horizon)
         _tell_files(out, time.perf_counter() - begun, len(findings.steps) > 1, report)
         return
     show(screen.failures_table(findings.failures), terminal.candidates_table(findings.candidates))
@@ -117,7 +117,7 @@ def tell_discovery(
     show(terminal.sensors_list(findings.sensors))
     if findings.calibrated:
         show(terminal.calibrated_table(findings.calibrated), terminal.left_list(findings.left, findings.absorbed))
-    show_steps(findings.steps, findings.candidates)
+    show_steps(findings.steps, findings.candidates, run.comparison.best.horizon)
     show(terminal.energy_text(findings.passivity))
     prose(terminal.not_judged(findings.candidates))
     show(terminal.advice_list(findings.advice))

@@ -79,10 +79,18 @@ class MadeFrom(Record):
 
 
 class Best(Record):
-    """The model to trust, and why."""
+    """The model to trust, and why.
+
+    Attributes
+    ----------
+    model : the one to trust; empty where none is
+    sentence : which, and why
+    horizon : of the predictions that decide [s]; empty where these are too few
+    """
 
     model: str = ""
     sentence: str = ""
+    horizon: str = ""
 
 
 class Side(Record):

@@ -65,20 +65,19 @@ def best(models: Sequence[tuple[Model, Errors, Audit | None]]) -> Best:
             f"The judged rows are too few to tell models apart: {chosen.name} has the smallest errors{doubt}, and that "
             "may be chance."
         )
-        return Best(model=chosen.name, sentence=sentence)
+        return Best(sentence=sentence)
     chosen = _simplest(lawful or named)
     still = [c for c in field if c.model.kind == BASELINE and not chosen.beats(c)]
     if still:
         base = min(still, key=lambda c: c.score)
         kept = " that keeps the laws" if lawful and len(lawful) < len(named) else ""
         sentence = f"Trust none of the models on these rows: {_beaten(base, chosen, what, kept)}."
-        tempting = [f"{c.name} is, but breaks {c.broken}" for c in named if c not in lawful and c.beats(base)] * bool(
-            kept
-        )
-        return Best(model=base.name, sentence=" ".join([sentence, *[f"{'; '.join(tempting)}."] * bool(tempting)]))
+        better = [c for c in named if kept and c not in lawful and c.beats(base)]
+        tempting = "; ".join(f"{c.name} is, but breaks {c.broken}" for c in better)
+        return Best(sentence=f"{sentence} {tempting}." if tempting else sentence, horizon=decides.horizon)
     others = [c for c in named if c is not chosen]
     told = [_why(chosen, named[0], what), _and_the_others(chosen, others)]
-    return Best(model=chosen.name, sentence=" ".join(filter(None, told)))
+    return Best(model=chosen.name, sentence=" ".join(filter(None, told)), horizon=decides.horizon)
 
 
 def _beaten(base: _Contender, chosen: _Contender, what: str, kept: str) -> str:

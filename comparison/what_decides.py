@@ -22,11 +22,13 @@ class Decides(NamedTuple):
     what : in words; empty where the rows are too few for anything
     shortest : rows of a block
     squares : squared errors (n, 3) of each model
+    horizon : of the predictions [s]; empty for accelerations
     """
 
     what: str
     shortest: int
     squares: list[Array]
+    horizon: str = ""
 
 
 def what_decides(every: Sequence[Errors]) -> Decides:
@@ -44,7 +46,7 @@ def what_decides(every: Sequence[Errors]) -> Decides:
 def _over(horizon: str, every: Sequence[Errors]) -> Decides:
     """The speeds of rollouts over a horizon, however few these are."""
     table = [rolled(errors, horizon)[:, :_AXES] for errors in every]
-    return Decides(f"the speeds predicted over {horizon} s", rows_of(every[0], horizon), table)
+    return Decides(f"the speeds predicted over {horizon} s", rows_of(every[0], horizon), table, horizon)
 
 
 def _can_tell(table: list[Array], shortest: int) -> bool:

@@ -32,7 +32,7 @@ from .experiment.advice import advise, open_questions
 from .findings import Findings
 from .fold_models import FoldModels, fold_models
 from .hidden_sensors import HiddenErrors, beside_sensors
-from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, settle, steps
+from .kept_effects import ENOUGH_BLOCKS, TOO_SHORT, WHY_TOO_SHORT, settle, steps
 from .lawful.passivity import lawful_model
 from .reason import Reason
 from .search.bootstrap import Interval, intervals
@@ -181,8 +181,8 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
         error = np.sqrt((forces.balance.balance(lawful.vehicle) ** 2).mean(axis=0))
         blocks = search.balance.blocks
         if findings.verdict == "nothing missing" and blocks < ENOUGH_BLOCKS:
-            headline = TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
-            findings = findings.but(verdict="undecided", headline=headline)
+            why = WHY_TOO_SHORT.format(blocks=blocks, enough=ENOUGH_BLOCKS)
+            findings = findings.but(verdict="undecided", headline=TOO_SHORT, reasons=(why,))
     notes = (*looked.notes, *(s.sentence for s in sensors if s.verdict != "no evidence"))
     basis.forces.forget()
     return Discovery(nominal, lawful.vehicle, told, findings, error, forces.noise_error, basis, unseen, notes, hidden)

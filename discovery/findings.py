@@ -250,6 +250,7 @@ class Findings(Card, Drawn, Record):
     verdict : "missing", "nothing missing" or "undecided"
     warnings : what is wrong with the log itself, to be read before the headline
     headline : the verdict in a sentence
+    reasons : why, and what speaks against it, a sentence each
     missing : effects that the tool would add, the most valuable first
     candidates : every effect of the catalogue, best first
     unnamed : terms that nobody has named but the log asks for
@@ -275,6 +276,7 @@ class Findings(Card, Drawn, Record):
     verdict: Literal["missing", "nothing missing", "undecided"]
     warnings: tuple[str, ...] = ()
     headline: str = ""
+    reasons: tuple[str, ...] = ()
     missing: tuple[str, ...]
     candidates: tuple[FoundEffect, ...]
     unnamed: tuple[FoundTerm, ...] = ()

@@ -15,9 +15,10 @@ from .selection import base
 
 ENOUGH_BLOCKS = 5
 """Blocks of rollouts from which anything can be sure: fewer may all agree by chance in more than one of ten logs."""
-TOO_SHORT = (
-    "Undecided: rollouts with commands fill {blocks} independent blocks of this log, and to be sure of anything takes "
-    "{enough}; give a longer log, or several together."
+TOO_SHORT = "Undecided: this log is too short to be sure of anything."
+WHY_TOO_SHORT = (
+    "Rollouts with commands fill {blocks} independent blocks of it, and to be sure of anything takes {enough}; give a "
+    "longer log, or several together."
 )
 
 

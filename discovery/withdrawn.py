@@ -13,13 +13,11 @@ from .found_effects import FoundEffect
 from .lawful.passivity import judge
 from .reason import Reason
 
-_HEADLINE = (
-    "Undecided: {found} {hold} not hold. Where it saw nothing of this log, the model with {them} {why}: nothing is "
-    "changed."
-)
+_HEADLINE = "Undecided: what was found does not hold where it saw nothing of this log."
+_REASON = "It was {found}. There, the model with {them} {why}: nothing is changed."
 _DROPPED = "calibrated, the model {why}, where it saw nothing of the log"
 _PLAIN = "Nothing material is missing that this log can show."
-_STILL = " Its numbers stay as they are: calibrated, it is no better where it saw nothing of the log."
+_STILL = "The model's numbers stay as they are: calibrated, it is no better where it saw nothing of the log."
 
 
 def calibrated_only(findings: Findings) -> bool:
@@ -59,17 +57,18 @@ def _without(found: Discovery, why: str) -> Findings:
     )
     if calibrated_only(findings):
         headline = _PLAIN if findings.verdict == "nothing missing" else findings.headline
-        return same.but(headline=headline + _STILL)
+        return same.but(headline=headline, reasons=(*findings.reasons, _STILL))
     kept = findings.added
     terms = [term.symbol or f"{term.axis}:{term.form}" for term in findings.unnamed]
     names = [words(c.effect) for c in kept]
     names += [f"what nobody has named ({listing(terms)})"] * bool(terms)
     names += [f"calibrated {listing(calibrated)}"] * bool(calibrated)
-    hold, them = ("does", "it") if len(names) == 1 else ("do", "them")
+    them = "it" if len(names) == 1 else "them"
     hidden = found.hidden.findings if found.hidden else ()
     return same.but(
         verdict="undecided",
-        headline=_HEADLINE.format(found=listing(names), hold=hold, them=them, why=why),
+        headline=_HEADLINE,
+        reasons=(_REASON.format(found=listing(names), them=them, why=why),),
         missing=(),
         candidates=tuple(_possible(c, why) if c in kept else c for c in findings.candidates),
         unnamed=(),

@@ -122,7 +122,11 @@ def ordinal(count: int) -> str:
     return f"{count}{ending}"
 
 
-def pick_horizon(rollout: Sequence[str], wanted: str = "10") -> str:
+LEAD = "10"
+"""Horizon [s] that a story leads with where no other decides which model to trust."""
+
+
+def pick_horizon(rollout: Sequence[str], wanted: str = LEAD) -> str:
     """The key of the rollout horizon [s] nearest to the wanted one; the wanted one when there is none.
 
     Examples

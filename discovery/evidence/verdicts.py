@@ -109,9 +109,11 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     still = bool((search.force_scale < np.maximum(ALIVE * search.noise_error, _LEAST_FORCE)).all())
     unsure = bool(open_ends) or bool(unnamed) or still or bool(g.rests)
     verdict = "missing" if missing else "undecided" if unsure else "nothing missing"
+    headline, reasons = (_STILL, ()) if still and not missing else _headline(g, missing, unnamed, open_ends)
     return Findings(
         verdict=verdict,
-        headline=_STILL if still and not missing else _headline(g, missing, unnamed, open_ends),
+        headline=headline,
+        reasons=reasons,
         missing=missing,
         candidates=tuple(found),
         unnamed=unnamed,
@@ -243,38 +245,50 @@ def found_terms(
     return tuple(terms)
 
 
-def _headline(g: Grounds, missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: Sequence[Evidence]) -> str:
+def _headline(
+    g: Grounds, missing: Sequence[str], unnamed: Sequence[FoundTerm], open_ends: Sequence[Evidence]
+) -> tuple[str, tuple[str, ...]]:
+    """The verdict in a short sentence, and the reasons for it in others."""
     doubtful, rests = g.doubtful, g.rests
     words = [name.replace("_", " ") for name in missing]
     if words:
-        listed = _listed(words)
         more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
         perhaps = f", and perhaps {_listed(doubtful)}" if doubtful else ""
-        left = "".join(f" Yet {rest.in_words}." for rest in rests)
+        left = [f"Yet {rest.in_words}." for rest in rests]
         for form in g.other_forms.found[:1]:
             if form.share >= g.search.settings.materiality:
-                left += f" Yet {form.in_words} stays unexplained, {100.0 * form.share:.0f} % of the force at work."
-        return f"The model is missing {listed}{more}{perhaps}.{left}"
+                left.append(f"Yet {form.in_words} stays unexplained, {100.0 * form.share:.0f} % of the force at work.")
+        return f"The model is missing {_listed(words)}{more}{perhaps}.", tuple(left)
     if rests:
-        perhaps = f" (perhaps {_listed(e.key for e in open_ends)})" if open_ends else ""
-        told = "; ".join(rest.in_words for rest in rests)
-        terms = " The log asks for terms that nobody has named, too." if unnamed else ""
-        return f"Undecided: {told}; beside that, no effect can be named{perhaps}.{terms}"
+        told = [f"{rest.in_words[0].upper()}{rest.in_words[1:]}." for rest in rests]
+        told += [f"Beside that, no effect can be named{_perhaps(open_ends)}."]
+        told += ["The log asks for terms that nobody has named, too."] * bool(unnamed)
+        where = _listed(dict.fromkeys(rest.axis for rest in rests))
+        return f"Undecided: part of the force in {where} has no name.", tuple(told)
     if unnamed:
-        return "No named effect is missing for sure, but the log asks for terms that nobody has named."
+        return "No named effect is missing for sure, but the log asks for terms that nobody has named.", ()
     form = next((doubt.form for doubt in doubtful.values() if doubt.form), None)
     if form is not None:
         nearest = _listed(key for key, doubt in doubtful.items() if doubt.form and doubt.form.axis == form.axis)
-        return f"Undecided: {form.in_words} explains this log as well as or better than what has a name ({nearest})."
+        rival = f"{form.in_words[0].upper()}{form.in_words[1:]}"
+        told = f"{rival} explains this log as well as or better than what has a name ({nearest})."
+        return f"Undecided: the force in {form.axis} may be one that has no name.", (told,)
     if open_ends:
-        names = ", ".join(e.key.replace("_", " ") for e in open_ends)
+        names = _listed(e.key for e in open_ends)
         if all(e.rollouts_object for e in open_ends):
-            return f"Undecided: the force balance asks for {names}, but predictions get worse with it."
+            told = f"The force balance asks for {names}, but predictions get worse with it."
+            return "Undecided: what the forces ask for makes predictions worse.", (told,)
         if all(e.faint for e in open_ends):
             where = " and ".join(dict.fromkeys(e.faint for e in open_ends))
-            return f"Undecided: something faint is missing in {where}, too near the sensor noise to name ({names})."
-        return f"Undecided: something is missing, but this log cannot tell what for sure ({names})."
-    return "Nothing material is missing: the model explains this log."
+            told = f"It is too near the sensor noise to name{_perhaps(open_ends)}."
+            return f"Undecided: something faint is missing in {where}.", (told,)
+        told = f"It may be {names}; none of it is sure."
+        return "Undecided: something is missing, but this log cannot tell what.", (told,)
+    return "Nothing material is missing: the model explains this log.", ()
+
+
+def _perhaps(open_ends: Sequence[Evidence]) -> str:
+    return f" (perhaps {_listed(e.key for e in open_ends)})" if open_ends else ""
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -7,23 +7,28 @@ from ...comparison.facts import Comparison
 from ...discovery.findings import Findings, Step
 from ...physics.in_words import listing, number, share_removed
 from ...residuals.scores import ROLLOUT_UNITS
-from ..wording import pick_horizon
+from ..wording import LEAD, pick_horizon
 from .rivals import difference
 
 _LEVEL = 0.01
 """Share by which an error must change to be called changed; `residuals.paired` asks for as much."""
 
 
-def hero(steps: Sequence[Step]) -> tuple[str, str]:
-    """The rollout horizon [s] and the quantity that the story leads with."""
-    horizon = pick_horizon(list(steps[0].rollout_rmse))
+def hero(steps: Sequence[Step], deciding: str = "") -> tuple[str, str]:
+    """The rollout horizon [s] and the quantity that the story leads with.
+
+    Parameters
+    ----------
+    deciding : the horizon that decides which model to trust, see `comparison.facts.Best`; the story leads with it
+    """
+    horizon = pick_horizon(list(steps[0].rollout_rmse), deciding or LEAD)
     known = [name for name in ROLLOUT_UNITS if any(isfinite(step.rollout(horizon).of(name)) for step in steps)]
     return horizon, known[0] if known else "position"
 
 
-def gets_worse(steps: Sequence[Step]) -> bool:
+def gets_worse(steps: Sequence[Step], deciding: str = "") -> bool:
     """Whether the error that the story leads with is larger after the last step, or the predictions run away there."""
-    before, after = _ends(steps)
+    before, after = _ends(steps, deciding)
     return len(steps) > 1 and before == before and not after <= before * (1.0 + _LEVEL)
 
 
@@ -35,10 +40,10 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     comparison : its paired difference says what may be chance
     """
     steps = findings.steps
-    before, after = _ends(steps)
+    before, after = _ends(steps, comparison.best.horizon)
     if len(steps) < 2 or before != before:
         return ""
-    horizon, metric = hero(steps)
+    horizon, metric = hero(steps, comparison.best.horizon)
     unit, missing = ROLLOUT_UNITS[metric], findings.missing
     added = [f"adding {'it' if len(missing) == 1 else 'them'}"] * bool(missing)
     done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *added]) or "what was done"
@@ -51,7 +56,7 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
         "no difference": ", which may be chance",
         "too short to tell": ", on too few rows to exclude chance",
     }.get("" if told is None else told.verdict, "")
-    if gets_worse(steps):
+    if gets_worse(steps, comparison.best.horizon):
         return f"{done.capitalize()} makes {what} worse {where}, from {ends}{doubt}."
     if after >= before * (1.0 - _LEVEL):
         return f"{done.capitalize()} leaves {what} as it was {where}, {number(before, 2)} {unit}."
@@ -59,13 +64,13 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
 
 
 def opening(findings: Findings, comparison: Comparison) -> list[str]:
-    """How the terminal begins: headline, what it did to the error, and which model to trust; bad news first."""
-    did, headline = outcome(findings, comparison), findings.headline
-    first = [did, headline] if gets_worse(findings.steps) else [headline, did]
+    """How the terminal begins: headline, why, what it did to the error, and which model to trust; bad news first."""
+    did, said = outcome(findings, comparison), [findings.headline, " ".join(findings.reasons)]
+    first = [did, *said] if gets_worse(findings.steps, comparison.best.horizon) else [*said, did]
     again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
     return [text for text in (*first, again, comparison.best.sentence) if text]
 
 
-def _ends(steps: Sequence[Step]) -> tuple[float, float]:
-    horizon, metric = hero(steps)
+def _ends(steps: Sequence[Step], deciding: str) -> tuple[float, float]:
+    horizon, metric = hero(steps, deciding)
     return steps[0].rollout(horizon).of(metric), steps[-1].rollout(horizon).of(metric)

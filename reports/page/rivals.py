@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ...comparison.differences import PairedRecord
 from ...comparison.facts import AuditRecord, ComparedModel, Comparison, RulingRecord
 from ...residuals.scores import RolloutRecord
-from ..wording import pick_horizon
+from ..wording import LEAD, pick_horizon
 
 MARKS = {"better": "\N{DOWNWARDS ARROW}", "worse": "\N{UPWARDS ARROW}", "no difference": "=", "too short to tell": "?"}
 """Signs of a paired difference; one is never told by its colour alone."""
@@ -75,8 +75,9 @@ def laws_of(model: ComparedModel, audit: AuditRecord | None) -> Sequence[RulingR
 
 
 def hero_horizon(comparison: Comparison) -> str:
-    """The horizon [s] by which the models are drawn: 10 s where it is there."""
-    return pick_horizon(list(dict.fromkeys(key for model in comparison.models for key in model.rollout)))
+    """The horizon [s] by which the models are drawn: the one that decides which to trust, else 10 s."""
+    known = list(dict.fromkeys(key for model in comparison.models for key in model.rollout))
+    return pick_horizon(known, comparison.best.horizon or LEAD)
 
 
 def reference_of(comparison: Comparison) -> str:

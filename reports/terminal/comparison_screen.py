@@ -29,8 +29,8 @@ def best_text(found: Comparison) -> RenderableType | None:
 
 
 def trust_style(found: Comparison) -> str:
-    """Good where a model is to be trusted, bad where none is: a guess that knows nothing is named then."""
-    return BAD if any(one.name == found.best.model and one.kind == "baseline" for one in found.models) else GOOD
+    """Good where a model is to be trusted, bad where none is."""
+    return GOOD if found.best.model else BAD
 
 
 def comparison_table(

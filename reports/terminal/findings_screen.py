@@ -17,6 +17,7 @@ from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ..page.outcome import gets_worse, opening, outcome
 from ..wording import (
     CALIBRATED,
+    LEAD,
     OWN_NUMBERS,
     added_to,
     effect_words,
@@ -42,7 +43,7 @@ _WORSE = 1.05
 
 def opening_lines(findings: Findings, comparison: Comparison) -> list[Prose]:
     """How the terminal begins, in the colours of what is said: see `page.outcome.opening`."""
-    done = BAD if gets_worse(findings.steps) else GOOD
+    done = BAD if gets_worse(findings.steps, comparison.best.horizon) else GOOD
     styles = {
         findings.headline: HEADLINE_STYLES.get(findings.verdict, ""),
         outcome(findings, comparison): done,
@@ -51,15 +52,16 @@ def opening_lines(findings: Findings, comparison: Comparison) -> list[Prose]:
     return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison)]
 
 
-def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -> Table:
+def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = (), deciding: str = "") -> Table:
     """The error falling: one row per added effect, acceleration and rollout error per axis on held-out data.
 
     Parameters
     ----------
     steps : the nominal model first
     candidates : effects, which tell the thruster of one that concerns one
+    deciding : the horizon [s] that decides which model to trust, whose errors are shown; empty for 10 s
     """
-    horizon = _horizon(steps)
+    horizon = _horizon(steps, deciding)
     table = plain_table(f"Error on held-out data: acceleration (acc.) and {horizon} s predictions")
     calibrated = any(step.added == CALIBRATED for step in steps)
     table.add_column("model" if calibrated else "effect added", min_width=12)
@@ -71,7 +73,7 @@ def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -
     names = _names(candidates)
     for index, step in enumerate(steps):
         added, rollout = step.added, step.rollout(horizon)
-        style = (BAD if gets_worse(steps) else GOOD) if index == len(steps) - 1 > 0 else ""
+        style = (BAD if gets_worse(steps, deciding) else GOOD) if index == len(steps) - 1 > 0 else ""
         cells = [number(step.acceleration_rmse.of(axis), 2) for axis in AXES]
         cells += [number(rollout.of(axis), 2) for axis in (*AXES, "position")]
         named = step_words(step) if step.thruster else f"+ {names.get(str(added), words(str(added)))}"
@@ -80,9 +82,9 @@ def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = ()) -
     return table
 
 
-def error_left(steps: Sequence[Step]) -> str:
+def error_left(steps: Sequence[Step], deciding: str = "") -> str:
     """What is left of the rollout error after the last step, by axis, as a sentence; empty when nothing was added."""
-    horizon = _horizon(steps)
+    horizon = _horizon(steps, deciding)
     if len(steps) < 2 or not all(horizon in step.rollout_rmse for step in (steps[0], steps[-1])):
         return ""
     before, after = (step.rollout(horizon) for step in (steps[0], steps[-1]))
@@ -242,8 +244,8 @@ def _names(candidates: Sequence[FoundEffect]) -> dict[str, str]:
     return {effect: names[0] if len(names) == 1 else words(effect) for effect, names in found.items()}
 
 
-def _horizon(steps: Sequence[Step]) -> str:
-    return pick_horizon([key for step in steps for key in step.rollout_rmse])
+def _horizon(steps: Sequence[Step], deciding: str) -> str:
+    return pick_horizon([key for step in steps for key in step.rollout_rmse], deciding or LEAD)
 
 
 def _interval(ends: Interval | None) -> str:

@@ -80,7 +80,7 @@ def test_null_stands_for_what_json_cannot_hold():
 
 def test_fields_of_a_file_stand_in_their_order():
     content = written(WHOLE)
-    assert list(content)[:5] == ["schema", "verdict", "warnings", "headline", "missing"]
+    assert list(content)[:5] == ["schema", "verdict", "warnings", "headline", "reasons"]
     assert list(content["unnamed"][0])[-1] == "inclusion"
     assert list(content["unnamed"][1])[-1] == "in_model"
     assert content["calibrated"][0]["held_by_law"] is True

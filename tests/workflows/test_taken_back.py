@@ -60,7 +60,8 @@ def test_what_errs_more_on_unseen_parts_is_taken_back(inputs: Inputs, found: Dis
     assert any(text.startswith("taken back: on parts of the log that it did not see, the model errs") for text in said)
     findings = run.findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
-    assert findings.headline.startswith("Undecided: surge quadratic damping does not hold. Where it saw nothing of")
+    assert findings.headline == "Undecided: what was found does not hold where it saw nothing of this log."
+    assert findings.reasons[0].startswith("It was surge quadratic damping. There, the model with it errs ")
     effect = next(c for c in findings.candidates if c.effect == "surge_quadratic_damping")
     assert (effect.verdict, effect.reason) == ("possible", Reason.WORSE_UNSEEN)
     assert all(term.in_model is None for term in effect.terms)
@@ -79,7 +80,7 @@ def test_where_fitted_numbers_do_better_nothing_new_is_named(inputs: Inputs, fou
     known: References = ([judge(fitted, folded.parts)], [])
     run = assess(folded, failing(found, -11.0), SETTINGS, lambda: known, said.append, earned=True)
     assert run.findings.missing == ()
-    assert "than with nothing added and its own numbers fitted" in run.findings.headline
+    assert "than with nothing added and its own numbers fitted" in run.findings.reasons[0]
 
 
 def test_a_size_that_is_nearly_right_stays(inputs: Inputs, found: Discovery):

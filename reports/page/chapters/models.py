@@ -36,8 +36,9 @@ def models(run: RunFolder, *, short_of: str = "") -> Html:
     shown = rivals(comparison, run.audit)
     paired = any(rival.interval for rival in shown)
     caption = (
-        "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. The model to trust is in "
-        "bold. An orange diamond breaks one, a grey ring was not asked; a mark grows with the number of fitted values. "
+        "Look for the row at the top whose mark is a blue disc: it keeps the laws of a hull. "
+        f"{'The model to trust is in bold. ' if comparison.best.model else 'None is in bold: none is to be trusted. '}"
+        "An orange diamond breaks one, a grey ring was not asked; a mark grows with the number of fitted values. "
         "At the right, one column a law: a dot is kept, a cross is broken, a ring is broken but noted only, a dash "
         "does not apply."
     )

@@ -23,12 +23,12 @@ LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 
 
 def headline(run: RunFolder, *, title: str = "h1") -> Html:
-    """The verdict in at most three sentences, and the rollout error before and after as big figures."""
+    """The verdict, below it the reasons in smaller print, and the rollout error before and after as big figures."""
     findings, steps = run.findings, run.findings.steps
     before, after, horizon, metric, _ = hero_errors(run)
     missing = [words(name) for name in findings.missing]
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
-    sentences = []
+    sentences = [unit_text(why) for why in findings.reasons]
     sentences += [did] if (did := outcome(findings, run.comparison)) else []
     sentences += [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = run.comparison.best.sentence
@@ -64,7 +64,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
 def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
     """The error that the page leads with: before, after, the horizon [s], what it is of, and its unit."""
     steps = run.findings.steps
-    horizon, metric = hero(steps)
+    horizon, metric = hero(steps, run.comparison.best.horizon)
     before, after = (step.rollout(horizon).of(metric) for step in (steps[0], steps[-1]))
     return before, after, horizon, metric, ROLLOUT_UNITS[metric]
 
@@ -72,7 +72,7 @@ def hero_errors(run: RunFolder) -> tuple[float, float, str, str, str]:
 def falling_error(run: RunFolder) -> Section:
     """Rollout and acceleration errors after each added effect."""
     steps = run.findings.steps
-    horizon, _ = hero(steps)
+    horizon, _ = hero(steps, run.comparison.best.horizon)
     names = ["nominal model", *(step_words(step) for step in steps[1:])]
     names = [
         name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}\N{HORIZONTAL ELLIPSIS}" for name in names

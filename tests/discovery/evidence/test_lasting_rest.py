@@ -73,13 +73,15 @@ def test_what_acts_where_a_rest_lasts_is_not_called_missing(monkeypatch: pytest.
     monkeypatch.setattr(discover, "lasting_rests", lambda *_: tuple(rests))
     findings = find_missing([motion], HULL).findings
     assert (findings.missing, findings.rests) == (("surge_quadratic_damping",), tuple(rests))
-    assert findings.headline.endswith("explained by nothing that was looked for.")
+    assert findings.headline == "The model is missing surge quadratic damping."
+    assert findings.reasons[0].endswith("explained by nothing that was looked for.")
     assert find_missing([world()], HULL).findings.verdict == "undecided"
     rests.append(LastingRest(axis="surge", force=5.1, share=0.2, unit="N"))
     findings = find_missing([motion], HULL).findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
-    assert findings.headline.startswith("Undecided: 4.2 N m of the yaw force at work, 31 % of it, last for seconds")
-    assert "(perhaps surge quadratic damping)" in findings.headline
+    assert findings.headline == "Undecided: part of the force in yaw and surge has no name."
+    assert findings.reasons[0].startswith("4.2 N m of the yaw force at work, 31 % of it, last for seconds")
+    assert "(perhaps surge quadratic damping)" in findings.reasons[2]
     (effect,) = [c for c in findings.candidates if c.effect == "surge_quadratic_damping"]
     assert (effect.verdict, effect.reason) == ("possible", Reason.LASTING_REST)
     assert rests[1].in_words in effect.sentence

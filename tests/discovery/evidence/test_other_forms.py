@@ -56,7 +56,7 @@ def judged(motions: Motion | list[Motion], names: tuple[str, ...], blind: tuple[
     [
         {"surge_quadratic_damping": -20.0},
         {"surge_linear_damping": -8.0, "surge_quadratic_damping": -15.0},
-        {"hull_fouling": 0.1},
+        {"growing_drag": 0.1},
         {"battery_sag": -0.05},
     ],
     ids=lambda hidden: " and ".join(hidden),
@@ -81,13 +81,13 @@ def test_a_stand_in_gives_way(drag: Drag, told: str, noise: str):
 
 
 def test_what_sets_in_at_once_does_as_well_as_what_grows():
-    said = judged(log_of(net, "field"), ("hull_fouling",))
-    assert set(said.rivals) == {"hull_fouling"}
+    said = judged(log_of(net, "field"), ("growing_drag",))
+    assert set(said.rivals) == {"growing_drag"}
 
 
 def test_an_effect_is_no_rival_of_itself_on_an_axis_that_alone_is_seen():
     """The time times the drag is what fouling is, and all thrust times the time what a battery does."""
-    for hidden in ({"hull_fouling": 0.1}, {"battery_sag": -0.05}):
+    for hidden in ({"growing_drag": 0.1}, {"battery_sag": -0.05}):
         motion = simulate_world(HULL, hidden, duration=200.0, seed=5).motion()
         assert judged(motion, tuple(hidden), blind=(1, 2)).rivals == {}
 
@@ -153,7 +153,8 @@ def test_a_velocity_that_is_not_trusted_is_in_no_form():
 def test_a_stand_in_is_not_called_missing():
     findings = find_missing([log_of(KINK)], HULL).findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
-    assert findings.headline.startswith("Undecided: a force in surge that follows u beyond ")
+    assert findings.headline == "Undecided: the force in surge may be one that has no name."
+    assert findings.reasons[0].startswith("A force in surge that follows u beyond ")
     doubted = [c for c in findings.candidates if c.reason is Reason.OTHER_FORM]
     assert {c.verdict for c in doubted} == {"possible"}
     assert {c.effect for c in doubted} <= set(DRAG)
@@ -168,6 +169,5 @@ def test_what_holds_beside_a_form_is_named_and_the_form_is_told(monkeypatch: pyt
     monkeypatch.setattr(discover, "other_forms", lambda *_: OtherForms((form,)))
     findings = find_missing([motion], HULL).findings
     assert (findings.missing, findings.other_forms) == (("yaw_trim",), (form,))
-    assert findings.headline.endswith(
-        " Yet a force in surge that follows u^3 stays unexplained, 3 % of the force at work."
-    )
+    assert findings.headline == "The model is missing yaw trim."
+    assert findings.reasons == ("Yet a force in surge that follows u^3 stays unexplained, 3 % of the force at work.",)

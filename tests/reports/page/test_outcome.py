@@ -1,5 +1,6 @@
 """What adding effects did to the predictions is told as the numbers have it, bad news first."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,8 +11,11 @@ from verbs import done
 from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, Step
 from undertow.physics.in_words import NARROW
-from undertow.reports.page.outcome import gets_worse, opening, outcome
+from undertow.reports.page.figures.model_figures import trust
+from undertow.reports.page.markup import Html
+from undertow.reports.page.outcome import gets_worse, hero, opening, outcome
 from undertow.reports.page.page import page
+from undertow.reports.page.rivals import Rival
 from undertow.workflows.run_folder.read import read_run
 
 NOTHING = Comparison(models=())
@@ -89,3 +93,40 @@ def test_discover_prints_which_model_to_trust(tmp_path: Path, monkeypatch: pytes
     assert sentence.replace(NARROW, " ") in said.replace(NARROW, " ")
     assert said.index("Trust ") < said.index("Effects, best first")
     assert "Adding it removes" in said.split("Trust ")[0]
+
+
+def test_the_story_leads_with_the_horizon_that_decides(tmp_path: Path):
+    run = read_run(write_sample(tmp_path / "run", seconds=30.0))
+    assert hero(run.findings.steps)[0] == "10"
+    short = {"2": run.findings.steps[0].rollout("10").but(position=0.125)}
+    steps = [step.but(rollout_rmse={**step.rollout_rmse, **short}) for step in run.findings.steps]
+    best = Best(model="corrected", sentence="Trust corrected: over 2 s it errs less.", horizon="2")
+    short_log = replace(run, findings=run.findings.but(steps=tuple(steps)), comparison=run.comparison.but(best=best))
+    told = page(short_log)
+    assert "<strong>position error of 2 s predictions</strong>" in told
+    assert "<strong>position error of 10 s predictions</strong>" not in told
+
+
+def test_no_model_is_in_bold_where_none_is_to_be_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    run = read_run(write_sample(tmp_path / "run", seconds=30.0))
+    bold: list[str] = []
+
+    def drawn(shown: Sequence[Rival], horizon: str, best: str, of: str = "") -> Html:
+        bold.append(best)
+        return trust(shown, horizon, best, of)
+
+    monkeypatch.setattr("undertow.reports.page.chapters.models.trust", drawn)
+    none = Best(sentence="Trust none of the models on these rows: nothing is better.")
+    one, other = (page(replace(run, comparison=run.comparison.but(best=best))) for best in (BEST.best, none))
+    assert "The model to trust is in bold" in one
+    assert "None is in bold: none is to be trusted" in other
+    assert bold == ["nominal", ""]
+
+
+def test_reasons_stand_below_a_short_headline(tmp_path: Path):
+    run = read_run(write_sample(tmp_path / "run", seconds=30.0))
+    findings = run.findings.but(verdict="undecided", headline="Undecided: it is short.", reasons=("It has 9 s.",))
+    told = page(replace(run, findings=findings))
+    assert "<h1>Undecided: it is short.</h1>" in told
+    assert '<p class="lead">It has 9 s.' in told.replace("\n", "")
+    assert opening(findings, NOTHING)[:2] == ["Undecided: it is short.", "It has 9 s."]

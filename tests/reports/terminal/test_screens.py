@@ -6,7 +6,7 @@ import re
 import pytest
 from rich.console import Console
 
-from undertow.comparison.facts import Best, ComparedModel, Comparison
+from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, SensorError, Step
 from undertow.measurements.activity import Excitation
 from undertow.measurements.alignment import Alignment
@@ -347,7 +347,7 @@ def test_colours_say_what_the_words_say_and_go_where_nobody_wants_them(
     coloured = shown()
     assert "\x1b[32mTrust corrected.\x1b[0m" in coloured
     assert "\x1b[1;36mOne is missing.\x1b[0m" in coloured
-    assert trust_style(comparison.but(models=(ComparedModel(name="corrected", kind="baseline"),))) == BAD
+    assert trust_style(comparison.but(best=Best(sentence="Trust none."))) == BAD
     monkeypatch.setenv("NO_COLOR", "1")
     assert not re.search(r"\x1b\[[\d;]*3\d", shown())
     monkeypatch.delenv("FORCE_COLOR")
