@@ -61,7 +61,7 @@ class Errands:
         except WorkerLostError:
             self.lost, self.trouble = True, LOST
         except (LogError, RequestError, VehicleError) as error:
-            self.trouble = str(error)
+            self.trouble = error.typed
         except RuntimeError as error:
             self.trouble = f"undertow has a fault: {error}. Please report it"
         finally:

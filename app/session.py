@@ -245,7 +245,7 @@ class Session:
         try:
             return await self.training.run((network, epochs), self.stand, self.source, self.searched, self.folder, told)
         except (LogError, RequestError, VehicleError, RuntimeError) as error:
-            self.errands.trouble = str(error)
+            self.errands.trouble = error.typed
             self.changed()
             return None
 

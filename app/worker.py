@@ -137,7 +137,7 @@ def _serve(pipe: Connection) -> None:
         try:
             answer = number, "done", getattr(desk, what)(*given, **more)
         except (LogError, RequestError, VehicleError) as error:
-            answer = number, type(error).__name__, str(error)
+            answer = number, type(error).__name__, error.typed
         except BrokenPipeError:
             return
         except Exception as error:

@@ -207,7 +207,7 @@ def failing_clearly() -> Iterator[None]:
         with interruptible():
             yield
     except (LogError, RequestError, VehicleError) as error:
-        fail(str(error))
+        fail(error.typed)
     except KeyboardInterrupt as error:
         interrupted(error)
     except BrokenPipeError:

@@ -1,16 +1,28 @@
 """The three ways in which undertow refuses: a log, a vehicle, or a request that cannot be used."""
 
 from .printable import MOST_SHOWN, shortened, shown
+from .spoken import in_python
 
 MOST_TOLD = MOST_SHOWN - 100
 """Characters of a text, so that "undertow: " and a path can be put before it within what any message may have."""
 
 
 class _BoundedError(ValueError):
-    """A text that fits on a screen, whatever of a broken file it quotes: of a longer one, head and tail are kept."""
+    """A text that fits on a screen, whatever of a broken file it quotes: of a longer one, head and tail are kept.
+
+    It is written with the options of the command line. Python shows it with arguments in their place.
+    """
 
     def __init__(self, text: str = "") -> None:
         super().__init__(shortened(str(text), MOST_TOLD))
+
+    def __str__(self) -> str:
+        return in_python(self.typed)
+
+    @property
+    def typed(self) -> str:
+        """The text for who types commands."""
+        return str(self.args[0])
 
 
 class LogError(_BoundedError):

@@ -110,7 +110,7 @@ def _own_logs(folder: Path, moved: Moved) -> tuple[RunRecord | None, str]:
     except (RequestError, VehicleError) as error:
         if moved != UNMOVED:
             raise
-        return None, f"Judged without the logs of the run: {error}."
+        return None, f"Judged without the logs of the run: {error.typed}."
 
 
 def _without_log(model: Model, path: str | None) -> tuple[Envelope, str, Array | None]:

@@ -94,7 +94,9 @@ def _fitted(logs: Sequence[Log], turn: int, side: int) -> Track | None:
         return None
     (ahead, across), (one, other) = fit.values[:2], fit.errors[:2]
     scale = float(np.hypot(ahead, across))
-    error = float(np.hypot(ahead * one, across * other) / scale) if scale > 0.0 else np.inf
+    # A boat that only ever goes straight ahead says nothing of the way across, whose error is infinite.
+    known = scale > 0.0 and np.isfinite([one, other]).all()
+    error = float(np.hypot(ahead * one, across * other) / scale) if known else np.inf
     certain = bool(fit.explained >= 0.5 and scale > _TIMES * max(one, other))
     ends = (scale - CI * error, scale + CI * error)
     return Track(turn, side, scale, ends, float(np.arctan2(across, ahead)), 1.0 - fit.explained, certain)

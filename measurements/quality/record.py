@@ -80,7 +80,7 @@ class Record:
         try:
             motions = motions_within(log, _EVEN, choose)
         except LogError as error:
-            return cls(log, (), names, str(error).removeprefix(f"{log.path}: "), vehicle)
+            return cls(log, (), names, error.typed.removeprefix(f"{log.path}: "), vehicle)
         channels = [log.channels[name] for name in names]
         last = [float(channel.time[-1]) + 2.0 * channel.period for channel in channels]
         stretches = tuple(

@@ -198,10 +198,10 @@ def test_a_folder_of_others_is_refused_and_with_force_written_into(tmp_path: Pat
     place = tmp_path / "thesis"
     place.mkdir()
     (place / "chapter.tex").write_text("mine")
-    with pytest.raises(RequestError, match=r"the folder holds other files \(chapter.tex\).*--force"):
+    with pytest.raises(RequestError, match=r"the folder holds other files \(chapter.tex\).*force=True"):
         check_folder(place, NEW, own)
     (place / sorted(NEW)[0]).write_text("mine, too")
-    with pytest.raises(RequestError, match=rf"--force to write beside them and over {sorted(NEW)[0]}$"):
+    with pytest.raises(RequestError, match=rf"force=True to write beside them and over {sorted(NEW)[0]}$"):
         check_folder(place, NEW, own)
     (place / sorted(NEW)[0]).unlink()
     with pytest.raises(RequestError, match="the folder holds other files"):

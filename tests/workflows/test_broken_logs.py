@@ -121,7 +121,7 @@ def test_records_that_merely_do_not_follow_each_other_are_no_reason_to_refuse(wh
     assert sound.alignment
     for correlation, contrary in ((-0.01, False), (-0.9, True)):
         records = tuple(one.but(offset=None, correlation=correlation) for one in sound.alignment)
-        with pytest.raises(LogError, match="--as-is") if contrary else nullcontext():
+        with pytest.raises(LogError, match=r"Reading\(as_is=True\)") if contrary else nullcontext():
             _alignment_notes(sound.but(alignment=records), False)
 
 
@@ -129,7 +129,7 @@ def test_records_that_contradict_each_other_are_taken_only_as_they_are(whole: Pa
     table = pd.read_csv(whole)
     table.loc[table["field"] == "v", "value"] *= -1.0
     table.to_csv(tmp_path / "turned.csv", index=False)
-    with pytest.raises(LogError, match="opposite sign.*--as-is"):
+    with pytest.raises(LogError, match=r"opposite sign.*Reading\(as_is=True\)"):
         read_inputs(tmp_path / "turned.csv", HULL)
     warning, again = read_inputs(tmp_path / "turned.csv", HULL, Reading(as_is=True)).warnings
     assert "v has the opposite sign" in again

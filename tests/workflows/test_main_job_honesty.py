@@ -39,7 +39,9 @@ def turned(path: Path, field: str) -> Path:
 
 @pytest.mark.parametrize("field", ["v", "r"])
 def test_a_channel_of_the_wrong_sign_is_refused_before_anything_is_named(path: Path, field: str):
-    with pytest.raises(LogError, match="opposite sign.*Say --frame enu if the log is ENU/FLU, or turn the channel"):
+    with pytest.raises(
+        LogError, match=r"opposite sign.*Say Reading\(frame=\"enu\"\) if the log is ENU/FLU, or turn the channel"
+    ):
         read_inputs(turned(path, field), HULL)
 
 

@@ -45,7 +45,7 @@ def test_namespaces_of_a_long_table_are_told_apart_as_well(tmp_path, two_boats):
     rows = pd.read_csv(alpha.write(tmp_path / "alpha.csv"))
     both = pd.concat([rows.assign(topic=f"/{name}/" + rows["topic"]) for name in ("alpha", "beta")])
     both.sort_values("time", kind="stable").to_csv(tmp_path / "log.csv", index=False)
-    with pytest.raises(ValueError, match=r"got 2: /alpha, /beta\. Choose one with --namespace /alpha"):
+    with pytest.raises(ValueError, match=r"got 2: /alpha, /beta\. Choose one with Reading\(namespace=\"/alpha\"\)"):
         read_log(tmp_path / "log.csv")
     log = read_log(tmp_path / "log.csv", Reading(namespace="beta"))
     assert log.channels["u"].origin == "/beta/odometry:u"

@@ -152,7 +152,7 @@ def test_a_map_is_found_and_checked_like_a_log(tmp_path: Path, monkeypatch: pyte
     assert map_now(tmp_path / "run", made) == str(mapped), "that of the working folder is another"
     moved = mapped.rename(tmp_path / "here" / "mine.yaml")
     assert map_now(tmp_path / "run", made, moved) == str(moved)
-    with pytest.raises(RequestError, match=r"other\.yaml has SHA-256 .* with --map"):
+    with pytest.raises(RequestError, match=r"other\.yaml has SHA-256 .* with Reading\(channel_map=\.\.\.\)"):
         map_now(tmp_path / "run", made, other)
     assert map_now(tmp_path / "run", None) is None
 

@@ -1,0 +1,45 @@
+"""Remedies name options where they are typed, and arguments where they are read in Python."""
+
+import pickle
+from pathlib import Path
+
+import pytest
+from verbs import refused
+
+import undertow
+from undertow.physics.errors import LogError, RequestError
+from undertow.physics.spoken import in_python
+
+HELD = "t,x,y,psi,u,v,r\n" + "".join(f"{0.1 * k:.1f},{0.1 * k},0,0,1,0,0\n" for k in range(300))
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        ("say --as-is: every result", "say Reading(as_is=True): every result"),
+        ("a channel map (--map channels.yaml)", 'a channel map (Reading(channel_map="channels.yaml"))'),
+        ("give it with --map. Not used", "give it with Reading(channel_map=...). Not used"),
+        ("Choose one with --namespace /alpha.", 'Choose one with Reading(namespace="/alpha").'),
+        ("leave --length out, or --like", "leave Hull(length=...) out, or like=..."),
+        ("'undertow inspect LOG --map-out map.yaml' writes it", "'undertow inspect LOG --map-out map.yaml' writes it"),
+    ],
+)
+def test_options_become_arguments_but_not_in_a_command(typed: str, said: str) -> None:
+    assert in_python(typed) == said
+    assert str(RequestError(typed)) == said
+    assert RequestError(typed).typed == typed
+
+
+def test_an_error_that_comes_from_another_process_says_the_same() -> None:
+    error = pickle.loads(pickle.dumps(LogError("say --as-is")))
+    assert (error.typed, str(error)) == ("say --as-is", "say Reading(as_is=True)")
+
+
+def test_one_refusal_is_said_for_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    log = tmp_path / "log.csv"
+    log.write_text(HELD)
+    with pytest.raises(LogError, match=r"channel map.*Reading\(channel_map="):
+        undertow.init(log, progress=None)
+    said = refused("init", log, match="--map")
+    assert "Reading(" not in str(said)  # nor is the way across, which this log does not show, a number that is none
