@@ -23,6 +23,8 @@ _COLOURS = ("#1a1a1a", "#d9822b", "#1f77b4", "#2ca02c", "#9467bd", "#8c564b", "#
 """Of the curves of a plot, in turn: measured dark, before orange, after blue as on the page, then effects."""
 _MCAP = {"use_timestamp": "0", "use_mcap_log_time": "1", "clamp_large_arrays": "1", "max_array_size": "500"}
 """How PlotJuggler reads an MCAP file; without these it asks, for these and for topics."""
+_LAYOUT_VERSION = "2.3.8"
+"""Of PlotJuggler's layouts since 2.3.8; it warns of one without it, as of an obsolete layout (`mainwindow.cpp`)."""
 _SIDE = 35.0
 """Per cent of the window for the track and the commands."""
 
@@ -173,7 +175,7 @@ def _plot_panel(plot: Plot) -> Plain:
 
 def plotjuggler_layout(shown: Sequence[View], series: str) -> str:
     """The layout that PlotJuggler loads, XML; it opens the series, whose path is seen from the layout."""
-    root = ElementTree.Element("root")
+    root = ElementTree.Element("root", {"version": _LAYOUT_VERSION})
     tabs = ElementTree.SubElement(root, "tabbed_widget", {"parent": "main_window", "name": "Main Window"})
     for view in shown:
         log = f"{view.prefix.strip('/')} " if view.prefix else ""

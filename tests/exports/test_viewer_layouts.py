@@ -77,6 +77,7 @@ def test_every_path_of_foxglove_is_a_number_of_the_series(run: Path, held: Mappi
 
 def test_every_curve_of_plotjuggler_is_a_number_of_the_series(run: Path, held: Mapping[str, Mapping[str, Any]]) -> None:
     root = ElementTree.parse(run / PLOTJUGGLER).getroot()
+    assert root.attrib == {"version": "2.3.8"}  # without which PlotJuggler asks whether to go on
     curves = [curve.attrib["name"] for curve in root.iter("curve")]
     for name in curves:
         topic, field = name.rsplit("/", 1)
