@@ -1,5 +1,6 @@
 """A `Log`: the canonical channels of one file, in SI units and NED/FRD axes, each on its own time stamps."""
 
+import os
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,6 +25,8 @@ from .tables_in_memory import streams_of
 
 __all__ = ["Channel", "Log", "read_log"]
 
+ChannelMap = Mapping[str, Entry] | str | os.PathLike[str]
+"""A channel map: its file, or its entries by channel."""
 REPAIRED = "repaired by undertow from"
 """How the first remark above a repaired log begins, and the first note of such a log."""
 
@@ -78,6 +81,7 @@ class Log(Card):
         *,
         units: Mapping[str, str] | None = None,
         frame: str | None = None,
+        channel_map: ChannelMap | None = None,
         name: str = "arrays",
     ) -> "Log":
         """Make a log of arrays, named and read as the columns of a wide table would be; see `read_log`.
@@ -88,6 +92,7 @@ class Log(Card):
         channels : name -> (n,) values; canonical names such as `psi`, `u`, `pwm_port`, or ones that are guessed
         units : name -> unit, where it is not that of the channel (deg, deg/s, knots, percent ..., as in channel maps)
         frame : "enu" where the axes are ENU/FLU; see `Reading`
+        channel_map : which channel is made of which name, turned and scaled: a file, or the `entries` that `init` found
         name : in notes and messages
 
         Raises
@@ -103,7 +108,7 @@ class Log(Card):
             if values.size != stamps.size:
                 raise LogError(f"{name}: {key} has {values.size} values, time has {stamps.size}; expected one a stamp")
             streams.append(Stream("", str(key), stamps, values, rows))
-        return cls._of(streams, units, frame, name)
+        return cls._of(streams, units, frame, channel_map, name)
 
     @classmethod
     def from_dataframe(
@@ -113,6 +118,7 @@ class Log(Card):
         time: str | None = None,
         units: Mapping[str, str] | None = None,
         frame: str | None = None,
+        channel_map: ChannelMap | None = None,
         name: str = "dataframe",
     ) -> "Log":
         """Make a log of a data frame with a row for each time stamp, or of a long one with a row for each value.
@@ -124,31 +130,41 @@ class Log(Card):
         ----------
         table : of pandas, or of anything that has `to_pandas` or the interchange protocol (polars, pyarrow ...)
         time : the column of the stamps, in seconds or as dates; default: `t`, `time` and their like, else the index
-        units, frame, name : see `from_arrays`
+        units, frame, channel_map, name : see `from_arrays`
 
         Raises
         ------
         LogError
             as `from_arrays`, where no column holds the time, and for a long table without a column `value`.
         """
-        return cls._of(streams_of(table, time, name), units, frame, name)
+        return cls._of(streams_of(table, time, name), units, frame, channel_map, name)
 
     @classmethod
-    def _of(cls, streams: Sequence[Stream], units: Mapping[str, str] | None, frame: str | None, name: str) -> "Log":
+    def _of(
+        cls,
+        streams: Sequence[Stream],
+        units: Mapping[str, str] | None,
+        frame: str | None,
+        channel_map: ChannelMap | None,
+        name: str,
+    ) -> "Log":
         """The log of streams in memory."""
         where, known = Path(name), {stream.name for stream in streams}
         missing = [key for key in units or {} if key not in known]
         if missing:
             raise LogError(f"{name}: units are given for {', '.join(missing)}, which is not among the channels")
         Reading(frame)  # which refuses what is no frame
-        mapped = map_channels(streams, frame, {}, name)
-        entries: dict[str, Entry | None] = {
+        given: dict[str, Entry | None] = {}
+        if channel_map is not None:
+            given = dict(channel_map) if isinstance(channel_map, Mapping) else read_channel_map(Path(channel_map))
+        mapped = map_channels(streams, frame, given, name)
+        told: dict[str, Entry | None] = {
             channel: entry_of(where, channel, {**map_dict({channel: entry})[channel], "unit": units[entry.source]})
             for channel, entry in mapped.entries.items()
             if units and entry.source in units
         }
-        if entries:
-            mapped = map_channels(streams, frame, entries, name)
+        if told:
+            mapped = map_channels(streams, frame, {**given, **told}, name)
         return cls(where, mapped.channels, tuple(mapped.notes), mapped.unused, mapped.entries)
 
 

@@ -147,6 +147,17 @@ def test_what_cannot_be_is_refused_in_words(table: pd.DataFrame) -> None:
         Log.from_dataframe(table, frame="nwu")
 
 
+def test_what_init_found_of_a_table_reads_it_the_right_way_round(table: pd.DataFrame, tmp_path: Path) -> None:
+    wired = table.assign(newton_stbd=-table.newton_stbd)
+    draft = undertow.init(Log.from_dataframe(wired), undertow.Hull(mass=20.0), progress=None)
+    assert draft.thrusters[1].turned
+    log = Log.from_dataframe(wired, channel_map=draft.entries)
+    assert log.channels["newton_stbd"].value == pytest.approx(table.newton_stbd)
+    assert undertow.read_inputs(log, draft.vehicle, progress=None).warnings == ()
+    draft.write(tmp_path / "vehicle.yaml", tmp_path / "channels.yaml")
+    assert_same(Log.from_dataframe(wired, channel_map=tmp_path / "channels.yaml"), log)
+
+
 def test_it_goes_all_the_way_to_a_run(table: pd.DataFrame, tmp_path: Path) -> None:
     inputs = undertow.read_inputs(undertow.Log.from_dataframe(table, name="monday"), "blueboat")
     run = undertow.discover(inputs)

@@ -28,7 +28,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     before, after, horizon, metric, _ = hero_errors(run)
     missing = [words(name) for name in findings.missing]
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
-    sentences = [unit_text(why) for why in findings.reasons]
+    sentences = []
     sentences += [did] if (did := outcome(findings, run.comparison)) else []
     sentences += [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = run.comparison.best.sentence
@@ -56,7 +56,11 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     return render(
         *(element("p", unit_text(text), cls="card warning") for text in findings.warnings),
         element(title, findings.headline or lacking),
-        *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
+        *(
+            element("p", text, cls="lead")
+            for text in (unit_text(" ".join(findings.reasons)), " ".join(sentences))
+            if text
+        ),
         element("div", *figures, what, cls="card numbers"),
     )
 
