@@ -11,8 +11,9 @@ from verbs import done
 from undertow.comparison.facts import Best, Comparison
 from undertow.discovery.findings import Findings, Step
 from undertow.physics.in_words import NARROW
+from undertow.reports.page.chapters.models import models
 from undertow.reports.page.figures.model_figures import trust
-from undertow.reports.page.markup import Html
+from undertow.reports.page.markup import Html, render
 from undertow.reports.page.outcome import gets_worse, hero, opening, outcome
 from undertow.reports.page.page import page
 from undertow.reports.page.rivals import Rival
@@ -117,9 +118,9 @@ def test_no_model_is_in_bold_where_none_is_to_be_trusted(tmp_path: Path, monkeyp
 
     monkeypatch.setattr("undertow.reports.page.chapters.models.trust", drawn)
     none = Best(sentence="Trust none of the models on these rows: nothing is better.")
-    one, other = (page(replace(run, comparison=run.comparison.but(best=best))) for best in (BEST.best, none))
-    assert "The model to trust is in bold" in one
-    assert "None is in bold: none is to be trusted" in other
+    one, other = (models(replace(run, comparison=run.comparison.but(best=best))) for best in (BEST.best, none))
+    assert "The model to trust is in bold" in render(one)
+    assert "None is in bold: none is to be trusted" in render(other)
     assert bold == ["nominal", ""]
 
 
