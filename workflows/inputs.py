@@ -66,6 +66,11 @@ def read_inputs(
         expect("read_inputs: logs", one, (str, os.PathLike, Log), "give paths of logs, or logs")
     paths = [one for one in given if not isinstance(one, Log)]
     ready = [one for one in given if isinstance(one, Log)]
+    if ready and not paths and (reading.frame, reading.channel_map, reading.namespace) != (None, None, None):
+        raise RequestError(
+            "read_inputs: reading: expected as_is alone, for a log in memory is read already; give frame and "
+            "channel_map to Log.from_dataframe or Log.from_arrays"
+        )
     if judge is not None and judge not in _JUDGES:
         raise RequestError(f"split {judge!r}: expected one of {', '.join(_JUDGES)}")
     model = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)

@@ -168,6 +168,11 @@ def test_it_goes_all_the_way_to_a_run(table: pd.DataFrame, tmp_path: Path) -> No
     assert [log.path for log in read.record.log_sha256] == ["monday"]
 
 
+def test_a_log_in_memory_is_not_read_again(table: pd.DataFrame) -> None:
+    with pytest.raises(RequestError, match="read already; give frame and channel_map to Log.from_dataframe"):
+        undertow.read_inputs(Log.from_dataframe(table), "blueboat", undertow.Reading(frame="enu"))
+
+
 def test_two_of_one_name_are_refused(table: pd.DataFrame) -> None:
     log = Log.from_dataframe(table)
     with pytest.raises(RequestError, match="two logs are called 'dataframe'"):
