@@ -137,7 +137,9 @@ def test_thrust_and_drag_are_such_that_the_boat_moves_as_in_the_log(boat, tmp_pa
     world = simulate_world(vehicle_from_dict(bent, "bent"), {}, duration=120.0, seed=5)
     draft = init(resting_first(world.write(tmp_path / "log.csv")), Hull(mass=30.5, length=1.2))
     full = draft.vehicle.thrusters[0].curve.thrust(np.array([1910.0]), "pwm")[0]
-    assert full == pytest.approx(35.0, rel=0.15)
+    assert full == pytest.approx(
+        35.0, rel=0.2
+    )  # drawn to what is typical of its mass, well within the factor that is told
     assert draft.vehicle.value("X_u") == pytest.approx(-15.0 - 8.0 * 1.7, rel=0.4)
 
 
