@@ -244,10 +244,12 @@ class Session:
         assert self.source is not None, "a log is open"
         try:
             return await self.training.run((network, epochs), self.stand, self.source, self.searched, self.folder, told)
-        except (LogError, RequestError, VehicleError, RuntimeError) as error:
+        except (LogError, RequestError, VehicleError) as error:
             self.errands.trouble = error.typed
-            self.changed()
-            return None
+        except RuntimeError as error:
+            self.errands.trouble = str(error)
+        self.changed()
+        return None
 
     def close(self) -> None:
         """End the worker, and delete all that was uploaded or made."""

@@ -38,7 +38,7 @@ _REFINEMENTS = 3
 """Times that columns are taken anew about the model that was found: each costs linearised rollouts of the whole log."""
 _NO_START = (
     *("surge_added_mass", "mass_offset", "lateral_cg", "thruster_arm"),
-    *("battery_sag", "growing_drag"),
+    *("battery_sag", "hull_fouling"),
 )
 """Static effects that no search begins with: what rollouts hardly tell from others together, and what changes a log."""
 _MEASURES = ("thruster_arm",)

@@ -157,7 +157,7 @@ function undertowVehicle(data) {
     add(2, m[0][0] - m[1][1], ["u", "v"]); add(2, -m[1][2], ["u", "r"]); add(2, m[0][2], ["v", "r"]);
     for (const [symbol, axis, factors, damps] of own.hydrodynamic) {
       add(axis, values[symbol], factors);
-      if (damps) add(axis, values[symbol] * values.drag_rate, [...factors, "t"]);
+      if (damps) add(axis, values[symbol] * values.fouling_rate, [...factors, "t"]);
     }
     for (const [axis, sign, factors, symbol] of own.around) add(axis, sign * values[symbol], factors);
     return found;

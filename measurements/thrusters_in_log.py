@@ -22,6 +22,8 @@ _POINTS = 8
 """Steps of a bent curve to either side: lines between them keep a square within 0.4 % of full thrust."""
 _FAST = 0.9
 """Share of the top speed (its 99th percentile) from which a row shows what drag balances full thrust."""
+_NO_CHANGE = 1e-12
+"""Sum of squared changes of speed [m^2/s^2] of a boat that lies still."""
 _WINDOW, _GROUPS, _SURE = 2.0, 8, 2.0
 """Window over which speed changes by what pushes [s]; parts of the log that tell the error of a number, left out one by
 one; and errors by which a number must exceed zero to be told."""
@@ -91,11 +93,12 @@ class FoundThruster:
 class SurgeAnswer:
     """Acceleration by full thrust ahead, and by full thrust astern, each with its standard error; None where not told.
 
-    Both are positive [m/s^2].
+    Both are positive [m/s^2]; `left` is the share of the changes of speed that the fit leaves, 0 where it is exact.
     """
 
     ahead: tuple[float, float] | None
     astern: tuple[float, float] | None
+    left: float = 1.0
 
 
 def thrusters_in(records: Sequence[Record]) -> list[FoundThruster]:
@@ -197,7 +200,8 @@ def surge_at_full(records: Sequence[Record], thrusters: Sequence[FoundThruster])
         (float(value), float(error)) if value > _SURE * error else None
         for value, error in zip(values, errors, strict=True)
     )
-    return SurgeAnswer(ahead, astern)
+    share = float(np.sqrt(min(left) / max((table[:, -1] ** 2).sum(), _NO_CHANGE)))
+    return SurgeAnswer(ahead, astern, share)
 
 
 def _windows(records: Sequence[Record], thrusters: Sequence[FoundThruster], lag: float) -> Array:

@@ -442,10 +442,10 @@ EFFECTS: tuple[Effect, ...] = (
         default=(10.0, 3.0, 1.0),
     ),
     Effect(
-        "growing_drag",
+        "hull_fouling",
         "hull",
-        (Parameter("drag_rate", "damping", "1/min", lower=0.0, upper=0.5, step=0.01),),
-        "D := (1 + drag_rate t) D for all damping, t from the beginning of the log",
+        (Parameter("fouling_rate", "damping", "1/min", lower=0.0, upper=0.5, step=0.01),),
+        "D := (1 + fouling_rate t) D for all damping, t from the beginning of the log",
         "All drag grows as time goes by: weed or a net that is caught, or wind and waves that rise. Growth takes days.",
         added=False,
     ),

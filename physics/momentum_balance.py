@@ -99,14 +99,14 @@ def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
     """Damping, coupling, terms without a name, wind, wake and trim, by axis."""
     p = vehicle.values
     force: list[list[BalanceTerm]] = [[], [], []]
-    fouling = p["drag_rate"]
+    fouling = p["fouling_rate"]
     for symbol, axis, form in HYDRODYNAMIC:
         value = p[symbol]
         if not value:
             continue
         force[axis].append(BalanceTerm(value, form.factors, (symbol,)))
         if fouling and PARAMETERS[symbol].section == "damping":
-            grown = BalanceTerm(value * fouling, (*form.factors, "t"), (symbol, "drag_rate"))
+            grown = BalanceTerm(value * fouling, (*form.factors, "t"), (symbol, "fouling_rate"))
             force[axis].append(grown)
     for term in vehicle.terms:
         force[AXES.index(term.axis)].append(BalanceTerm(term.value, parse_form(term.form).factors, (term.symbol,)))

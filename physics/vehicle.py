@@ -154,9 +154,9 @@ class Vehicle(BaseModel):
                 f"m11={m11:g}, m22={m22:g}, m33={m33:g}, m23={m23:g}, m13={m13:g}; "
                 "added mass carries its sign (X_udot = -2.6 adds 2.6 kg)"
             )
-        if self.value("drag_rate") < 0.0:
+        if self.value("fouling_rate") < 0.0:
             raise ValueError(
-                f"drag_rate must not be negative, got {self.value('drag_rate'):g} 1/min: damping that falls for "
+                f"fouling_rate must not be negative, got {self.value('fouling_rate'):g} 1/min: damping that falls for "
                 "long enough would drive the boat"
             )
         shadowed = [name for name in names if f"{name}_scale" in SHARED_THRUSTER_KEYS]

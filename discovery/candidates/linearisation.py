@@ -196,7 +196,7 @@ class Linearisation:
     def _slope(self, parameter: Parameter, about: Vehicle, value: float) -> Array:
         """Minus the derivative of the balance by one parameter: the force a unit of it adds, (1 + copies, tests, 3)."""
         if self._near.unit is not None and _is_linear(parameter):
-            beside = (about.values["drag_rate"], *_beside(parameter, about))
+            beside = (about.values["fouling_rate"], *_beside(parameter, about))
             return self._near.unit(about, parameter.symbol, beside)
         symbol, step = parameter.symbol, parameter.step * self._near.step_share
         up = about.with_values({symbol: value + step})
@@ -208,7 +208,7 @@ class Linearisation:
 
 def _is_linear(parameter: Parameter) -> bool:
     """Whether the force is a sum of which a parameter multiplies some summands, whatever the others are."""
-    apart = parameter.section == "thrusters" or parameter.grid or parameter.symbol == "drag_rate"
+    apart = parameter.section == "thrusters" or parameter.grid or parameter.symbol == "fouling_rate"
     return not (parameter.nonlinear or apart)
 
 
@@ -219,13 +219,13 @@ def _flow(parameter: Parameter, about: Vehicle) -> tuple[float, ...]:
         return ()
     if parameter.section == "thrusters" and parameter.symbol != "advance_loss" and not p["advance_loss"]:
         return ()
-    return tuple(p[symbol] for symbol in (*CURRENT, "drag_rate"))
+    return tuple(p[symbol] for symbol in (*CURRENT, "fouling_rate"))
 
 
 def _beside(parameter: Parameter, about: Vehicle) -> tuple[object, ...]:
     """What else it depends on, beside the data: the parameters that multiply it in the force."""
     p = about.values
-    if parameter.symbol in (*CURRENT, "drag_rate"):
+    if parameter.symbol in (*CURRENT, "fouling_rate"):
         return tuple(p.items())
     if parameter.symbol in GAINS:
         apart = {*GAINS, "advance_loss"}

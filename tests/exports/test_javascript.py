@@ -97,7 +97,7 @@ def test_every_effect_of_the_catalogue_is_the_same_in_both(boat: Vehicle, motion
 
 def test_all_at_once_and_terms_without_a_name(boat: Vehicle, motion: Motion):
     every = {
-        "drag_rate": 0.02,
+        "fouling_rate": 0.02,
         "thrust_rate": -0.05,
         "current_north": 0.1,
         "current_rate_east": 0.05,

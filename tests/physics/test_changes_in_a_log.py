@@ -20,7 +20,7 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 
 HULL = load_vehicle("blueboat")
-CHANGES = ({"battery_sag": -0.08}, {"growing_drag": 0.15}, {"turning_current": (0.05, -0.03)})
+CHANGES = ({"battery_sag": -0.08}, {"hull_fouling": 0.15}, {"turning_current": (0.05, -0.03)})
 every_change = pytest.mark.parametrize("change", CHANGES, ids=lambda change: next(iter(change)))
 
 
@@ -54,7 +54,7 @@ def test_weed_takes_its_share_of_all_damping():
     motion = driven()
     undamped = vehicle_from_dict(HULL.to_dict() | {"damping": {}}, "undamped")
     drag = modelled_force(HULL, motion) - modelled_force(undamped, motion)
-    more = modelled_force(apply_effects(HULL, {"growing_drag": 0.15}), motion) - modelled_force(HULL, motion)
+    more = modelled_force(apply_effects(HULL, {"hull_fouling": 0.15}), motion) - modelled_force(HULL, motion)
     np.testing.assert_allclose(more, 0.15 * motion.minutes[:, None] * drag, atol=1e-9)
 
 
@@ -113,8 +113,8 @@ def test_what_a_model_claims_is_its_own_balance(change: Mapping[str, float]):
 
 
 def test_drag_that_falls_for_ever_is_refused():
-    with pytest.raises(VehicleError, match="drag_rate must not be negative"):
-        vehicle_from_dict(HULL.to_dict() | {"damping": {"X_u": -10.0, "drag_rate": -0.1}}, "clean")
+    with pytest.raises(VehicleError, match="fouling_rate must not be negative"):
+        vehicle_from_dict(HULL.to_dict() | {"damping": {"X_u": -10.0, "fouling_rate": -0.1}}, "clean")
 
 
 def test_a_thruster_cannot_bear_the_name_of_a_scale_of_all():

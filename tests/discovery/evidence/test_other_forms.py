@@ -56,7 +56,7 @@ def judged(motions: Motion | list[Motion], names: tuple[str, ...], blind: tuple[
     [
         {"surge_quadratic_damping": -20.0},
         {"surge_linear_damping": -8.0, "surge_quadratic_damping": -15.0},
-        {"growing_drag": 0.1},
+        {"hull_fouling": 0.1},
         {"battery_sag": -0.05},
     ],
     ids=lambda hidden: " and ".join(hidden),
@@ -81,13 +81,13 @@ def test_a_stand_in_gives_way(drag: Drag, told: str, noise: str):
 
 
 def test_what_sets_in_at_once_does_as_well_as_what_grows():
-    said = judged(log_of(net, "field"), ("growing_drag",))
-    assert set(said.rivals) == {"growing_drag"}
+    said = judged(log_of(net, "field"), ("hull_fouling",))
+    assert set(said.rivals) == {"hull_fouling"}
 
 
 def test_an_effect_is_no_rival_of_itself_on_an_axis_that_alone_is_seen():
     """The time times the drag is what fouling is, and all thrust times the time what a battery does."""
-    for hidden in ({"growing_drag": 0.1}, {"battery_sag": -0.05}):
+    for hidden in ({"hull_fouling": 0.1}, {"battery_sag": -0.05}):
         motion = simulate_world(HULL, hidden, duration=200.0, seed=5).motion()
         assert judged(motion, tuple(hidden), blind=(1, 2)).rivals == {}
 

@@ -77,7 +77,7 @@ def test_look_alikes_name_each_other(found: dict[str, Signature], one: str, othe
 
 
 def test_what_changes_by_the_minute_is_told_from_what_does_not(found: dict[str, Signature]) -> None:
-    for name in ("battery_sag", "growing_drag", "turning_current", "thrust_scale", "steady_current"):
+    for name in ("battery_sag", "hull_fouling", "turning_current", "thrust_scale", "steady_current"):
         assert found[name].apart > 0.4, name
 
 
