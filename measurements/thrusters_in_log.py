@@ -137,7 +137,13 @@ def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str
     if len(names) == 2 and len(nameless) == 2 and len(set(sided.values())) == 2:
         word = {"port": "port", "starboard": "stbd"}
         return {name: f"{(command_kind(name) or ('',))[0]}_{word[sided[name]]}" for name in names}
-    return {name: name for name in names}
+    return {name: _beginning_with_a_letter(name) for name in names}
+
+
+def _beginning_with_a_letter(name: str) -> str:
+    """A command whose thruster a vehicle file can name: that of `newton_1` is thruster1."""
+    kind, thruster = command_kind(name) or ("", name)
+    return name if thruster[:1].isalpha() else f"{kind}_thruster{thruster}"
 
 
 def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | None) -> FoundThruster:

@@ -95,11 +95,12 @@ def test_commands_without_sides_get_them_from_the_log(path, tmp_path):
     assert draft.doubts == (Doubt.LENGTH, Doubt.MASS)
 
 
-def test_a_log_that_tells_no_side_says_so(boat, tmp_path):
+@pytest.mark.parametrize(("called", "names"), [("motor", ["motor1", "motor2"]), ("", ["thruster1", "thruster2"])])
+def test_a_log_that_tells_no_side_says_so(called, names, boat, tmp_path):
     straight = simulate_world(boat, {}, duration=60.0, seed=5).write(tmp_path / "log.csv")
     table = pd.read_csv(straight)
     table.loc[table.field == "pwm_stbd", "value"] = table.value[table.field == "pwm_port"].to_numpy()
-    table["field"] = table.field.replace({"pwm_port": "pwm_motor1", "pwm_stbd": "pwm_motor2"})
+    table["field"] = table.field.replace({"pwm_port": f"pwm_{called}1", "pwm_stbd": f"pwm_{called}2"})
     table.to_csv(straight, index=False)
     draft = init(straight)
     assert [doubt for doubt in draft.doubts if doubt is not Doubt.ASTERN] == [
@@ -108,7 +109,7 @@ def test_a_log_that_tells_no_side_says_so(boat, tmp_path):
         Doubt.LENGTH,
         Doubt.MASS,
     ]
-    assert [t.name for t in draft.vehicle.thrusters] == ["motor1", "motor2"]
+    assert [t.name for t in draft.vehicle.thrusters] == names
 
 
 def test_the_autopilots_parameters_are_believed_over_what_is_usual(tmp_path):
@@ -223,7 +224,9 @@ def test_each_log_of_a_boat_gives_it_much_the_same_thrust():
 
 
 def test_a_length_beside_another_boat_is_refused_rather_than_lost(path):
-    with pytest.raises(RequestError, match=r"a length of 3 m says nothing beside like=... Otter.*leave Hull\(length=...\) out"):
+    with pytest.raises(
+        RequestError, match=r"a length of 3 m says nothing beside like=... Otter.*leave Hull\(length=...\) out"
+    ):
         init(path, Hull(length=3.0), "otter")
 
 
