@@ -26,6 +26,7 @@ from .cli.discover_verb import discover
 from .cli.effects_verb import effects
 from .cli.examples import below
 from .cli.explain_verb import explain
+from .cli.export_verb import export, formats
 from .cli.fit_verb import fit
 from .cli.init_verb import init
 from .cli.inspect_verb import inspect
@@ -59,8 +60,8 @@ def options(
 
 
 FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, train, workbench)
-for verb in (*FROM_LOGS, explain, effects, simulate, report):
-    more = {add: catalogue, simulate: amounts}.get(verb)
+for verb in (*FROM_LOGS, explain, effects, simulate, report, export):
+    more = {add: catalogue, simulate: amounts, export: formats}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 
 

@@ -42,6 +42,10 @@ EXAMPLES = {
         "undertow simulate --vehicle blueboat --programme zigzag --noise rough --duration 120 --out log.parquet",
     ),
     "app": ("undertow app", "undertow app boat.bin --vehicle boat.yaml --port 8500"),
+    "export": (
+        "undertow export run --to c --time-step 0.02 --out boat.h",
+        "undertow export blueboat --to sdf --gz fortress --out blueboat.sdf",
+    ),
     "report": ("undertow report run --model lstm --pdf", "undertow report monday tuesday --out fleet.html"),
 }
 """By verb; a test parses each of them."""

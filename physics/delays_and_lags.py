@@ -59,16 +59,26 @@ def first_order_lag(series: Array, time_constant: float, time_step: float, start
 
     Exact (first-order hold): y[k+1] = a y[k] + b0 x[k] + b1 x[k+1], a = exp(-h/T).
     """
-    if time_constant < 1e-6 * time_step or time_constant <= 0:
+    if not lags(time_constant, time_step):
         return series
-    ratio = time_step / time_constant
-    a = np.exp(-ratio)
-    slope = (1.0 - a) / ratio
-    b0, b1 = slope - a, 1.0 - slope
+    a, b0, b1 = lag_weights(time_constant, time_step)
     driven = b1 * series
     driven[1:] += b0 * series[:-1]
     driven[0] = series[0] if start is None else start
-    return recursion(float(a), driven)
+    return recursion(a, driven)
+
+
+def lag_weights(time_constant: float, time_step: float) -> tuple[float, float, float]:
+    """Weights (a, b0, b1) of `first_order_lag`: of the response before, and of the command before and now."""
+    ratio = time_step / time_constant
+    a = float(np.exp(-ratio))
+    slope = (1.0 - a) / ratio
+    return a, slope - a, 1.0 - slope
+
+
+def lags(time_constant: float, time_step: float) -> bool:
+    """Whether a lag is long enough to be seen in steps of this length."""
+    return time_constant > 0.0 and time_constant >= 1e-6 * time_step
 
 
 def recursion(share: float, driven: Array) -> Array:

@@ -17,7 +17,7 @@ from typing import BinaryIO
 from .reading import BLOCK
 
 _MARK = re.compile(rb"written by undertow ([a-z]+(?: --[a-z-]+)?), sha256 ([0-9a-f]{64})")
-_LINE = re.compile(rb"(?:# |<!-- |% )" + _MARK.pattern + rb"(?: -->)?")
+_LINE = re.compile(rb"(?:# |// |<!-- |% )" + _MARK.pattern + rb"(?: -->)?")
 _SIMULATE = "simulate"
 _HEADER = b"time,topic,field,value"
 _SPELT = 16
@@ -42,7 +42,7 @@ def on_top(verb: str, text: str) -> str:
 
 
 def at_end(verb: str, data: bytes, begin: bytes = b"<!-- ", end: bytes = b" -->") -> bytes:
-    """Put a mark below a page, or, with "% " and "", a PDF."""
+    """Put a mark below a page, or, with "% " and "", a PDF, or whatever else begins and ends a remark."""
     data = data if data.endswith(b"\n") else data + b"\n"
     return data + begin + remark(verb, data).encode() + end + b"\n"
 

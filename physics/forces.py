@@ -48,7 +48,7 @@ def thruster_response(motion: Motion, index: int, thruster: Thruster) -> tuple[A
     force, load = force[past:], load[past:]
     if thruster.thrust_rate == 0.0:
         return force, load
-    left = thrust_left(motion, thruster)
+    left = thrust_left(thruster, motion.minutes)
     return left * force, left * load
 
 
@@ -59,9 +59,9 @@ def commands_known(motion: Motion, index: int) -> tuple[Array, int]:
     return np.concatenate([motion.run_up[:, index], motion.commands[:, index]]), motion.run_up.shape[0]
 
 
-def thrust_left(motion: Motion, thruster: Thruster) -> Array:
-    """Share of its force that a thruster still has along a motion (n,), as it wears or its battery does."""
-    return np.maximum(1.0 + thruster.thrust_rate * motion.minutes, 0.0)
+def thrust_left(thruster: Thruster, minutes: Array) -> Array:
+    """Share of its force that a thruster still has, minutes after a log begins: it wears, or its battery does."""
+    return np.maximum(1.0 + thruster.thrust_rate * minutes, 0.0)
 
 
 def current_at(vehicle: Vehicle, minutes: Array | float = 0.0) -> tuple[Array | float, Array | float] | None:

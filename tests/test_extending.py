@@ -57,7 +57,7 @@ def small_log(place: Path, vehicle: str, *more: str) -> Path:
 
 def test_every_kind_of_addition_is_tried():
     assert sorted(BLOCKS) == [
-        "exports/octave_script.py",
+        "exports/formats/to_octave_script.py",
         "measurements/formats/tables/json_lines.py",
         "physics/effects.py",
         "physics/laws/audit/launch.py",
@@ -111,9 +111,8 @@ def test_a_chapter_stands_on_the_page(place: Path):
 
 
 def test_an_export_writes_its_file(place: Path):
-    add(place, "exports/octave_script.py")
-    use = "import undertow; from undertow.exports.octave_script import write_octave as write; "
-    python(place, "-c", use + "write('otter.m', undertow.load_vehicle('otter'))")
+    add(place, "exports/formats/to_octave_script.py")
+    undertow(place, "export", "otter", "--to", "octave_script", "--out", "otter.m")
     lines = (place / "otter.m").read_text("utf-8").splitlines()
     assert lines[0] == "M = ["
     assert lines[4] == "D = ["

@@ -62,7 +62,7 @@ class LateForces:
         places = [np.clip(own - by, first, last - 1) for own, by, (first, last) in ends]
         found = series.take(np.concatenate(places), axis=1)
         if unit.thrust_rate:
-            found *= np.concatenate([thrust_left(motion, unit) for motion in self._motions])
+            found *= np.concatenate([thrust_left(unit, motion.minutes) for motion in self._motions])
         return found
 
     def between(self, unit: Thruster, at: Callable[[tuple[int, ...]], Array], times: Sequence[int]) -> Array:

@@ -24,6 +24,8 @@ from .run_files import PAGE, PDF, RUN_FILES, is_run, own_run
 _MCAP = b"\x89MCAP0\r\n"
 _HEAD = 400
 """Bytes at the beginning of a file that show what it is, where it bears no mark [B]."""
+_SIGNED = b"undertow export"
+"""What a binary export holds near its beginning, where no remark can be."""
 _LIBRARY = 64
 """Bytes of an MCAP file within which its header names the library that wrote it [B]."""
 
@@ -42,6 +44,7 @@ class Kind(Enum):
     ADDED = "add"
     LIMITS = "ci --write-limits"
     SIMULATED = "simulate"
+    EXPORTED = "export"
     PAGE = "report"
     PDF = "report --pdf"
 
@@ -52,6 +55,8 @@ class Kind(Enum):
             return re.match(rb'\s*\{\s*"schema":\s*"undertow\.%s/1"' % schema.encode(), _head(path)) is not None
         if self is Kind.SERIES:
             return _head(path).startswith(_MCAP) and b"undertow" in _head(path)[:_LIBRARY]
+        if self is Kind.EXPORTED and _SIGNED in _head(path):
+            return True
         return written_by(path) == self.value
 
 

@@ -1,0 +1,79 @@
+"""What a format of an export is: a file that makes files of a vehicle and of what is known about it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, cast
+
+from ...physics.errors import RequestError
+from ...physics.printable import shown
+from ...physics.vehicle import Vehicle
+from ..known_facts import KnownFacts
+
+Gazebo = Literal["garden", "fortress"]
+AddedMass = Literal["plugin", "inertial"]
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What may be chosen.
+
+    Attributes
+    ----------
+    time_step : of the step function [s], where the format has one
+    gz : names of Gazebo's plugin elements: those of Garden and later, or of Fortress
+    added_mass : in Gazebo: of the plugin, or of the link's inertia, which SDF 1.10 has
+    """
+
+    time_step: float = 0.05
+    gz: Gazebo = "garden"
+    added_mass: AddedMass = "plugin"
+
+
+def chosen(time_step: float, gz: str, added_mass: str) -> Choices:
+    """Choices from words.
+
+    Raises
+    ------
+    RequestError
+        for a word that is none.
+    """
+    words = (("--gz", gz, ("garden", "fortress")), ("--added-mass", added_mass, ("plugin", "inertial")))
+    for option, word, known in words:
+        if word not in known:
+            raise RequestError(f"{option}: expected {' or '.join(known)}, got {shown(word)}")
+    return Choices(time_step, cast("Gazebo", gz), cast("AddedMass", added_mass))
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What is exported: a vehicle, what is known about it, and what was chosen."""
+
+    vehicle: Vehicle
+    facts: KnownFacts
+    choices: Choices = field(default_factory=Choices)
+
+
+def _nothing(given: Given) -> Sequence[str]:
+    """What a format leaves out that expresses everything."""
+    return ()
+
+
+@dataclass(frozen=True, slots=True)
+class Export:
+    """A format.
+
+    Attributes
+    ----------
+    about : what is written, in a sentence
+    suffix : of the file's name
+    files : content of each file, by path; the first is the one asked for
+    remark : how a remark begins and ends; empty where a file has no place for one
+    left_out : what of a vehicle it does not express, in newtons
+    """
+
+    about: str
+    suffix: str
+    files: Callable[[Given, Path], Mapping[Path, bytes]]
+    remark: tuple[str, str] = ("# ", "")
+    left_out: Callable[[Given], Sequence[str]] = _nothing

@@ -1,0 +1,283 @@
+"""A C99 header without dependencies, heap or global state, in double or float, and a test of it with its vectors."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from ...physics.frames import Array
+from ...physics.laws.damping_power import Envelope
+from ..known_facts import KnownFacts, remarks
+from ..program.functions import Function, Group
+from ..program.model_program import Program, program_of
+from ..program.printer import Language, identifier, wrapped
+from ..program.vectors import drawn, driven
+from .base import Export, Given
+
+_HEAD = """\
+#ifndef {guard}
+#define {guard}
+#include <math.h>
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+/* Define {upper}_FLOAT before this header for single precision. */
+#ifdef {upper}_FLOAT
+typedef float {prefix}real;
+#define UT_NUMBER(value) value##f
+#define UT_FUNCTION(name) name##f
+#else
+typedef double {prefix}real;
+#define UT_NUMBER(value) value
+#define UT_FUNCTION(name) name
+#endif
+
+#define {upper}_TIME_STEP {step!r} /* of {prefix}step [s] */
+"""
+_TAIL = """
+#undef UT_NUMBER
+#undef UT_FUNCTION
+#ifdef __cplusplus
+}}
+#endif
+#endif /* {guard} */
+"""
+_SIGN = """
+static inline {prefix}real {prefix}sign({prefix}real x)
+{{
+    return ({prefix}real)((x > 0) - (x < 0));
+}}
+"""
+_TEST = """\
+// Compares {header} with undertow's own simulation: cc -std=c99 -Wall {test} -lm && ./a.out
+// Add -D{upper}_FLOAT for single precision.
+#include "{header}"
+#include <stdio.h>
+
+{arrays}
+
+static double worst = 0.0;
+
+static void compare({prefix}real found, double expected, double size)
+{{
+    const double error = fabs((double)found - expected) / size;
+    if (!(error <= worst)) worst = error;
+}}
+
+static void copy({prefix}real *into, const double *from, int count)
+{{
+    int k;
+    for (k = 0; k < count; k++) into[k] = ({prefix}real)from[k];
+}}
+
+int main(void)
+{{
+    int k, j;
+    for (k = 0; k < {rows}; k++) {{
+{derivatives}
+        for (j = 0; j < {rates}; j++) compare(rate[j], drawn_expected[k][j], drawn_sizes[j]);
+    }}
+    {{
+        {prefix}real state[{states}];
+        {{
+{start}
+        }}
+        for (k = 0; k < {steps}; k++) {{
+{step}
+            for (j = 0; j < {states}; j++) state[j] = after[j];
+            for (j = 0; j < 6; j++) compare(state[j], driven_expected[k][j], driven_sizes[j]);
+        }}
+    }}
+    printf("largest error: %.3g\\n", worst);
+    return worst <= (sizeof({prefix}real) == sizeof(float) ? 1e-4 : 1e-9) ? 0 : 1;
+}}
+"""
+_ROWS, _SECONDS = 50, 10.0
+"""States, and length of a rollout [s], in the vectors: a file of some 100 kB."""
+
+
+_SPELLING = {
+    **{name: f"UT_FUNCTION({name})({{}})" for name in ("sqrt", "cos", "sin")},
+    "abs": "UT_FUNCTION(fabs)({})",
+    "min": "UT_FUNCTION(fmin)({}, {})",
+    "max": "UT_FUNCTION(fmax)({}, {})",
+    "pow": "UT_FUNCTION(pow)({}, {})",
+    "select": "({} ? {} : {})",
+}
+
+
+@final
+class C99(Language):
+    """C99 functions that take and fill arrays."""
+
+    def __init__(self, prefix: str, functions: Sequence[Function]) -> None:
+        super().__init__(prefix, functions)
+        self._real = f"{prefix}real"
+        self.spelling = _SPELLING | {"sign": f"{prefix}sign({{}})"}
+
+    def number(self, value: float) -> str:
+        """See `Language.number`."""
+        return f"UT_NUMBER({value!r})"
+
+    def element(self, array: str, place: int) -> str:
+        """See `Language.element`."""
+        return f"{array}[{place}]"
+
+    def assigned(self, name: str, text: str) -> str:
+        """See `Language.assigned`."""
+        return f"const {self._real} {name} = {text};"
+
+    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
+        """See `Language.called`."""
+        arguments, inside = [], []
+        for group, texts in zip(function.inputs, function.split(given), strict=True):
+            arguments.append(texts[0] if group.single else f"{group.name}_")
+            if not group.single:
+                inside += self._array(f"{group.name}_", texts)
+        lines = [
+            f"{self._real} {name}[{len(results)}];" for name, (_, results) in zip(names, function.outputs, strict=True)
+        ]
+        return [*lines, "{", *(f"    {x}" for x in inside), f"    {self._call(function, [*arguments, *names])}", "}"]
+
+    def _call(self, function: Function, arguments: Sequence[str]) -> str:
+        return f"{self.prefix}{function.name}({', '.join(arguments)});"
+
+    def _array(self, name: str, texts: Sequence[str]) -> list[str]:
+        first, *more = wrapped(texts)
+        lines = [f"const {self._real} {name}[{len(texts)}] = {{{first}", *(f"    {line}" for line in more)]
+        return [*lines[:-1], f"{lines[-1]}}};"]
+
+    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+        """See `Language.curve`."""
+        tables = [line for n, v in (("xs", xs), ("ys", ys)) for line in self._array(n, [self._signed(x) for x in v])]
+        told = "".join(f"    static {line}\n" if line.startswith("const") else f"    {line}\n" for line in tables)
+        return f"""
+static inline {self._real} {name}({self._real} x)
+{{
+{told}    int low = 0, high = {len(xs) - 1};
+    if (x <= xs[low]) return ys[low];
+    if (x >= xs[high]) return ys[high];
+    while (high - low > 1) {{
+        const int middle = (low + high) / 2;
+        if (xs[middle] <= x) low = middle;
+        else high = middle;
+    }}
+    return ys[low] + (ys[high] - ys[low]) / (xs[high] - xs[low]) * (x - xs[low]);
+}}"""
+
+    def _signed(self, value: float) -> str:
+        return self.number(value) if value >= 0.0 else f"-{self.number(-value)}"
+
+    def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
+        """See `Language.define`."""
+        inputs = [self._parameter(group, "const ") for group in function.inputs]
+        outputs = [self._parameter(group, "") for group, _ in function.outputs]
+        told = [
+            function.about,
+            *(f"{g.name}: {g.about}" for g in (*function.inputs, *(g for g, _ in function.outputs))),
+        ]
+        lines = [f"    {line}" for line in body]
+        for (group, _), texts in zip(function.outputs, results, strict=True):
+            pairs = zip(group.members, texts, strict=True)
+            lines += [f"    {group.name}[{k}] = {text}; /* {name} */" for k, (name, text) in enumerate(pairs)]
+        head = "\n   ".join(told)
+        return (
+            f"\n/* {head} */\nstatic inline void {self.prefix}{function.name}("
+            f"{', '.join([*inputs, *outputs])})\n{{\n" + "\n".join(lines) + "\n}"
+        )
+
+    def _parameter(self, group: Group, kind: str) -> str:
+        return (
+            f"{self._real} {group.name}" if group.single else f"{kind}{self._real} {group.name}[{len(group.members)}]"
+        )
+
+
+def header(program: Program, name: str, facts: KnownFacts) -> str:
+    """The header's text; a name is what all its names begin with."""
+    prefix, upper = f"{name}_", name.upper()
+    guard = f"UNDERTOW_{upper}_H"
+    printed = C99(prefix, program.functions).text()
+    sign = _SIGN.format(prefix=prefix)
+    text = _HEAD.format(guard=guard, upper=upper, prefix=prefix, step=program.time_step)
+    told = remarks(facts.lines(), "// ")
+    return told + text + sign * (f"{prefix}sign(" in printed) + printed + "\n" + _TAIL.format(guard=guard)
+
+
+def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[str, str]) -> str:
+    """A C program that compares a header with vectors of undertow's own simulation; paths of the header and of it."""
+    states, rolled = drawn(program, envelope, _ROWS), driven(program, envelope, _SECONDS)
+    prefix = f"{name}_"
+    arrays = {
+        "drawn_inputs": states.inputs,
+        "drawn_expected": states.expected,
+        "drawn_sizes": _sizes(states.expected),
+        "driven_start": rolled.start,
+        "driven_inputs": rolled.steps,
+        "driven_expected": rolled.expected[1:],
+        "driven_sizes": _sizes(rolled.expected),
+    }
+    return _TEST.format(
+        header=paths[0],
+        test=paths[1],
+        upper=name.upper(),
+        prefix=prefix,
+        arrays="\n".join(_numbers(array, values) for array, values in arrays.items()),
+        rows=_ROWS,
+        rates=states.expected.shape[1],
+        states=len(program.state),
+        steps=len(rolled.steps),
+        derivatives=_called(prefix, program.derivatives, "drawn_inputs[k]", ()),
+        start=_called(prefix, program.start, "driven_start", ("state",)),
+        step=_called(prefix, program.step, "driven_inputs[k]", ("state",)),
+    )
+
+
+def _sizes(expected: Array) -> Array:
+    found = np.abs(expected).max(axis=0)
+    return np.where(found > 0.0, found, 1.0)
+
+
+def _numbers(name: str, values: Array) -> str:
+    rows = np.atleast_2d(values)
+    inside = [f"{{{', '.join(map(repr, row.tolist()))}}}" for row in rows]
+    if values.ndim == 1:
+        return f"static const double {name}[{values.size}] = {inside[0]};"
+    return f"static const double {name}[{len(rows)}][{rows.shape[1]}] = {{\n" + ",\n".join(inside) + "\n};"
+
+
+def _called(prefix: str, function: Function, row: str, there: tuple[str, ...]) -> str:
+    """Lines that take the inputs of a function from a row of numbers and call it; groups that are `there` stay."""
+    lines, names, at = [], [], 0
+    for group in function.inputs:
+        names.append(group.name)
+        if group.name in there:
+            continue
+        if group.single:
+            lines.append(f"const {prefix}real {group.name} = ({prefix}real){row}[{at}];")
+        else:
+            lines.append(f"{prefix}real {group.name}[{len(group.members)}];")
+        at += len(group.members)
+    at = 0
+    for group in function.inputs:
+        if group.name in there:
+            continue
+        if not group.single:
+            lines.append(f"copy({group.name}, {row} + {at}, {len(group.members)});")
+        at += len(group.members)
+    for group, _ in function.outputs:
+        names.append(group.name)
+        if group.name not in there:
+            lines.insert(0, f"{prefix}real {group.name}[{len(group.members)}];")
+    return "\n".join(f"            {line}" for line in [*lines, f"{prefix}{function.name}({', '.join(names)});"])
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    program, name = program_of(given.vehicle, given.choices.time_step), identifier(path.stem)
+    beside = path.with_name(f"{path.stem}_test.c")
+    test = test_program(program, name, given.facts.envelope, (path.name, beside.name))
+    return {path: header(program, name, given.facts).encode(), beside: test.encode()}
+
+
+EXPORT = Export("C99 header and a test of it, for firmware and controllers", ".h", _files, ("// ", ""))

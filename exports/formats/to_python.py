@@ -1,0 +1,132 @@
+"""A Python file that needs NumPy and nothing else, for one motion or many side by side."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import final
+
+from ..known_facts import remarks
+from ..program.functions import Function
+from ..program.model_program import Program, program_of
+from ..program.printer import Language, wrapped
+from .base import Export, Given
+
+_HEAD = '''\
+"""{about}
+
+Arrays hold a number a row; each row may be an array itself, so that many boats are worked out side by side.
+"""
+
+import numpy as np
+
+TIME_STEP = {step!r}
+"""Of `step` [s]."""
+COMMAND = {command}
+"""The commands, in their order."""
+STATE = {state}
+"""The state of `step`, in its order."""
+
+
+def _rows(*numbers):
+    return np.array(np.broadcast_arrays(*numbers), dtype=float)
+'''
+_TAIL = '''
+
+def simulate(motion, command{parameters}):
+    """Motions (6, steps + 1) from a first one, under commands (thrusters, steps + 1) at times TIME_STEP apart.
+{told}
+    """
+    command = np.asarray(command, dtype=float)
+    state = start(motion, {started})
+    found = [state[:6]]
+    for k in range(command.shape[1] - 1):
+        state = step(state, {stepped})
+        found.append(state[:6])
+    return np.stack(found, axis=1)
+'''
+_SPELLING = {
+    "sqrt": "np.sqrt({})",
+    "cos": "np.cos({})",
+    "sin": "np.sin({})",
+    "abs": "np.abs({})",
+    "sign": "np.sign({})",
+    "min": "np.minimum({}, {})",
+    "max": "np.maximum({}, {})",
+    "pow": "np.power({}, {})",
+    "select": "np.where({}, {}, {})",
+}
+
+
+@final
+class PythonModule(Language):
+    """Python functions on arrays."""
+
+    spelling = _SPELLING
+
+    def number(self, value: float) -> str:
+        """See `Language.number`."""
+        return repr(value)
+
+    def element(self, array: str, place: int) -> str:
+        """See `Language.element`."""
+        return f"{array}[{place}]"
+
+    def assigned(self, name: str, text: str) -> str:
+        """See `Language.assigned`."""
+        return f"{name} = {text}"
+
+    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
+        """See `Language.called`."""
+        arguments = [
+            texts[0] if group.single else f"_rows({', '.join(texts)})"
+            for group, texts in zip(function.inputs, function.split(given), strict=True)
+        ]
+        return [f"{', '.join(names)} = {function.name}({', '.join(arguments)})"]
+
+    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+        """See `Language.curve`."""
+        points = ["\n".join(f"        {line}" for line in wrapped([repr(x) for x in p], 100)) for p in (xs, ys)]
+        inside = ",\n".join(f"        [\n    {text.replace(chr(10), chr(10) + '    ')}\n        ]" for text in points)
+        return f"\n\ndef {name}(x):\n    return np.interp(\n        x,\n{inside},\n    )"
+
+    def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
+        """See `Language.define`."""
+        first, *groups = function.told
+        told = "\n".join([f'    """{first}', "", *(f"    {line}" for line in groups), '    """'])
+        given = "\n".join(f"    {line}" for line in body)
+        inside = [f"_rows(\n        {(',' + chr(10) + '        ').join(texts)},\n    )" for texts in results]
+        quiet = '@np.errstate(divide="ignore", invalid="ignore")\n' * ("np.where" in given)
+        names = ", ".join(group.name for group in function.inputs)
+        return f"\n\n{quiet}def {function.name}({names}):\n{told}\n{given}\n    return {', '.join(inside)}"
+
+
+def module(program: Program, about: str) -> str:
+    """The file's text without remarks."""
+    head = _HEAD.format(
+        about=about,
+        step=program.time_step,
+        command=repr(program.thrust.inputs[0].members),
+        state=repr(program.state),
+    )
+    beside = [group for group in program.step.inputs if group.name in ("air", "minutes")]
+    begun = [group.name for group in program.start.inputs if group.name in ("air", "minutes")]
+    first = {"air": "air[:, 0]", "minutes": "minutes"}
+    later = {"air": "air[:, k + 1]", "minutes": "minutes + k * TIME_STEP / 60.0"}
+    tail = _TAIL.format(
+        parameters="".join(f", {group.name}" for group in beside),
+        started=", ".join(["command[:, 0]", *(first[name] for name in begun)]),
+        stepped=", ".join(["command[:, k + 1]", *(later[group.name] for group in beside)]),
+        told="".join(f"\n    {group.name}: {group.about}{_SHAPES[group.name]}" for group in beside),
+    )
+    return head + PythonModule("", program.functions).text() + "\n" + tail
+
+
+_SHAPES = {"air": ", (2, steps + 1)", "minutes": ", of the first step"}
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    program = program_of(given.vehicle, given.choices.time_step)
+    text = module(program, f"The motion of {given.facts.name} under commands.")
+    return {path: (remarks(given.facts.lines()) + text).encode()}
+
+
+EXPORT = Export("Python file that needs NumPy alone", ".py", _files)

@@ -1,0 +1,72 @@
+"""What is known about a model and stands in every export: envelope, verdict, intervals, sources, what is left out."""
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ..physics.laws.damping_power import Envelope
+
+_WIDTH = 100
+"""Letters of a line of remarks."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFacts:
+    """What is known about a model.
+
+    Attributes
+    ----------
+    name, source : of the vehicle, and of the file or folder it was read from
+    version : of undertow
+    envelope : velocities relative to the water in which it was judged, and where they came from
+    audit : what the laws say, a sentence each; the first is the verdict
+    numbers : each number with its unit, its interval and its source, where they are known
+    left_out : what the format does not express, in newtons
+    """
+
+    name: str
+    source: str
+    version: str
+    envelope: Envelope
+    envelope_from: str
+    audit: tuple[str, ...]
+    numbers: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
+
+    def without(self, left_out: Sequence[str]) -> "KnownFacts":
+        """The same of a format that does not express some things."""
+        return replace(self, left_out=tuple(left_out))
+
+    @property
+    def envelope_told(self) -> str:
+        """The envelope in a sentence."""
+        ends = zip("uvr", self.envelope.lower, self.envelope.upper, ("m/s", "m/s", "rad/s"), strict=True)
+        box = ", ".join(f"{name} {low:g} to {high:g} {unit}" for name, low, high, unit in ends)
+        return f"Judged through the water for {box} ({self.envelope_from})."
+
+    def lines(self) -> list[str]:
+        """All of it, in lines for remarks."""
+        left = [f"- {each}" for each in self.left_out] or ["Everything that the model says is expressed."]
+        told = [
+            f"Model of {self.name}, made by undertow {self.version} from {self.source}.",
+            "SI units, earth NED, body FRD: x ahead, y to starboard, positive yaw turns to starboard.",
+            "",
+            f"Envelope. {self.envelope_told} Beyond it nobody has looked.",
+            f"Audit. {self.audit[0]}",
+            *(f"- {each}" for each in self.audit[1:]),
+            "Numbers.",
+            *(f"- {each}" for each in self.numbers),
+            "Not expressed here." if self.left_out else "",
+            *left,
+        ]
+        return [line for text in told for line in _folded(text)]
+
+
+def _folded(text: str) -> list[str]:
+    indent = "  " * text.startswith("- ")
+    return textwrap.wrap(text.replace("*/", "* /"), _WIDTH, subsequent_indent=indent, break_on_hyphens=False) or [""]
+
+
+def remarks(lines: Sequence[str], begin: str = "# ") -> str:
+    """Lines as remarks of a language in which a sign begins one."""
+    return "".join(f"{begin}{line}".rstrip() + "\n" for line in lines)

@@ -1,0 +1,290 @@
+"""A vehicle as a program of five functions, made by sending symbols through the force equation itself.
+
+`thrust` makes forces of lasting commands, `rates` the rate of change of the motion, and `derivatives` is both, for
+solvers of differential equations. `start` and `step` simulate as `physics.simulation.rollout` does: classical
+Runge-Kutta steps of one length, lag by first-order hold, delayed forces between their samples.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...physics.delays_and_lags import lag_weights, lags
+from ...physics.forces import ForceEquation, relative_velocity, thrust_left
+from ...physics.frames import body_to_earth
+from ...physics.integration import runge_kutta
+from ...physics.thrusters import Thruster
+from ...physics.vehicle import Vehicle
+from .functions import Function, Group, function
+from .symbols import Symbol, symbolic
+
+MOTION = ("north", "east", "psi", "u", "v", "r")
+WAKE = ("q_v", "q_r")
+_MOTION_TOLD = "north, east [m], psi [rad], u, v [m/s], r [rad/s] over ground"
+_AIR = Group("air", "velocity of the air over ground, towards north and east [m/s]", ("air_north", "air_east"))
+_MINUTES = Group("minutes", "time since the beginning of the log [min]", ("minutes",), single=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """The functions of a vehicle, in an order in which each calls only earlier ones.
+
+    Attributes
+    ----------
+    vehicle : whose they are
+    time_step : of `step` [s]
+    """
+
+    vehicle: Vehicle
+    time_step: float
+    thrust: Function
+    rates: Function
+    derivatives: Function
+    start: Function
+    step: Function
+
+    @property
+    def functions(self) -> tuple[Function, ...]:
+        """All of them."""
+        return self.thrust, self.rates, self.derivatives, self.start, self.step
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Names of the numbers of which `step` makes the next."""
+        return self.step.inputs[0].members
+
+
+class _Late(NamedTuple):
+    """How a thruster answers: the commands that are kept, their names, and where the force is taken between two."""
+
+    thruster: Thruster
+    lags: bool
+    whole: int
+    part: float
+    names: tuple[str, ...]
+
+
+class _Outside(NamedTuple):
+    """What acts on the hull at one time, as `rates` takes it."""
+
+    force: Sequence[Symbol]
+    load: Sequence[Symbol]
+    air: Sequence[Symbol]
+    minutes: Sequence[Symbol]
+
+
+def program_of(vehicle: Vehicle, time_step: float) -> Program:
+    """The program of a vehicle, for steps of a length [s]."""
+    equation = ForceEquation(vehicle)
+    thrust, rates = _thrust(vehicle), _rates(equation)
+    derivatives = _derivatives(vehicle, thrust, rates)
+    late = [_late(thruster, time_step) for thruster in vehicle.thrusters]
+    start = _start(equation, late)
+    return Program(vehicle, time_step, thrust, rates, derivatives, start, _step(equation, late, rates, time_step))
+
+
+def _motion(equation: ForceEquation) -> Group:
+    wake = ", and the velocities q_v [m/s], q_r [rad/s] that the wake remembers" * equation.has_memory
+    return Group("motion", _MOTION_TOLD + wake, MOTION + WAKE * equation.has_memory)
+
+
+def _command(vehicle: Vehicle, told: str = "") -> Group:
+    units = {"pwm": "us", "normalized": "-1 to 1", "rad_s": "rad/s", "newton": "N"}
+    named = ", ".join(f"{t.channel} [{units[t.command]}]" for t in vehicle.thrusters)
+    return Group("command", f"{named}{told}", tuple(t.channel for t in vehicle.thrusters))
+
+
+def _thrust(vehicle: Vehicle) -> Function:
+    command = _command(vehicle)
+    pairs = [_lasting(t, symbol) for t, symbol in zip(vehicle.thrusters, command.symbols, strict=True)]
+    names = tuple(t.name for t in vehicle.thrusters)
+    force = Group("force", "of each thruster at rest [N]", names)
+    load = Group("load", "what it loses per metre a second ahead [N s/m]", names)
+    outputs = [(force, [pair[0] for pair in pairs])]
+    if any(not _is_zero(pair[1]) for pair in pairs):
+        outputs.append((load, [pair[1] for pair in pairs]))
+    return function("thrust", "Forces of commands that have lasted.", [command], outputs)
+
+
+def _lasting(thruster: Thruster, command: Any) -> tuple[Symbol, Symbol]:
+    """See `Thruster.lasting`."""
+    force, load = thruster.lasting(command)
+    return symbolic(force), symbolic(load)
+
+
+def _is_zero(symbol: Symbol) -> bool:
+    return symbol.operation == "constant" and symbol.data == 0.0
+
+
+def _rates(equation: ForceEquation) -> Function:
+    vehicle = equation.vehicle
+    names = tuple(t.name for t in vehicle.thrusters)
+    motion = _motion(equation)
+    force = Group("force", "of each thruster at rest [N]", names)
+    load = Group("load", "what it loses per metre a second ahead [N s/m]", names)
+    psi, u, v, r = motion.symbols[2:6]
+    (minutes,) = _MINUTES.symbols
+    memory = motion.symbols[6:8] if equation.has_memory else None
+    loads = load.symbols if any(t.advance_loss for t in vehicle.thrusters) else None
+    relative: Any = relative_velocity(vehicle, psi, (u, v, r), minutes)  # type: ignore[arg-type]
+    balance: Any = equation.force(
+        relative,
+        psi,  # type: ignore[arg-type]
+        np.array(force.symbols, dtype=object),
+        None if loads is None else np.array(loads, dtype=object),
+        memory,  # type: ignore[arg-type]
+        _AIR.symbols,  # type: ignore[arg-type]
+        minutes,  # type: ignore[arg-type]
+    )
+    found = [*body_to_earth(psi, u, v), r, *equation.acceleration(balance, relative, (u, v, r), psi)]  # type: ignore[arg-type]
+    if memory is not None:
+        time = vehicle.values["memory_time"]
+        found += [(relative[1] - memory[0]) / time, (relative[2] - memory[1]) / time]
+    labels = dict(zip(motion.symbols, motion.members, strict=True)) | dict(zip(balance, "XYN", strict=True))
+    labels |= {np.cos(psi): "cos_psi", np.sin(psi): "sin_psi"}
+    if relative[0] is not u:
+        labels |= {relative[0]: "u_r", relative[1]: "v_r"}
+    rate = Group("rate", "of change of the motion, per second", tuple(f"{name}_dot" for name in motion.members))
+    about = "Rate of change of the motion under forces of the thrusters."
+    inputs = [motion, force, load, _AIR, _MINUTES]
+    return function("rates", about, inputs, [(rate, [symbolic(each) for each in found])], labels)
+
+
+def _derivatives(vehicle: Vehicle, thrust: Function, rates: Function) -> Function:
+    lagging = [t for t in vehicle.thrusters if t.lag > 0.0]
+    motion = rates.inputs[0]
+    lagged = "; then the lagged command of each thruster with a lag" * bool(lagging)
+    state = Group("state", motion.about + lagged, motion.members + tuple(f"lagged_{t.name}" for t in lagging))
+    command = _command(vehicle, "; the delay is the caller's" * any(t.delay for t in vehicle.thrusters))
+    (minutes,) = _MINUTES.symbols
+    behind = dict(zip([t.name for t in lagging], state.symbols[len(motion.members) :], strict=True))
+    acting = [behind.get(t.name, c) for t, c in zip(vehicle.thrusters, command.symbols, strict=True)]
+    pushes = [_worn(vehicle, group, minutes) for group in thrust(command=acting)]
+    (found,) = rates(
+        motion=state.symbols[: len(motion.members)],
+        air=_AIR.symbols,
+        minutes=[minutes],
+        **dict(zip(("force", "load"), pushes, strict=False)),
+    )
+    following = [
+        symbolic((c - behind[t.name]) / t.lag)
+        for t, c in zip(vehicle.thrusters, command.symbols, strict=True)
+        if t.name in behind
+    ]
+    rate = Group("rate", "of change of the state, per second", tuple(f"{name}_dot" for name in state.members))
+    about = "Rate of change of the state under commands, for a solver of differential equations."
+    return function("derivatives", about, [state, command, _AIR, _MINUTES], [(rate, [*found, *following])])
+
+
+def _worn(vehicle: Vehicle, forces: Any, minutes: Any) -> list[Symbol]:
+    """Forces or losses of each thruster, less what battery and wear take."""
+    pairs = zip(vehicle.thrusters, forces, strict=True)
+    return [symbolic(thrust_left(t, minutes) * force if t.thrust_rate else force) for t, force in pairs]
+
+
+def _late(thruster: Thruster, time_step: float) -> _Late:
+    place = thruster.late / time_step
+    whole, part = int(place), place - int(place)
+    slow = lags(thruster.lag, time_step)
+    rows = whole + 1 + (part > 0.0)
+    kept = "lagged" if slow else "command"
+    names = tuple(f"{kept}_{thruster.name}_{k}" for k in range(rows))
+    return _Late(thruster, slow, whole, part, (*names, f"command_{thruster.name}") if slow else names)
+
+
+def _state(equation: ForceEquation, late: list[_Late], air: bool) -> Group:
+    names = [*_motion(equation).members, *(_AIR.members * air), *(name for one in late for name in one.names)]
+    slow = ", behind their lag" * any(one.lags for one in late)
+    told = f"motion{', air' * air}, and the commands that still act{slow}"
+    return Group("state", f"{told}; the number after one says how many steps ago it was", tuple(names))
+
+
+def _blows(equation: ForceEquation) -> bool:
+    return any(equation.vehicle.values[symbol] for symbol in ("wind_x", "wind_y", "wind_n"))
+
+
+def _start(equation: ForceEquation, late: list[_Late]) -> Function:
+    vehicle, air = equation.vehicle, _blows(equation)
+    motion = Group("motion", _MOTION_TOLD, MOTION)
+    command = _command(vehicle, ", which have lasted")
+    (minutes,) = _MINUTES.symbols
+    found = [*motion.symbols]
+    if equation.has_memory:
+        found += relative_velocity(vehicle, motion.symbols[2], motion.symbols[3:], minutes)[1:]  # type: ignore[arg-type]
+    found += _AIR.symbols * air
+    for one, symbol in zip(late, command.symbols, strict=True):
+        found += [symbol] * len(one.names)
+    about = "The state at the beginning, from a motion and commands that have lasted."
+    outputs = [(_state(equation, late, air), [symbolic(each) for each in found])]
+    return function("start", about, [motion, command, _AIR, _MINUTES], outputs)
+
+
+def _step(equation: ForceEquation, late: list[_Late], rates: Function, time_step: float) -> Function:
+    vehicle, air = equation.vehicle, _blows(equation)
+    state = _state(equation, late, air)
+    command = _command(vehicle, ", at the end of the step; linear within it")
+    symbols = dict(zip(state.members, state.symbols, strict=True))
+    (minutes,) = _MINUTES.symbols
+    begins: list[tuple[Symbol, Symbol]] = []
+    ends: list[tuple[Symbol, Symbol]] = []
+    kept: list[Symbol] = []
+    for one, symbol in zip(late, command.symbols, strict=True):
+        before = [symbols[name] for name in one.names]
+        after = _next(one, before, symbol, time_step)
+        begins.append(_late_force(one, before))
+        ends.append(_late_force(one, after))
+        kept += after
+    winds = [symbols[name] for name in _AIR.members] if air else list(_AIR.symbols)
+    begin = _outside(vehicle, begins, winds, minutes)
+    end = _outside(vehicle, ends, _AIR.symbols, minutes + time_step / 60.0)
+    middle = _Outside(
+        _between(begin.force, end.force),
+        _between(begin.load, end.load),
+        _between(begin.air, end.air),
+        [symbolic(minutes + 0.5 * time_step / 60.0)],
+    )
+    moved = rates.inputs[0].members
+
+    def slope(x: Any, outside: _Outside) -> Any:
+        (found,) = rates(motion=list(x), **outside._asdict())
+        return np.array(found, dtype=object)
+
+    motion = np.array(state.symbols[: len(moved)], dtype=object)
+    found = runge_kutta(slope, motion, (begin, middle, end), time_step)
+    about = f"The state {time_step!r} s later, by one step of the classical Runge-Kutta method."
+    changed = [*found.tolist(), *_AIR.symbols * air, *kept]
+    return function("step", about, [state, command, _AIR, _MINUTES], [(_after(state), changed)])
+
+
+def _outside(vehicle: Vehicle, pairs: Sequence[tuple[Symbol, Symbol]], winds: Sequence[Symbol], at: Any) -> _Outside:
+    """What acts at one time, from force and loss of each thruster."""
+    force, load = (_worn(vehicle, line, at) for line in zip(*pairs, strict=True))
+    return _Outside(force, load, winds, [symbolic(at)])
+
+
+def _between(before: Sequence[Symbol], after: Sequence[Symbol]) -> list[Symbol]:
+    return [symbolic(0.5 * (a + b)) for a, b in zip(before, after, strict=True)]
+
+
+def _after(state: Group) -> Group:
+    return Group("after", f"the next {state.about}", state.members)
+
+
+def _next(one: _Late, before: list[Symbol], command: Symbol, time_step: float) -> list[Symbol]:
+    """The commands that are kept after a step; `before` begins with the newest."""
+    if not one.lags:
+        return [command, *before[:-1]]
+    a, b0, b1 = lag_weights(one.thruster.lag, time_step)
+    return [symbolic(a * before[0] + b0 * before[-1] + b1 * command), *before[:-2], command]
+
+
+def _late_force(one: _Late, kept: list[Symbol]) -> tuple[Symbol, Symbol]:
+    """Force and loss of a thruster whose commands are kept: between two samples, as `delays_and_lags.shift` has it."""
+    force, load = _lasting(one.thruster, kept[one.whole])
+    if not one.part:
+        return force, load
+    earlier = _lasting(one.thruster, kept[one.whole + 1])
+    after = [symbolic(b + (1.0 - one.part) * (a - b)) for a, b in zip((force, load), earlier, strict=True)]
+    return after[0], after[1]

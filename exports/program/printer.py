@@ -1,0 +1,175 @@
+"""Functions of a program as text: what all languages share. A language is a subclass that says how things are spelt."""
+
+import re
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+
+from .functions import Function, Group, in_order
+from .symbols import COMPARED, INFIX, Symbol
+
+_BINDS = dict.fromkeys(COMPARED, 0) | {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 3}
+"""How strongly operations bind: one that binds less stands in brackets within one that binds more."""
+_ATOM = 9
+"""How strongly a name, a number or a call binds: more than any operation."""
+_LONGEST = 70
+"""Letters of an expression that still stands within another; a longer one gets a name of its own."""
+_PLAIN = ("input", "constant", "table", "item")
+"""What needs no name of its own."""
+
+
+class Language(ABC):
+    """How a language spells functions of a program.
+
+    Attributes
+    ----------
+    spelling : of the operations that are no signs between or before, with braces for operands
+    prefix : of all names that are seen from outside
+    """
+
+    spelling: Mapping[str, str]
+
+    def __init__(self, prefix: str, functions: Sequence[Function]) -> None:
+        self.prefix = prefix
+        self.functions = tuple(functions)
+        self._curves: dict[tuple[int, int], tuple[str, Symbol, Symbol]] = {}
+        for asked in functions:
+            for symbol in in_order(asked.results):
+                if symbol.operation == "interp":
+                    xs, ys = symbol.operands[1:]
+                    name = f"{prefix}curve_{len(self._curves) + 1}"
+                    self._curves.setdefault((id(xs), id(ys)), (name, xs, ys))
+
+    @abstractmethod
+    def number(self, value: float) -> str:
+        """A number that is known and not negative."""
+
+    @abstractmethod
+    def element(self, array: str, place: int) -> str:
+        """One number of an array, the first at place 0."""
+
+    @abstractmethod
+    def assigned(self, name: str, text: str) -> str:
+        """A name for an expression."""
+
+    @abstractmethod
+    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
+        """Lines that call a function: text of each of its inputs, and a name for each group of its results."""
+
+    @abstractmethod
+    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+        """A function that is linear between points, and constant beyond the ends."""
+
+    @abstractmethod
+    def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
+        """A whole function: lines of its body, and the text of each number of each group that it gives."""
+
+    def text(self) -> str:
+        """All curves and functions."""
+        curves = (self.curve(name, xs.data, ys.data) for name, xs, ys in self._curves.values())
+        return "\n".join([*curves, *(self.define(each, *self._body(each)) for each in self.functions)])
+
+    def argument(self, group: Group, place: int) -> str:
+        """A number of a group that goes in."""
+        return group.name if group.single else self.element(group.name, place)
+
+    def _body(self, asked: Function) -> tuple[list[str], list[list[str]]]:
+        order = in_order(asked.results)
+        uses = Counter(id(each) for symbol in order for each in symbol.operands)
+        uses.update(id(symbol) for symbol in asked.results)
+        groups = {group.name: group for group in asked.inputs}
+        told: dict[int, tuple[str, int]] = {}
+        lines: list[str] = []
+        names = _Names({group.name for group in asked.inputs} | {group.name for group, _ in asked.outputs})
+        calls: dict[int, list[tuple[str, int]]] = {}
+        for symbol in order:
+            if symbol.operation == "call":
+                function: Function = symbol.data
+                found = [f"{group.name}_{len(calls) + 1}" for group, _ in function.outputs]
+                lines += self.called(function, [told[id(each)][0] for each in symbol.operands], found)
+                calls[id(symbol)] = [
+                    (name, k)
+                    for name, (_, results) in zip(found, function.outputs, strict=True)
+                    for k in range(len(results))
+                ]
+                continue
+            if symbol.operation == "input":
+                name, _, place = symbol.data.partition(".")
+                text, binds = self.argument(groups[name], int(place)), _ATOM
+            elif symbol.operation == "item":
+                text, binds = self.element(*calls[id(symbol.operands[0])][symbol.data]), _ATOM
+            elif symbol.operation == "table":
+                continue
+            else:
+                text, binds = self._expression(symbol, told)
+            label = asked.labels.get(symbol)
+            several = symbol.operation not in _PLAIN and (uses[id(symbol)] > 1 or len(text) > _LONGEST)
+            if label or several:
+                name = names.new(label or "")
+                lines.append(self.assigned(name, text))
+                text, binds = name, _ATOM
+            told[id(symbol)] = text, binds
+        return lines, [[told[id(each)][0] for each in results] for _, results in asked.outputs]
+
+    def _expression(self, symbol: Symbol, told: Mapping[int, tuple[str, int]]) -> tuple[str, int]:
+        """Text of an operation, and how strongly it binds."""
+        if symbol.operation == "constant":
+            size = self.number(abs(symbol.data))
+            return (size, _ATOM) if symbol.data >= 0.0 else (f"-{size}", _BINDS["neg"])
+        if symbol.operation == "interp":
+            name, *_ = self._curves[id(symbol.operands[1]), id(symbol.operands[2])]
+            return f"{name}({told[id(symbol.operands[0])][0]})", _ATOM
+        operands = [told[id(each)] for each in symbol.operands]
+        binds = _BINDS.get(symbol.operation)
+        if binds is None:
+            return self.spelling[symbol.operation].format(*(text for text, _ in operands)), _ATOM
+        if symbol.operation == "neg":
+            return f"-{_within(operands[0], binds + 1)}", binds
+        sign = (INFIX | COMPARED)[symbol.operation]
+        # The right side of equal rank keeps its brackets: sums of floating-point numbers depend on their order.
+        return f"{_within(operands[0], binds)} {sign} {_within(operands[1], binds + 1)}", binds
+
+
+def _within(told: tuple[str, int], least: int) -> str:
+    text, binds = told
+    return text if binds >= least else f"({text})"
+
+
+class _Names:
+    """Names of assignments: those of the field where there are some, else numbered."""
+
+    def __init__(self, taken: set[str]) -> None:
+        self._taken, self._count = set(taken), 0
+
+    def new(self, label: str) -> str:
+        """A name that is new."""
+        name = label
+        while not name or name in self._taken:
+            self._count += 1
+            name = f"{label}{self._count}" if label else f"t{self._count}"
+        self._taken.add(name)
+        return name
+
+
+def identifier(name: str) -> str:
+    """A vehicle's name as programs write names: small letters, digits and underscores.
+
+    >>> identifier("Otter USV (2 m)")
+    'otter_usv_2_m'
+    """
+    found = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40]
+    return found if found[:1].isalpha() else f"boat_{found}".rstrip("_")
+
+
+def wrapped(texts: Sequence[str], width: int = 110) -> Iterator[str]:
+    """Texts with commas between, in lines of at most a width."""
+    line = ""
+    for k, text in enumerate(texts):
+        piece = text + "," * (k < len(texts) - 1)
+        if line and len(line) + 1 + len(piece) > width:
+            yield line
+            line = piece
+        else:
+            line = f"{line} {piece}" if line else piece
+    if line:
+        yield line

@@ -1,0 +1,257 @@
+"""Symbols that go through the force equation in the place of numbers, so that what it does to them becomes a program.
+
+NumPy hands its functions over to an operand that asks for that (NEP 13 and NEP 18). So `ForceEquation`, `Thruster` and
+`runge_kutta` are run as they are, and the program is what they did; zeros and ones leave nothing behind.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, final
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from ...physics.frames import Array
+
+INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">="}
+_CALCULATED: dict[str, Callable[..., float]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "neg": lambda a: -a,
+    "abs": lambda a: abs(a),
+    "sign": lambda a: float((a > 0.0) - (a < 0.0)),
+    "min": lambda a, b: min(a, b),
+    "max": lambda a, b: max(a, b),
+    "pow": lambda a, b: a**b,
+    "sqrt": math.sqrt,
+    "cos": math.cos,
+    "sin": math.sin,
+    "lt": lambda a, b: float(a < b),
+    "le": lambda a, b: float(a <= b),
+    "gt": lambda a, b: float(a > b),
+    "ge": lambda a, b: float(a >= b),
+    "select": lambda chosen, a, b: a if chosen else b,
+    "interp": lambda x, xs, ys: float(np.interp(x, xs, ys)),
+}
+"""Every operation on plain numbers, by its name; `interp` takes two tables, `select` a comparison."""
+OPERATIONS = frozenset(_CALCULATED)
+
+_UFUNCS = {
+    np.add: "add",
+    np.subtract: "sub",
+    np.multiply: "mul",
+    np.divide: "div",
+    np.negative: "neg",
+    np.absolute: "abs",
+    np.sign: "sign",
+    np.minimum: "min",
+    np.maximum: "max",
+    np.power: "pow",
+    np.sqrt: "sqrt",
+    np.cos: "cos",
+    np.sin: "sin",
+    np.less: "lt",
+    np.less_equal: "le",
+    np.greater: "gt",
+    np.greater_equal: "ge",
+}
+
+
+class Called(Protocol):
+    """What a symbol needs to know of a function that is called."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        ...
+
+
+@final
+class Symbol(NDArrayOperatorsMixin):
+    """A number that is not known yet: an operation on others, an input, or a constant. Equal ones are one object.
+
+    Attributes
+    ----------
+    operation : one of `OPERATIONS`, or `input`, `constant`, `table`, `call` of a function and `item` of what it gives
+    operands : what it acts on
+    data : name of an input, value of a constant, numbers of a table, the function that is called, or place of an item
+    """
+
+    __slots__ = ("__weakref__", "data", "operands", "operation")
+    operation: str
+    operands: tuple["Symbol", ...]
+    data: Any
+
+    __hash__ = object.__hash__  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:  # type: ignore[override]
+        return self is other
+
+    def __bool__(self) -> bool:
+        raise TypeError(f"a program cannot branch on a value ({self}); np.where chooses between two")
+
+    def __repr__(self) -> str:
+        inside = ", ".join(map(repr, self.operands)) if self.operands else repr(self.data)
+        return f"{self.operation}({inside})"
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        """Write an operation of NumPy down, of single symbols or, one by one, of arrays that hold some."""
+        if method != "__call__" or ufunc not in _UFUNCS or not set(kwargs) <= {"out", "where"}:
+            return NotImplemented
+        if any(isinstance(each, np.ndarray) and each.ndim for each in inputs):
+            spread = np.broadcast(*(np.asarray(each, dtype=object) for each in inputs))
+            return np.array([ufunc(*each) for each in spread], dtype=object).reshape(spread.shape)
+        done = operation(_UFUNCS[ufunc], *inputs)
+        where = kwargs.get("where", True)
+        return done if where is True else operation("select", where, done, kwargs["out"][0])
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        """Write a function of NumPy down."""
+        return _FUNCTIONS[func](*args, **kwargs) if func in _FUNCTIONS else NotImplemented
+
+
+_KNOWN: "WeakValueDictionary[tuple[Any, ...], Symbol]" = WeakValueDictionary()
+
+
+def _symbol(name: str, operands: tuple[Symbol, ...] = (), data: Any = None) -> Symbol:
+    key = (name, tuple(map(id, operands)), data if not isinstance(data, float) else (data, math.copysign(1.0, data)))
+    found = _KNOWN.get(key)
+    if found is None:
+        found = Symbol()
+        found.operation, found.operands, found.data = name, operands, data
+        _KNOWN[key] = found
+    return found
+
+
+def constant(value: float) -> Symbol:
+    """A number that is known."""
+    return _symbol("constant", data=float(value))
+
+
+def variable(name: str) -> Symbol:
+    """An input."""
+    return _symbol("input", data=name)
+
+
+def table(values: Sequence[float] | Array) -> Symbol:
+    """Numbers that are known, in a row."""
+    return _symbol("table", data=tuple(float(value) for value in values))
+
+
+def call(function: Called, operands: Sequence[Symbol]) -> Symbol:
+    """What a function makes of operands, all its inputs one after the other; `item` has the parts."""
+    return _symbol("call", tuple(operands), function)
+
+
+def item(called: Symbol, place: int) -> Symbol:
+    """One of the numbers that a call gives."""
+    return _symbol("item", (called,), place)
+
+
+def symbolic(value: Any) -> Symbol:
+    """A symbol as it is, anything else as a constant."""
+    return value if isinstance(value, Symbol) else constant(float(value))
+
+
+def operation(name: str, *given: Any) -> Symbol:
+    """An operation on symbols or numbers; what can be worked out or left out is."""
+    operands = tuple(map(symbolic, given))
+    if all(each.operation in ("constant", "table") for each in operands):
+        return constant(_CALCULATED[name](*(each.data for each in operands)))
+    simpler = _SIMPLER.get(name)
+    found = simpler(*operands) if simpler else None
+    return _symbol(name, operands) if found is None else found
+
+
+def is_known(symbol: Symbol, value: float) -> bool:
+    """Whether a symbol is a certain constant."""
+    return symbol.operation == "constant" and symbol.data == value
+
+
+def _add(a: Symbol, b: Symbol) -> Symbol | None:
+    if is_known(a, 0.0) or is_known(b, 0.0):
+        return b if is_known(a, 0.0) else a
+    return operation("sub", a, b.operands[0]) if b.operation == "neg" else None
+
+
+def _sub(a: Symbol, b: Symbol) -> Symbol | None:
+    if is_known(b, 0.0):
+        return a
+    if is_known(a, 0.0):
+        return operation("neg", b)
+    return operation("add", a, b.operands[0]) if b.operation == "neg" else None
+
+
+def _mul(a: Symbol, b: Symbol) -> Symbol | None:
+    for one, other in ((a, b), (b, a)):
+        if is_known(one, 0.0):
+            return constant(0.0)
+        if is_known(one, 1.0):
+            return other
+        if is_known(one, -1.0):
+            return operation("neg", other)
+        if one.operation in COMPARED:
+            return operation("select", one, other, 0.0)
+        if one.operation == "neg":
+            return operation("neg", operation("mul", one.operands[0], other))
+        if one.operation == "constant" and one.data < 0.0:
+            return operation("neg", operation("mul", -one.data, other))
+    return None
+
+
+def _div(a: Symbol, b: Symbol) -> Symbol | None:
+    if is_known(a, 0.0):
+        return a
+    return a if is_known(b, 1.0) else None
+
+
+def _neg(a: Symbol) -> Symbol | None:
+    return a.operands[0] if a.operation == "neg" else None
+
+
+def _abs(a: Symbol) -> Symbol | None:
+    return operation("abs", a.operands[0]) if a.operation == "neg" else None
+
+
+def _pow(a: Symbol, b: Symbol) -> Symbol | None:
+    if is_known(b, 1.0):
+        return a
+    if is_known(b, 2.0):
+        return operation("mul", a, a)
+    return operation("sqrt", a) if is_known(b, 0.5) else None
+
+
+def _select(chosen: Symbol, a: Symbol, b: Symbol) -> Symbol | None:
+    if chosen.operation == "constant":
+        return a if chosen.data else b
+    return a if a is b else None
+
+
+_SIMPLER: dict[str, Callable[..., Symbol | None]] = {
+    "add": _add,
+    "sub": _sub,
+    "mul": _mul,
+    "div": _div,
+    "neg": _neg,
+    "abs": _abs,
+    "pow": _pow,
+    "select": _select,
+}
+
+
+def _clip(value: Any, low: Any, high: Any) -> Symbol:
+    found = symbolic(value) if low == -np.inf else operation("max", value, low)
+    return found if high == np.inf else operation("min", found, high)
+
+
+_FUNCTIONS: dict[Any, Callable[..., Symbol]] = {
+    np.where: lambda chosen, a, b: operation("select", chosen, a, b),
+    np.clip: _clip,
+    np.interp: lambda x, xs, ys: operation("interp", x, table(xs), table(ys)),
+    np.zeros_like: lambda like: constant(0.0),
+    np.full_like: lambda like, value: constant(value),
+}

@@ -1,0 +1,131 @@
+"""Test vectors: states and commands drawn at random, with what undertow's own simulation says of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...physics.batch_rates import Flattened, Terms
+from ...physics.forces import current_at, thrust_left
+from ...physics.frames import Array, earth_to_body
+from ...physics.laws.damping_power import Envelope
+from ...physics.motion import Motion
+from ...physics.simulation import rollout
+from ...physics.thrusters import command_of
+from ...physics.vehicle import Vehicle
+from .functions import Function
+from .model_program import Program
+
+_HOLD = 1.0
+"""Time from one random command to the next [s]; between them they are linear, as a record of a moving stick is."""
+_WIND, _MINUTES, _PLACE = 8.0, 10.0, 100.0
+"""Most wind [m/s], time since the beginning of a log [min], and distance from the origin [m]: of a day on a lake."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """Inputs of a function in rows, all groups side by side, and what it should give."""
+
+    inputs: Array
+    expected: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """A rollout: what `start` takes, what `step` takes beside the state (a row a step), and motions (steps + 1, 6)."""
+
+    start: Array
+    steps: Array
+    expected: Array
+
+
+def commands_of(vehicle: Vehicle, fraction: Array) -> Array:
+    """Commands (n, thrusters) in the units of the thrusters from fractions of full command."""
+    return np.column_stack([command_of(t, fraction[:, k]) for k, t in enumerate(vehicle.thrusters)])
+
+
+def drawn(program: Program, envelope: Envelope, rows: int, seed: int = 0) -> Drawn:
+    """States and commands within an envelope, and their derivatives as rollouts of undertow work them out."""
+    rng = np.random.default_rng([seed, 1])
+    vehicle, function = program.vehicle, program.derivatives
+    low, high = np.array(envelope.lower), np.array(envelope.upper)
+    relative = rng.uniform(low, high, (rows, 3))
+    heading, minutes = rng.uniform(-np.pi, np.pi, rows), rng.uniform(0.0, _MINUTES, rows)
+    ground = relative + np.column_stack([*_water(vehicle, heading, minutes), np.zeros(rows)])
+    wake = rng.uniform(low[1:], high[1:], (rows, 2))
+    place = rng.uniform(-_PLACE, _PLACE, (rows, 2))
+    count = len(vehicle.thrusters)
+    commands, lagged = (commands_of(vehicle, rng.uniform(-1.0, 1.0, (rows, count))) for _ in range(2))
+    air = rng.uniform(-_WIND, _WIND, (rows, 2))
+    slow = [k for k, t in enumerate(vehicle.thrusters) if t.lag > 0.0]
+    motion = np.column_stack([place, heading, ground, wake])
+    acting = commands.copy()
+    acting[:, slow] = lagged[:, slow]
+    lasting = [t.lasting(acting[:, k]) for k, t in enumerate(vehicle.thrusters)]
+    left = np.array([thrust_left(t, minutes) for t in vehicle.thrusters])
+    force, load = (left * np.array(part) for part in zip(*lasting, strict=True))
+    terms = Terms(vehicle)
+    pushes = [terms.accelerations(part[:, None])[:, 0] for part in (force, load)]
+    found = Flattened([(terms, rows)])(motion.T.copy(), (pushes[0], pushes[1], air.T, minutes)).T
+    members = len(program.rates.inputs[0].members)
+    following = [(commands[:, k] - lagged[:, k]) / vehicle.thrusters[k].lag for k in slow]
+    groups = {
+        "state": np.column_stack([motion[:, :members], lagged[:, slow]]),
+        "command": commands,
+        "air": air,
+        "minutes": minutes[:, None],
+    }
+    inputs = np.concatenate([groups[group.name] for group in function.inputs], axis=1)
+    return Drawn(inputs, np.column_stack([found[:, :members], *following]))
+
+
+def driven(program: Program, envelope: Envelope, seconds: float, seed: int = 0) -> Driven:
+    """A rollout from a state within an envelope, under commands and wind that change all the time."""
+    rng = np.random.default_rng([seed, 2])
+    vehicle, step = program.vehicle, program.time_step
+    rows = round(seconds / step) + 1
+    time = step * np.arange(rows, dtype=float)
+    knots = np.arange(0.0, seconds + 2.0 * _HOLD, _HOLD)
+
+    def wandering(size: float, columns: int) -> Array:
+        levels = rng.uniform(-size, size, (knots.size, columns))
+        return np.column_stack([np.interp(time, knots, levels[:, k]) for k in range(columns)])
+
+    commands = commands_of(vehicle, wandering(1.0, len(vehicle.thrusters)))
+    air = wandering(_WIND, 2)
+    heading, begun = rng.uniform(-np.pi, np.pi), rng.uniform(0.0, _MINUTES)
+    minutes = begun + time / 60.0
+    first = rng.uniform(envelope.lower, envelope.upper)
+    first[:2] += np.array(_water(vehicle, heading, begun))
+    motion = Motion(
+        time,
+        np.zeros((rows, 2)),
+        np.full(rows, heading),
+        np.tile(first, (rows, 1)),
+        commands,
+        tuple(t.name for t in vehicle.thrusters),
+        air=air,
+        minutes=minutes,
+    )
+    expected = rollout(vehicle, motion, np.array([0]), rows - 1).states[0]
+    groups = {"motion": expected[:1], "command": commands, "air": air, "minutes": minutes[:, None]}
+    steps = groups | {"command": commands[1:], "air": air[1:], "minutes": minutes[:-1, None]}
+    return Driven(_beside(program.start, groups, 0)[0], _beside(program.step, steps, 1), expected)
+
+
+def _beside(function: Function, groups: dict[str, Array], skipped: int) -> Array:
+    """Groups that a function takes side by side, without the first few."""
+    taken = [groups[group.name] for group in function.inputs[skipped:]]
+    rows = min(map(len, taken))
+    return np.concatenate([part[:rows] for part in taken], axis=1)
+
+
+def _water(vehicle: Vehicle, heading: Array | float, minutes: Array | float) -> tuple[Array, Array]:
+    """Velocity of the water ahead and to starboard [m/s]."""
+    north, east = current_at(vehicle, minutes) or (0.0, 0.0)
+    return earth_to_body(np.asarray(heading), north, east)
+
+
+def error(found: Array, expected: Array) -> float:
+    """Largest difference, as a share of the largest size in its column; not finite where something is not."""
+    sizes = np.abs(expected).max(axis=0, initial=0.0)
+    return float((np.abs(found - expected) / np.where(sizes > 0.0, sizes, 1.0)).max())

@@ -1,0 +1,79 @@
+"""The verb `export`: what is known about a model stands in its export, and nothing is lost or half written."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from added_run import write_added
+from verbs import done, refused
+
+import undertow
+from undertow.exports.formats.registry import format_named, format_names
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_run_brings_its_audit_its_intervals_and_its_sources(here: Path):
+    write_added(here, report=False)
+    found = undertow.load_vehicle(here / "run" / "model.yaml")
+    shown = done("export", "run", "--to", "c", "--out", "boat.h")
+    text = (here / "boat.h").read_text("utf-8")
+    assert (here / "boat_test.c").is_file()
+    assert "c: boat.h, boat_test.c" in shown
+    assert "Audit. pass: of 10 laws" in text
+    (drag,) = [line for line in text.splitlines() if line.startswith("// - X_uu = ")]
+    assert "95 % interval" in drag
+    assert f"{found.value('X_uu'):.9g} N s^2/m^2" in drag
+    words = " ".join(text.replace("//", "").split())
+    assert "identified by undertow from" in words
+    assert "(the speeds of the log)" in words
+    assert found.digest in words
+
+
+def test_a_broken_law_stands_in_the_file(here: Path):
+    vehicle = yaml.safe_load(yaml.safe_dump(undertow.load_vehicle("blueboat").to_dict()))
+    vehicle["terms"] = [{"axis": "surge", "form": "u", "value": 40.0}]
+    (here / "boat.yaml").write_text(yaml.safe_dump(vehicle), "utf-8")
+    shown = done("export", "boat.yaml", "--to", "python", "--out", "boat.py")
+    assert "Audit: fail" in shown
+    assert "# Audit. fail: of 10 laws" in (here / "boat.py").read_text("utf-8")
+    assert "# - dissipation: " in (here / "boat.py").read_text("utf-8")
+
+
+def test_its_own_file_is_replaced_and_no_other(here: Path):
+    done("export", "otter", "--to", "c", "--out", "boat.h")
+    done("export", "blueboat", "--to", "c", "--out", "boat.h")
+    assert "BlueBoat" in (here / "boat.h").read_text("utf-8")
+    (here / "boat_test.c").write_text("int main(void) { return 0; }\n", "utf-8")
+    refused(
+        "export", "otter", "--to", "c", "--out", "boat.h", match="boat_test.c is there, and 'undertow export' did not"
+    )
+    done("export", "otter", "--to", "c", "--out", "boat.h", "--force")
+
+
+def test_refusals(here: Path):
+    refused("export", "otter", "--to", "pyton", "--out", "a", match="unknown format 'pyton': did you mean 'python'")
+    refused("export", "otter", "--to", "c", "--out", "a.h", "--time-step", "0", match="a time step of 0.0001 to 10 s")
+    refused("export", "otter", "--to", "c", "--out", "nowhere/a.h", match="nowhere does not exist")
+    refused(
+        "export", "otter", "--to", "c", "--out", "a.h", "--gz", "harmonic", match="--gz: expected garden or fortress"
+    )
+    refused("export", "nobody.yaml", "--to", "c", "--out", "a.h", match="no such file")
+
+
+def test_a_model_that_is_no_formula_is_refused():
+    model = undertow.load_model("math:hypot", undertow.load_vehicle("otter"))
+    with pytest.raises(undertow.RequestError, match="expected a vehicle file or a run folder.*undertow explain"):
+        undertow.export(model, "c", "a.h")
+
+
+@pytest.mark.parametrize("name", format_names())
+def test_every_format_says_what_it_is(name: str):
+    found = format_named(name)
+    assert found.about
+    assert found.suffix.startswith(".")

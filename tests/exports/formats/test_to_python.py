@@ -1,0 +1,57 @@
+"""The Python file needs NumPy alone, and gives undertow's own derivatives and rollouts."""
+
+import subprocess
+import sys
+from pathlib import Path
+from runpy import run_path
+from typing import Any
+
+import numpy as np
+import pytest
+from exported import BOATS, EXACT, MANY, compare_states, envelope, program, written
+
+from undertow.exports.program.functions import Function
+from undertow.exports.program.vectors import driven, error
+
+
+def grouped(function: Function, columns: np.ndarray) -> list[np.ndarray]:
+    """All inputs (numbers, ...) by group."""
+    parts = zip(function.inputs, function.split(list(columns)), strict=True)
+    return [part[0] if group.single else np.array(part) for group, part in parts]
+
+
+@pytest.mark.parametrize("name", BOATS)
+def test_it_is_undertows_own_simulation_of_many_at_once(name: str, tmp_path: Path):
+    module = run_path(str(written(name, "python", tmp_path / "model.py")))
+    asked = program(name)
+    compare_states(name, lambda function, rows: module[function.name](*grouped(function, rows.T)).T)
+    rolled = [driven(asked, envelope(name), 30.0, seed) for seed in range(MANY)]
+    state = module["start"](*grouped(asked.start, np.array([one.start for one in rolled]).T))
+    found = [state[:6]]
+    for k in range(len(rolled[0].steps)):
+        rest = np.array([one.steps[k] for one in rolled]).T
+        state = module["step"](*grouped(asked.step, np.concatenate([state, rest])))
+        found.append(state[:6])
+    for one, motions in zip(rolled, np.array(found).transpose(2, 0, 1), strict=True):
+        assert error(motions, one.expected) < EXACT
+
+
+@pytest.mark.parametrize("name", ["as it is", "table, everything"])
+def test_simulate_goes_through_the_steps(name: str, tmp_path: Path):
+    module: dict[str, Any] = run_path(str(written(name, "python", tmp_path / "model.py")))
+    asked, rolled = program(name), driven(program(name), envelope(name), 5.0)
+    motion, command, *rest = grouped(asked.start, rolled.start)
+    later = grouped(asked.step, np.concatenate([np.zeros((len(asked.state), len(rolled.steps))), rolled.steps.T]))
+    commands = np.column_stack([command, later[1]])
+    beside = {}
+    if rest:
+        beside = {"air": np.column_stack([rest[0], later[2]]), "minutes": later[3][0]}
+    assert error(module["simulate"](motion, commands, **beside).T, rolled.expected) < EXACT
+
+
+def test_it_needs_no_undertow(tmp_path: Path):
+    written("propeller, everything", "python", tmp_path / "model.py")
+    code = "import sys; sys.modules['undertow'] = None; import model; print(model.start.__doc__)"
+    done = subprocess.run([sys.executable, "-I", "-c", f"import sys; sys.path.insert(0, '.'); {code}"], cwd=tmp_path)
+    assert done.returncode == 0
+    assert "undertow" not in (tmp_path / "model.py").read_text("utf-8").partition('"""')[2]

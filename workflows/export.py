@@ -1,0 +1,155 @@
+"""The verb `export`: a model in the format of another tool, with all that is known about it."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from ..comparison.facts import AuditRecord
+from ..comparison.models_by_name import MODEL_CURE, load_model
+from ..discovery.findings import Findings
+from ..exports.formats.base import Choices, Given
+from ..exports.formats.registry import format_named
+from ..exports.known_facts import KnownFacts
+from ..measurements.prepared_logs import PathLike
+from ..physics.cards import Card
+from ..physics.errors import RequestError, expect
+from ..physics.file_marks import at_end
+from ..physics.files import write_bytes
+from ..physics.in_words import number
+from ..physics.laws.damping_power import Envelope
+from ..physics.printable import one_line
+from ..physics.reading import read_bytes
+from ..physics.sources import ALL
+from ..physics.vehicle import Vehicle
+from ..residuals.models.base import Model, VehicleModel
+from .check import check
+from .run_folder.read import read_record
+from .run_folder.run_files import own_run
+from .run_folder.targets import Kind, check_targets
+
+_NO_FORMULA = "a vehicle file or a run folder, whose model is a formula"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Exported(Card):
+    """A finished export.
+
+    Attributes
+    ----------
+    files : that were written; the first is the one asked for
+    facts : what is known about the model and stands in them
+    """
+
+    files: tuple[Path, ...]
+    facts: KnownFacts
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        files = ", ".join(map(str, self.files))
+        return [("files", files), ("audit", self.facts.audit[0]), ("left out", "; ".join(self.facts.left_out))]
+
+
+def export(
+    model: Model | PathLike, to: str, out: PathLike, choices: Choices | None = None, *, force: bool = False
+) -> Exported:
+    """Write a model in the format of another tool.
+
+    Parameters
+    ----------
+    model : vehicle file or run folder, or its model
+    to : name of the format, such as "c", "sdf" or "fmi"
+    out : file to write; some formats write another beside it
+    choices : of time step and dialect, see `Choices`
+    force : write over what undertow did not write
+
+    Raises
+    ------
+    RequestError, VehicleError
+        when the model is no formula, the format is unknown, cannot hold the model or lacks a package, or a file cannot
+        be written.
+    """
+    expect("export: model", model, (Model, str, os.PathLike), MODEL_CURE)
+    chosen, target, asked = choices or Choices(), Path(out), format_named(to)
+    if not 1e-4 <= chosen.time_step <= 10.0:
+        raise RequestError(f"export: expected a time step of 0.0001 to 10 s, got {chosen.time_step:g} s")
+    found = model if isinstance(model, Model) else load_model(model)
+    if not isinstance(found, VehicleModel):
+        raise RequestError(
+            f"export: expected {_NO_FORMULA}, got {found.name} ({found.kind}); 'undertow explain' says what of a "
+            "network is a named effect, and 'undertow add' puts that into a vehicle"
+        )
+    path = None if isinstance(model, Model) else Path(model)
+    check_targets([("--out", Kind.EXPORTED, target)], [path], force=force)
+    facts = known_facts(found, path)
+    facts = facts.without(asked.left_out(Given(found.vehicle, facts, chosen)))
+    written = asked.files(Given(found.vehicle, facts, chosen), target)
+    others = [("--out", Kind.EXPORTED, each) for each in written if each != target]
+    check_targets(others, [path], force=force)
+    begin, end = asked.remark
+    for each, content in written.items():
+        write_bytes(each, at_end("export", content, begin.encode(), end.encode()) if begin else content)
+    return Exported(tuple(written), facts)
+
+
+def known_facts(model: VehicleModel, path: Path | None) -> KnownFacts:
+    """All that is known about a model; of a run folder, what its findings and its audit say."""
+    run = path.parent if path is not None and path.name == "model.yaml" else path
+    own = own_run(run) if run is not None and run.is_dir() else set()
+    intervals: dict[str, tuple[float, float]] = {}
+    audit: AuditRecord | None = None
+    if run is not None and {"model.yaml", "findings.json"} <= own:
+        intervals = _intervals(read_record(read_bytes(run / "findings.json"), Findings, run / "findings.json"))
+    if run is not None and {"model.yaml", "audit.json"} <= own:
+        audit = read_record(read_bytes(run / "audit.json"), AuditRecord, run / "audit.json")
+    if audit is None:
+        judged = check(model, progress=None)
+        envelope, whence, verdict, laws = judged.envelope, judged.envelope_from, judged.verdict, judged.rulings
+    else:
+        whence, verdict, laws = audit.envelope_from, audit.verdict, audit.laws
+        u, v, r = (audit.envelope[name] for name in "uvr")
+        envelope = Envelope((u[0], v[0], r[0]), (u[1], v[1], r[1]))
+    broken = [law for law in laws if law.verdict == "fail" and law.counts]
+    kept = sum(law.verdict == "pass" for law in laws)
+    told = f"{verdict}: of {len(laws)} laws of a hull in water {kept} are kept and {len(broken)} broken."
+    return KnownFacts(
+        name=one_line(model.vehicle.name),
+        source=f"{one_line(str(path)) if path else model.name} (vehicle {model.vehicle.digest})",
+        version=version("undertow"),
+        envelope=envelope,
+        envelope_from=whence,
+        audit=(told, *(f"{law.law}: {law.sentence}" for law in broken)),
+        numbers=tuple(_numbers(model.vehicle, intervals)),
+    )
+
+
+def _intervals(findings: Findings) -> dict[str, tuple[float, float]]:
+    """95 % intervals of what was found or calibrated, by symbol."""
+    found = {one.symbol: one.ci95 for one in findings.calibrated}
+    found |= {term.symbol: term.ci95 for effect in findings.added for term in effect.terms}
+    found |= {f"{term.axis}:{term.form}": term.ci95 for term in findings.unnamed}
+    return {symbol: (each.lower, each.upper) for symbol, each in found.items() if each is not None}
+
+
+def _numbers(vehicle: Vehicle, intervals: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Each number of a vehicle that is not null, with its unit, interval and source; then the sources of sections."""
+    found = []
+    sources = dict(vehicle.sources)
+    for symbol, value in vehicle.values.items():
+        parameter = vehicle.parameter(symbol)
+        if value == parameter.null:
+            continue
+        text = f"{symbol} = {value:.9g} {parameter.unit}"
+        if symbol in intervals:
+            low, high = intervals[symbol]
+            text += f", 95 % interval {number(low)} to {number(high)}"
+        if symbol in sources:
+            text += f"; {one_line(str(sources.pop(symbol)))}"
+        found.append(text)
+    for thruster in vehicle.thrusters:
+        place = f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
+        found.append(f"thruster {thruster.name}: {place}, command {thruster.channel}, {thruster.curve.kind} curve")
+    whole = sources.pop(ALL, None)
+    rest = ([("source", whole)] if whole else []) + [(f"source of {key}", text) for key, text in sources.items()]
+    return found + [f"{what}: {one_line(str(text))}" for what, text in rest]
