@@ -32,6 +32,7 @@ shell: $(RUNS)
 	@echo "'undertow' is a command here, and 'exit' or Ctrl-D leaves. Begin with: undertow init LOG --mass KG"
 	@VIRTUAL_ENV="$(CURDIR)/.venv" PATH="$(CURDIR)/$(BIN):$$PATH" PS1="(undertow) $${PS1:-\$$ }" "$${SHELL:-/bin/sh}" || true
 
+# tests/exports/install_programs.sh brings the programs that run what is exported; without them those tests are skipped.
 test: $(READY)
 	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest
 

@@ -1,0 +1,114 @@
+"""CasADi functions for optimal control and estimation, and C that CasADi makes of them.
+
+Everything is a plain operation, so that derivatives of any order are exact where the model has them. Lags, delays and
+the wake's memory are states.
+"""
+
+import json
+import tempfile
+from collections.abc import Callable, Mapping
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ...physics.errors import RequestError
+from ...physics.extras import how_to_install
+from ..program.functions import Function, evaluate
+from ..program.model_program import program_of
+from ..program.printer import identifier
+from .base import Export, Given
+
+Operations = Mapping[str, Callable[..., Any]]
+
+
+def casadi_module() -> ModuleType:
+    """CasADi.
+
+    Raises
+    ------
+    RequestError
+        when it is not installed.
+    """
+    try:
+        return import_module("casadi")
+    except ImportError as error:
+        raise RequestError(
+            f"export --to casadi needs the package casadi ({error}): {how_to_install('export')}"
+        ) from None
+
+
+def operations(casadi: ModuleType) -> Operations:
+    """What a program is made of, on CasADi's symbols."""
+    return {
+        "add": lambda a, b: a + b,
+        "sub": lambda a, b: a - b,
+        "mul": lambda a, b: a * b,
+        "div": lambda a, b: a / b,
+        "neg": lambda a: -a,
+        "abs": casadi.fabs,
+        "sign": casadi.sign,
+        "min": casadi.fmin,
+        "max": casadi.fmax,
+        "pow": casadi.power,
+        "sqrt": casadi.sqrt,
+        "cos": casadi.cos,
+        "sin": casadi.sin,
+        "lt": lambda a, b: a < b,
+        "le": lambda a, b: a <= b,
+        "gt": lambda a, b: a > b,
+        "ge": lambda a, b: a >= b,
+        "select": casadi.if_else,
+        "interp": partial(_interpolated, casadi),
+        "constant": casadi.SX,
+        "table": lambda values: values,
+    }
+
+
+def _interpolated(casadi: ModuleType, x: Any, xs: tuple[float, ...], ys: tuple[float, ...]) -> Any:
+    """Linear between points, constant beyond: the sum of what every piece contributes."""
+    total = casadi.SX(ys[0])
+    for a, b, fa, fb in zip(xs, xs[1:], ys, ys[1:], strict=False):
+        if fa != fb:
+            total += (fb - fa) / (b - a) * (casadi.fmin(casadi.fmax(x, a), b) - a)
+    return total
+
+
+def casadi_function(asked: Function) -> Any:
+    """A function of a program as a `casadi.Function` of the same groups."""
+    casadi = casadi_module()
+    groups = [casadi.SX.sym(group.name, len(group.members)) for group in asked.inputs]
+    inputs = [group[k] for group in groups for k in range(group.numel())]
+    values = iter(evaluate(asked, operations(casadi), inputs))
+    outputs = [casadi.vertcat(*(next(values) for _ in symbols)) for _, symbols in asked.outputs]
+    names = [group.name for group in asked.inputs], [group.name for group, _ in asked.outputs]
+    return casadi.Function(asked.name, groups, outputs, *names)
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    casadi = casadi_module()
+    program, name = program_of(given.vehicle, given.choices.time_step), identifier(path.stem)
+    functions = [casadi_function(each) for each in program.functions]
+    told = {
+        "written_by": "undertow export",
+        "facts": given.facts.lines(),
+        "time_step": program.time_step,
+        "command": program.thrust.inputs[0].members,
+        "state": program.state,
+        "functions": {each.name(): each.serialize() for each in functions},
+    }
+    beside = path.with_name(f"{name}_casadi.c")
+    with tempfile.TemporaryDirectory() as folder:
+        generator = casadi.CodeGenerator(beside.name, {"with_header": False})
+        for each in functions:
+            generator.add(each)
+        generator.generate(f"{folder}/")
+        code = (Path(folder) / beside.name).read_text("utf-8")
+    facts = "\n".join(f"// {line}".rstrip() for line in ("undertow export", *given.facts.lines()))
+    return {path: (json.dumps(told, indent=1) + "\n").encode(), beside: f"{facts}\n{code}".encode()}
+
+
+EXPORT = Export(
+    "CasADi functions (JSON with them serialised) and the C that CasADi makes of them", ".json", _files, ("", "")
+)

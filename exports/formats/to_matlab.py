@@ -1,0 +1,123 @@
+"""A MATLAB or Octave class folder in one file: functions of the model in the style of Fossen's MSS."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import final
+
+from ..known_facts import remarks
+from ..program.functions import Function
+from ..program.model_program import program_of
+from ..program.printer import Language, identifier, wrapped
+from .base import Export, Given
+
+_HEAD = """\
+function model = {name}()
+% {NAME}  The motion of a surface vehicle in the plane, in the style of the Marine Systems Simulator (MSS).
+%
+%   model = {name}();
+%   xdot  = model.derivatives(x, ui{rest});      % xdot = f(x, ui), for ode45 and Simulink
+%   state = model.start(x(1:6), ui{begun});
+%   state = model.step(state, ui{rest});         % {step!r} s later
+%
+%   x  = [{state}]'
+%   ui = [{command}]'
+%   model.state, model.command and model.time_step tell the same.
+%
+% SI units, earth NED, body FRD. Where an argument is the velocity of the air (air) or the time since the beginning of
+% the log in minutes (minutes), it is a column [north east]' in m/s, or a number.
+{facts}\
+model = struct('thrust', @thrust, 'rates', @rates, 'derivatives', @derivatives, 'start', @start, 'step', @step);
+model.time_step = {step!r};
+model.command = {{{commands}}};
+model.state = {{{states}}};
+end
+"""
+
+
+_SPELLING = {
+    **{name: f"{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
+    **{name: f"{name}({{}}, {{}})" for name in ("min", "max")},
+    "pow": "({}) ^ ({})",
+    "select": "pick({}, {}, {})",
+}
+
+
+@final
+class Matlab(Language):
+    """MATLAB functions on columns."""
+
+    spelling = _SPELLING
+
+    def number(self, value: float) -> str:
+        """See `Language.number`."""
+        return repr(value)
+
+    def element(self, array: str, place: int) -> str:
+        """See `Language.element`."""
+        return f"{array}({place + 1})"
+
+    def assigned(self, name: str, text: str) -> str:
+        """See `Language.assigned`."""
+        return f"{name} = {text};"
+
+    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
+        """See `Language.called`."""
+        arguments = [
+            texts[0] if group.single else f"[{'; '.join(texts)}]"
+            for group, texts in zip(function.inputs, function.split(given), strict=True)
+        ]
+        return [f"[{', '.join(names)}] = {function.name}({', '.join(arguments)});"]
+
+    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+        """See `Language.curve`."""
+        points = [" ...\n    ".join(wrapped([repr(x) for x in line], 100)) for line in (xs, ys)]
+        return (
+            f"\nfunction y = {name}(x)\nxs = [{points[0]}];\nys = [{points[1]}];\n"
+            "x = min(max(x, xs(1)), xs(end));\nk = sum(x >= xs(1:end-1));\n"
+            "y = ys(k) + (ys(k + 1) - ys(k)) / (xs(k + 1) - xs(k)) * (x - xs(k));\nend"
+        )
+
+    def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
+        """See `Language.define`."""
+        outputs = ", ".join(group.name for group, _ in function.outputs)
+        inputs = ", ".join(group.name for group in function.inputs)
+        lines = [*(f"% {line}" for line in function.told), *body]
+        for (group, _), texts in zip(function.outputs, results, strict=True):
+            lines.append(f"{group.name} = [{(';' + ' ...' + chr(10) + '    ').join(texts)}];")
+        return f"\nfunction [{outputs}] = {function.name}({inputs})\n" + "\n".join(lines) + "\nend"
+
+
+_PICK = """
+function y = pick(chosen, a, b)
+if chosen
+    y = a;
+else
+    y = b;
+end
+end
+"""
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    program, name = program_of(given.vehicle, given.choices.time_step), identifier(path.stem)
+    text = Matlab("", program.functions).text()
+    rest, begun = (
+        "".join(f", {group.name}" for group in function.inputs if group.name in ("air", "minutes"))
+        for function in (program.step, program.start)
+    )
+    head = _HEAD.format(
+        name=name,
+        NAME=name.upper(),
+        rest=rest,
+        begun=begun,
+        step=program.time_step,
+        state=" ".join(program.derivatives.inputs[0].members),
+        command=" ".join(program.thrust.inputs[0].members),
+        facts=remarks(["", *given.facts.lines()], "% "),
+        commands=", ".join(f"'{member}'" for member in program.thrust.inputs[0].members),
+        states=", ".join(f"'{member}'" for member in program.state),
+    )
+    return {path: (head + text + "\n" + _PICK * ("pick(" in text)).encode()}
+
+
+EXPORT = Export("MATLAB and Octave functions in the style of MSS", ".m", _files, ("% ", ""))

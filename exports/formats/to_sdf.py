@@ -1,0 +1,299 @@
+"""A Gazebo model: SDF with the plugins Hydrodynamics and Thruster, in Gazebo's axes (x ahead, y to port, z up).
+
+The names are those of gz-sim's `Hydrodynamics.hh` and `Thruster.hh`. From Garden on, linear and quadratic terms of all
+pairs of axes have names (`nV`, `nUV`, `nRabsU`), and the Coriolis force of the added mass, which versions of the plugin
+work out with different signs, is switched off and written as such terms. Fortress has diagonal terms alone, takes added
+mass with the other sign, and its Coriolis force cannot be switched off.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ...physics.effects import PARAMETERS
+from ...physics.errors import RequestError
+from ...physics.frames import AXES, Array
+from ...physics.matrices import active_terms, mass_rows
+from ...physics.terms import parse_form
+from ...physics.vehicle import Vehicle
+from ..left_out import difference, told, total_thrust
+from ..program.printer import identifier
+from ..program.vectors import commands_of
+from .base import Export, Given
+
+_MOMENTS, _SPEEDS = "xyn", "UVR"
+"""Letters of SNAME in the names of the plugin's terms: of surge, sway and yaw."""
+_FLIPPED = {"u": 1.0, "v": -1.0, "r": -1.0}
+"""Sign of a speed in Gazebo's axes."""
+_SIGNS = (1.0, -1.0, -1.0)
+"""Sign of a force on surge, sway and yaw in Gazebo's axes."""
+_ROLL, _PITCH = 0.2, 1.0
+"""Ixx and Iyy as a share of Izz, which the model does not have: those of a box three times as long as wide and high."""
+_PROPELLER = 0.001
+"""Mass of a propeller's link [kg], which the hull has less: a link without any is unlawful."""
+_DECAY = 2.0
+"""Damping of heave, roll and pitch, which the model does not have, over mass and inertia [1/s]: they die out."""
+_NAMESPACES = {"garden": ("gz-sim", "gz::sim::systems"), "fortress": ("ignition-gazebo", "ignition::gazebo::systems")}
+_LEAST = 1e-9
+"""Size of a coefficient [SI] that is rounding."""
+
+
+def plugin_terms(vehicle: Vehicle, gz: str, rigid_only: bool) -> tuple[dict[str, float], dict[str, float]]:
+    """Elements of the plugin by name, and what of the vehicle has another value there, by symbol.
+
+    Parameters
+    ----------
+    rigid_only : the physics engine has the added mass, and its Coriolis force with it
+    """
+    p = vehicle.values
+    terms: dict[str, float] = {}
+    lost: dict[str, float] = {}
+    for symbol, axis, text, value in _products(vehicle):
+        name = _name(axis, parse_form(text).factors, gz)
+        if name is None:
+            lost[symbol] = 0.0
+        else:
+            terms[name] = terms.get(name, 0.0) + _turned(axis, parse_form(text).factors) * value
+    if gz == "garden" and not rigid_only:
+        for axis, factors, value in added_coriolis(vehicle):
+            name = _name(axis, factors, gz)
+            assert name is not None
+            terms[name] = terms.get(name, 0.0) + _turned(axis, factors) * value
+    if not rigid_only:
+        sign = 1.0 if gz == "garden" else -1.0
+        terms |= {"xDotU": sign * p["X_udot"], "yDotV": sign * p["Y_vdot"], "nDotR": sign * p["N_rdot"]}
+        if p["Y_rdot"] and gz == "garden":
+            terms |= {"yDotR": p["Y_rdot"], "nDotV": p["Y_rdot"]}
+        elif p["Y_rdot"]:
+            lost["Y_rdot"] = 0.0
+    heave = {"zW": -_DECAY * p["mass"]}
+    izz = p["inertia_z"]
+    heave |= {"kP": -_DECAY * _ROLL * izz, "mQ": -_DECAY * _PITCH * izz}
+    if gz == "fortress":  # whose terms are not zero where they are not named
+        zeros = ("xDotU", "yDotV", "zDotW", "kDotP", "mDotQ", "nDotR", "xU", "yV", "nR", "xUU", "yVV", "zWW", "kPP")
+        terms = dict.fromkeys((*zeros, "mQQ", "nRR"), 0.0) | terms
+    return {name: x for name, x in (terms | heave).items() if gz == "fortress" or abs(x) > _LEAST}, lost
+
+
+def _products(vehicle: Vehicle) -> list[tuple[str, int, str, float]]:
+    """(symbol, axis, monomial, value) of damping, coupling and terms without a name."""
+    named = [
+        (symbol, parameter.axis, parameter.form, vehicle.values[symbol])
+        for symbol, parameter in PARAMETERS.items()
+        if parameter.axis is not None and parameter.form and vehicle.values[symbol]
+    ]
+    assert len(named) + sum(bool(t.value) for t in vehicle.terms) == len(active_terms(vehicle))
+    return named + [(t.symbol, AXES.index(t.axis), t.form, t.value) for t in vehicle.terms if t.value]
+
+
+def _name(axis: int, factors: Sequence[str], gz: str) -> str | None:
+    """Name of the plugin's term of a monomial; None where it has none."""
+    begin = _MOMENTS[axis]
+    signed = [factor for factor in factors if not factor.startswith("|")]
+    moduli = [factor[1] for factor in factors if factor.startswith("|")]
+    if len(factors) > 2 or not signed:
+        return None
+    own = "uvr"[axis]
+    if gz == "fortress":
+        if set(signed) | set(moduli) != {own} or (len(factors) == 2 and not moduli):
+            return None
+        return begin + own.upper() * len(factors)
+    letters = [_SPEEDS["uvr".index(x)] for x in signed]
+    if moduli:
+        return f"{begin}{letters[0]}abs{_SPEEDS['uvr'.index(moduli[0])]}"
+    return begin + "".join(sorted(letters, key="UVR".index))
+
+
+def _turned(axis: int, factors: Sequence[str]) -> float:
+    """Sign of a coefficient in Gazebo's axes."""
+    return _SIGNS[axis] * float(np.prod([_FLIPPED.get(factor, 1.0) for factor in factors]))
+
+
+def added_coriolis(vehicle: Vehicle) -> list[tuple[int, tuple[str, str], float]]:
+    """(axis, factors, coefficient) of minus C_A nu, from M_A by Fossen (2021), theorem 3.2."""
+    p = vehicle.values
+    a11, a22, a23 = -p["X_udot"], -p["Y_vdot"], -p["Y_rdot"]
+    found = [
+        *((0, ("v", "r"), a22), (0, ("r", "r"), a23)),
+        (1, ("u", "r"), -a11),
+        *((2, ("u", "v"), a11 - a22), (2, ("u", "r"), -a23)),
+    ]
+    return [each for each in found if abs(each[2]) > _LEAST]
+
+
+def added_mass(vehicle: Vehicle) -> Array:
+    """M_A (3, 3) in Gazebo's axes [kg, kg m, kg m^2], which are those of M_A where both sway and yaw turn."""
+    p = vehicle.values
+    return np.array([[-p["X_udot"], 0.0, 0.0], [0.0, -p["Y_vdot"], -p["Y_rdot"]], [0.0, -p["Y_rdot"], -p["N_rdot"]]])
+
+
+def growth(vehicle: Vehicle) -> float:
+    """By how much a step of the plugin multiplies an error of the acceleration: its added mass over the rigid one."""
+    rigid = np.array(mass_rows(vehicle)) - added_mass(vehicle)
+    return float(np.abs(np.linalg.eigvals(np.linalg.solve(rigid, added_mass(vehicle)))).max())
+
+
+def _left_out(given: Given) -> list[str]:
+    vehicle, choices, envelope = given.vehicle, given.choices, given.facts.envelope
+    inertial = choices.added_mass == "inertial"
+    _, lost = plugin_terms(vehicle, choices.gz, inertial)
+    kept = ("current_north", "current_east", "X_udot", "Y_vdot", "N_rdot", "Y_rdot", "mass", "inertia_z", "x_g", "y_g")
+    drawn = ("thrust_scale", "arm_scale")
+    for symbol, parameter in PARAMETERS.items():
+        products = parameter.axis is not None and parameter.form
+        if "{" not in symbol and symbol not in (*kept, *drawn, "memory_time") and not products:
+            lost[symbol] = parameter.null
+    own = ("reverse_scale", "thrust_exponent", "dead_zone", "advance_loss")
+    curve = {s for s in lost if s in own or s.startswith("gain_")}
+    sentences = told(vehicle, envelope, {s: x for s, x in lost.items() if s not in curve})
+    sentences += _curve_told(vehicle)
+    if vehicle.value("advance_loss"):
+        sentences += told(vehicle, envelope, {"advance_loss": 0.0})
+    if choices.gz == "fortress" and not inertial:
+        sentences.append(_fortress_coriolis(vehicle, given))
+    if inertial and (vehicle.value("current_north") or vehicle.value("current_east")):
+        speed = float(np.hypot(vehicle.value("current_north"), vehicle.value("current_east")))
+        most = max(map(abs, (envelope.lower[2], envelope.upper[2])))
+        size = max(-vehicle.value("X_udot"), -vehicle.value("Y_vdot")) * speed * most
+        sentences.append(f"The physics engine's added mass does not know the current: up to {size:.3g} N in a turn.")
+    sentences.append("Heave, roll and pitch: their inertia and damping are invented, and nothing makes the boat float.")
+    return sentences
+
+
+def _curve_told(vehicle: Vehicle) -> list[str]:
+    most = 0.0
+    share = np.linspace(-1.0, 1.0, 201)
+    for k, thruster in enumerate(vehicle.thrusters):
+        command = commands_of(vehicle, np.tile(share[:, None], len(vehicle.thrusters)))[:, k]
+        force = thruster.lasting(command)[0]
+        most = max(most, float(np.abs(force - np.where(share < 0, -force[0], force[-1]) * share).max()))
+    if most < 1e-9 * total_thrust(vehicle):
+        return []
+    return [
+        "The way from a command to newtons: Gazebo is commanded in newtons, which the function `thrust` of the exports "
+        f"to code gives; straight lines to both ends in its place are off by up to {most:.3g} N a thruster."
+    ]
+
+
+def _fortress_coriolis(vehicle: Vehicle, given: Given) -> str:
+    """Fortress has -A22 v r where +A22 v r belongs, and no A22 in the yaw moment."""
+    a22 = -vehicle.value("Y_vdot")
+    wrong = vehicle.with_values({"surge:vr": -2.0 * a22, "yaw:uv": a22})
+    return f"Coriolis force of the added mass, which Fortress works out otherwise: {_swapped(vehicle, wrong, given)}"
+
+
+def _swapped(vehicle: Vehicle, wrong: Vehicle, given: Given) -> str:
+    return difference(vehicle, wrong, given.facts.envelope).replace("lacks", "is off by")
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    choices, vehicle = given.choices, given.vehicle
+    inertial = choices.added_mass == "inertial"
+    if inertial and choices.gz == "fortress":
+        raise RequestError("--added-mass inertial needs SDF 1.10, which Fortress does not read; leave --gz out")
+    if not inertial and growth(vehicle) >= 1.0:
+        raise RequestError(
+            f"export: the added mass of {given.facts.name} is up to {growth(vehicle):.3g} times its own, and Gazebo's "
+            "plugin, which takes the acceleration of the step before, explodes from 1 on; --added-mass inertial hands "
+            "it to the physics engine (Garden and later)"
+        )
+    root = _document(given, identifier(path.stem), inertial)
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return {path: f'<?xml version="1.0"?>\n{text}\n'.encode()}
+
+
+def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
+    vehicle, choices = given.vehicle, given.choices
+    library, namespace = _NAMESPACES[choices.gz]
+    root = ElementTree.Element("sdf", version="1.10" if inertial else "1.9")
+    facts = "\n".join(line.replace("--", "- -") for line in given.facts.lines())
+    root.append(ElementTree.Comment(f"\n{facts}\nixx and iyy of the hull are invented: see `Heave, roll and pitch`.\n"))
+    model = ElementTree.SubElement(root, "model", name=name)
+    hull = ElementTree.SubElement(model, "link", name="base_link")
+    _hull_inertia(hull, vehicle, inertial)
+    for thruster in vehicle.thrusters:
+        _propeller(model, thruster.name, _place(vehicle, thruster.name), thruster.angle)
+    water = _plugin(model, f"{library}-hydrodynamics-system", f"{namespace}::Hydrodynamics")
+    _texts(water, {"link_name": "base_link"})
+    terms, _ = plugin_terms(vehicle, choices.gz, inertial)
+    _texts(water, {key: repr(float(value)) for key, value in terms.items()})
+    if choices.gz == "garden":
+        _texts(water, {"disable_coriolis": "true"} | ({"disable_added_mass": "true"} if inertial else {}))
+    north, east = vehicle.value("current_north"), vehicle.value("current_east")
+    if north or east:
+        _texts(water, {"default_current": f"{east!r} {north!r} 0"})
+    for k, thruster in enumerate(vehicle.thrusters):
+        ends = commands_of(vehicle, np.tile([[-1.0], [1.0]], len(vehicle.thrusters)))[:, k]
+        low, high = np.sort(thruster.lasting(ends)[0]).tolist()
+        push = _plugin(model, f"{library}-thruster-system", f"{namespace}::Thruster")
+        _texts(push, {"namespace": name, "joint_name": f"{thruster.name}_joint", "thrust_coefficient": "0.02"})
+        _texts(push, {"fluid_density": "1000.0", "propeller_diameter": "0.1", "velocity_control": "true"})
+        _texts(push, {"max_thrust_cmd": repr(high), "min_thrust_cmd": repr(low)})
+    return root
+
+
+def _place(vehicle: Vehicle, name: str) -> tuple[float, float]:
+    """Where a thruster sits, in Gazebo's axes [m]; farther out where its arm counts more."""
+    thruster = next(t for t in vehicle.thrusters if t.name == name)
+    return thruster.arm_scale * thruster.x, -thruster.arm_scale * thruster.y
+
+
+def _hull_inertia(hull: ElementTree.Element, vehicle: Vehicle, inertial: bool) -> None:
+    """Mass, centre and inertia of the hull, so that hull and propellers together have those of the vehicle."""
+    p, places = vehicle.values, [_place(vehicle, t.name) for t in vehicle.thrusters]
+    mass = p["mass"] - _PROPELLER * len(places)
+    x = (p["mass"] * p["x_g"] - _PROPELLER * sum(a for a, _ in places)) / mass
+    y = (0.0 - p["mass"] * p["y_g"] - _PROPELLER * sum(b for _, b in places)) / mass
+    beside = sum(_PROPELLER * (a * a + b * b) + _blade() for a, b in places)
+    izz = p["inertia_z"] - beside - mass * (x * x + y * y)
+    if izz <= 0.0 or mass <= 0.0:
+        raise RequestError(
+            f"export: about its centre of gravity the hull would have an inertia of {izz:.3g} kg m^2 and a mass of "
+            f"{mass:.3g} kg, which no body has; see inertia_z and x_g of the vehicle file"
+        )
+    inside = ElementTree.SubElement(hull, "inertial")
+    _texts(inside, {"pose": f"{x!r} {y!r} 0 0 0 0", "mass": repr(mass)})
+    inertia = ElementTree.SubElement(inside, "inertia")
+    _texts(inertia, {"ixx": repr(_ROLL * izz), "iyy": repr(_PITCH * izz), "izz": repr(izz)})
+    _texts(inertia, {"ixy": "0", "ixz": "0", "iyz": "0"})
+    if inertial:
+        moved, m = ElementTree.SubElement(inside, "fluid_added_mass"), added_mass(vehicle)
+        _texts(moved, {"xx": repr(float(m[0, 0])), "yy": repr(float(m[1, 1]))})
+        _texts(moved, {"yr": repr(float(m[1, 2])), "rr": repr(float(m[2, 2]))})
+
+
+def _blade() -> float:
+    """Inertia of a propeller about its own axes [kg m^2]: of a ball of 0.1 m."""
+    return 0.4 * _PROPELLER * 0.05**2
+
+
+def _propeller(model: ElementTree.Element, name: str, place: tuple[float, float], angle: float) -> None:
+    link = ElementTree.SubElement(model, "link", name=f"{name}_propeller")
+    _texts(link, {"pose": f"{place[0]!r} {place[1]!r} 0 0 0 {0.0 - angle!r}"})
+    inside = ElementTree.SubElement(link, "inertial")
+    _texts(inside, {"mass": repr(_PROPELLER)})
+    inertia = ElementTree.SubElement(inside, "inertia")
+    _texts(inertia, dict.fromkeys(("ixx", "iyy", "izz"), repr(_blade())))
+    joint = ElementTree.SubElement(model, "joint", name=f"{name}_joint", type="revolute")
+    _texts(joint, {"parent": "base_link", "child": f"{name}_propeller"})
+    axis = ElementTree.SubElement(joint, "axis")
+    _texts(axis, {"xyz": "1 0 0"})
+    limit = ElementTree.SubElement(axis, "limit")
+    _texts(limit, {"lower": "-1e+12", "upper": "1e+12"})
+
+
+def _plugin(model: ElementTree.Element, filename: str, name: str) -> ElementTree.Element:
+    return ElementTree.SubElement(model, "plugin", filename=filename, name=name)
+
+
+def _texts(parent: ElementTree.Element, texts: Mapping[str, str]) -> None:
+    for name, text in texts.items():
+        ElementTree.SubElement(parent, name).text = text
+
+
+EXPORT = Export(
+    "Gazebo model with the plugins Hydrodynamics and Thruster", ".sdf", _files, ("<!-- ", " -->"), _left_out
+)

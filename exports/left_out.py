@@ -1,0 +1,78 @@
+"""What a format cannot say, told in newtons: how much force goes missing over the envelope, effect by effect."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..physics.effects import EFFECTS
+from ..physics.forces import ForceEquation, held_thrust
+from ..physics.frames import AXES, FORCE_UNITS, Array
+from ..physics.in_words import listing
+from ..physics.laws.damping_power import Envelope
+from ..physics.vehicle import Vehicle
+from .program.vectors import commands_of
+
+_STATES = 2000
+"""States in which forces are compared: enough for a mean square that two seeds agree on within some per cent."""
+_WIND, _MINUTES = 5.0, 10.0
+"""Speed of the air [m/s] and time since the beginning of a log [min] that forces of wind and ageing are told for."""
+_NOTHING = 1e-9
+"""Share of the largest force below which a difference is rounding."""
+
+
+def told(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> list[str]:
+    """A sentence for each effect that has other values in a format, with the force that it lacks.
+
+    Parameters
+    ----------
+    instead : by symbol, the value that the format has in the place of the vehicle's
+    """
+    sentences, rest = [], {s: x for s, x in instead.items() if vehicle.value(s) != x}
+    for effect in EFFECTS:
+        own = {f"{t.name}_scale" for t in vehicle.thrusters} if effect.per_thruster else set(effect.symbols)
+        moved = {symbol: rest.pop(symbol) for symbol in [s for s in rest if s in own]}
+        if moved:
+            sentences.append(_sentence(effect.name, vehicle, envelope, moved))
+    return sentences + [_sentence(symbol, vehicle, envelope, {symbol: value}) for symbol, value in rest.items()]
+
+
+def _sentence(name: str, vehicle: Vehicle, envelope: Envelope, moved: Mapping[str, float]) -> str:
+    values = ", ".join(f"{symbol} = {vehicle.value(symbol):.4g}" for symbol in moved)
+    begin = f"{name} ({values})"
+    if set(moved) <= {"lag", "delay"}:
+        full = total_thrust(vehicle)
+        return f"{begin}: thrust is early, by up to {full:.3g} N after a step from rest to full command."
+    return f"{begin}: {difference(vehicle, vehicle.with_values(moved), envelope)}"
+
+
+def difference(one: Vehicle, other: Vehicle, envelope: Envelope) -> str:
+    """How much the forces of two vehicles differ over an envelope, in words."""
+    a, b = (forces(vehicle, envelope) for vehicle in (one, other))
+    told = []
+    for axis, unit, x, y in zip(AXES, FORCE_UNITS, a, b, strict=True):
+        most = np.abs(x - y).max()
+        if most > _NOTHING * max(np.abs(x).max(), 1.0):
+            told.append(f"{axis} {np.sqrt(np.mean((x - y) ** 2)):.3g} {unit} (up to {most:.3g})")
+    if not told:
+        return "no force within the envelope."
+    return f"the force lacks, root mean square over the envelope, {listing(told)}."
+
+
+def forces(vehicle: Vehicle, envelope: Envelope) -> Array:
+    """Forces by axis (3, n) in states and lasting commands of an envelope, in a fresh breeze after some minutes."""
+    rng = np.random.default_rng(7)
+    relative = rng.uniform(envelope.lower, envelope.upper, (_STATES, 3)).T
+    heading, direction = rng.uniform(-np.pi, np.pi, (2, _STATES))
+    commands = commands_of(vehicle, rng.uniform(-1.0, 1.0, (_STATES, len(vehicle.thrusters))))
+    thrust, load = held_thrust(vehicle, commands)
+    left = np.array([np.full(_STATES, 1.0 + t.thrust_rate * _MINUTES) for t in vehicle.thrusters])
+    u, v, r = relative
+    air = (_WIND * np.cos(direction), _WIND * np.sin(direction))
+    force = ForceEquation(vehicle).force((u, v, r), heading, left * thrust, left * load, (v, r), air, _MINUTES)
+    return np.array(force)
+
+
+def total_thrust(vehicle: Vehicle) -> float:
+    """Sum of the sizes of all thrusters' forces at full command [N]."""
+    full = commands_of(vehicle, np.ones((1, len(vehicle.thrusters))))
+    return float(np.abs(held_thrust(vehicle, full)[0]).sum())
