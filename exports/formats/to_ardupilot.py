@@ -1,0 +1,140 @@
+"""Parameters of ArduPilot Rover for a boat that steers by its thrust, from the model's own steady runs.
+
+What each means is that of ArduPilot's `AP_MotorsUGV` and `AR_AttitudeControl` (Rover 4.x): a motor is asked for a share
+t of thrust, and gets (e - 1 + sqrt((1 - e)^2 + 4 e |t|)) / 2e of full output, where e is MOT_THST_EXPO. So the boat is
+linear in t where its thrust grows with output o as (1 - e) o + e o^2.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...physics.errors import RequestError
+from ...physics.frames import Array
+from ...physics.thrusters import Thruster, command_of, neutral_command
+from ...physics.vehicle import Vehicle
+from ..known_facts import remarks
+from ..straight_running import Sides, sides_of
+from .base import Export, Given
+
+_SHARES = np.linspace(0.0, 1.0, 101)
+"""Outputs at which the thrust curve is looked at."""
+_CRUISE, _STEERING = 0.5, 0.1
+"""Throttle of the cruise, and steering whose turn rate tells the feed-forward: in the middle of what there is."""
+_LEAST_FF, _MOST_FF = 0.0, 3.0
+"""Range of ATC_STR_RAT_FF, as ArduPilot has it."""
+_MOST_MIN, _MOST_ASYM = 20, 10.0
+"""Largest MOT_THR_MIN [%] and MOT_THST_ASYM that ArduPilot takes."""
+_CHANNELS = ((1, 73), (3, 74))
+"""Output and function of the left and right throttle of a boat with skid steering, ArduPilot's default places."""
+
+
+class Fitted(NamedTuple):
+    """MOT_THST_EXPO, MOT_THST_ASYM, MOT_THR_MIN [%], and how far the thrust is then from linear [N]."""
+
+    expo: float
+    asymmetry: float
+    least: int
+    off: float
+
+
+def output(throttle: Array, expo: float, least: float) -> Array:
+    """Share of full output (-1 to 1) that ArduPilot's `get_scaled_throttle` gives for a throttle of -1 to 1."""
+    size = np.where(throttle == 0.0, 0.0, least / 100.0 + np.abs(throttle) * (1.0 - least / 100.0))
+    if expo:
+        size = (expo - 1.0 + np.sqrt((1.0 - expo) ** 2 + 4.0 * expo * size)) / (2.0 * expo)
+    return np.sign(throttle) * size
+
+
+def thrust(thruster: Thruster, share: Array) -> Array:
+    """Force [N] of a lasting share of full output."""
+    return thruster.lasting(command_of(thruster, share))[0]
+
+
+def fitted(sides: Sides) -> Fitted:
+    """The parameters of the motors, from the mean of both thrust curves."""
+    ahead, astern = (np.mean([thrust(t, s * _SHARES) for t in sides.thrusters()], axis=0) for s in (1.0, -1.0))
+    full, back = float(ahead[-1]), float(-astern[-1])
+    if full <= 0.0:
+        raise RequestError("export --to ardupilot: full command does not push ahead; see the thrusters' curves")
+    dead = float(max(t.dead_zone for t in sides.thrusters()))
+    alive = dead < _SHARES
+    # (1 - e) o + e o^2 is linear in e.
+    bend, rest = (_SHARES**2 - _SHARES)[alive], (ahead / full - _SHARES)[alive]
+    expo = round(float(np.clip(bend @ rest / (bend @ bend), -1.0, 1.0)), 2) + 0.0
+    least = min(_MOST_MIN, round(100.0 * ((1.0 - expo) * dead + expo * dead**2)))
+    asymmetry = round(float(np.clip(full / back, 1.0, _MOST_ASYM)), 2) if back > 0.0 else _MOST_ASYM
+    given = thrust_of(sides, expo, asymmetry, least)
+    wanted = np.linspace(-1.0, 1.0, 201)[np.abs(np.linspace(-1.0, 1.0, 201)) * asymmetry <= 1.0] * full
+    return Fitted(expo, asymmetry, least, float(np.abs(given - wanted).max()))
+
+
+def thrust_of(sides: Sides, expo: float, asymmetry: float, least: float) -> Array:
+    """Mean force [N] that ArduPilot's motors give where it asks for shares of thrust from astern to ahead."""
+    asked = np.linspace(-1.0, 1.0, 201)
+    asked = asked[np.abs(asked) * asymmetry <= 1.0]
+    share = output(np.where(asked < 0.0, asymmetry * asked, asked), expo, least)
+    return np.mean([thrust(t, share) for t in sides.thrusters()], axis=0)
+
+
+def parameters(vehicle: Vehicle) -> dict[str, float]:
+    """The parameters by name."""
+    sides = sides_of(vehicle, "ardupilot")
+    motors = fitted(sides)
+    left = output(np.array([_CRUISE, _CRUISE + _STEERING]), motors.expo, motors.least)
+    right = output(np.array([_CRUISE, _CRUISE - _STEERING]), motors.expo, motors.least)
+    straight, turning = sides.steady(left, right)
+    rate = float(turning[2] - straight[2])
+    if straight[0] <= 0.0 or rate <= 0.0:
+        raise RequestError(
+            f"export --to ardupilot: at half throttle the model goes {straight[0]:.3g} m/s ahead, and steering to "
+            f"starboard turns it by {rate:.3g} rad/s; both must be positive for an autopilot to steer it"
+        )
+    found = {
+        "CRUISE_SPEED": round(float(straight[0]), 3),
+        "CRUISE_THROTTLE": 100.0 * _CRUISE,
+        "ATC_STR_RAT_FF": round(float(np.clip(_STEERING / rate, _LEAST_FF, _MOST_FF)), 3),
+        "MOT_THST_EXPO": motors.expo,
+        "MOT_THST_ASYM": motors.asymmetry,
+        "MOT_THR_MIN": float(motors.least),
+    }
+    for thruster, (number, function) in zip(sides.thrusters(), _CHANNELS, strict=True):
+        found[f"SERVO{number}_FUNCTION"] = float(function)
+        if thruster.command == "pwm":
+            low, high = sorted(command_of(thruster, np.array([-1.0, 1.0])).tolist())
+            turned = command_of(thruster, np.array([0.0, 1.0]))
+            found[f"SERVO{number}_MIN"], found[f"SERVO{number}_MAX"] = float(round(low)), float(round(high))
+            found[f"SERVO{number}_TRIM"] = float(round(neutral_command(thruster)))
+            found[f"SERVO{number}_REVERSED"] = float(turned[1] < turned[0])
+    return found
+
+
+def _left_out(given: Given) -> list[str]:
+    vehicle = given.vehicle
+    sides = sides_of(vehicle, "ardupilot")
+    motors = fitted(sides)
+    port, starboard = sides.thrusters()
+    apart = float(np.abs(thrust(port, _SHARES) - thrust(starboard, _SHARES)).max())
+    told = [
+        f"With these MOT_ parameters thrust is within {motors.off:.3g} N of linear in what the autopilot asks for.",
+        "Damping, added mass and couplings have no parameters: the controllers' P, I and D are not touched.",
+    ]
+    if apart > 1e-9 * max(1.0, motors.off):
+        told.append(f"Both thrusters share the parameters: one pushes up to {apart:.3g} N more than the other.")
+    late = [f"{s} {vehicle.value(s):g} s" for s in ("lag", "delay") if vehicle.value(s)]
+    if late:
+        full = float(np.abs(thrust(port, np.ones(1))).max())
+        told.append(f"{' and '.join(late)}: up to {full:.3g} N a thruster come late after a step of the throttle.")
+    if port.command != "pwm" or starboard.command != "pwm":
+        told.append(f"The model is commanded in {port.command}: trims, ends and reversal of the outputs are not known.")
+    return told
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    rows = (f"{name},{value:.6g}\n" for name, value in parameters(given.vehicle).items())
+    return {path: (remarks(given.facts.lines()) + "".join(rows)).encode()}
+
+
+EXPORT = Export("ArduPilot Rover parameters of a boat that steers by thrust", ".param", _files, ("# ", ""), _left_out)

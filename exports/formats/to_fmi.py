@@ -1,0 +1,133 @@
+"""A functional mock-up unit (FMI 3.0, co-simulation) of source code: the C99 header, and what the standard asks for.
+
+Inputs are the commands (and the air's velocity), parameters the motion at the start, outputs the motion.
+"""
+
+import hashlib
+import io
+import zipfile
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ...physics.thrusters import neutral_command
+from ..known_facts import KnownFacts
+from ..program.functions import Function
+from ..program.model_program import MOTION, Program, program_of
+from ..program.printer import identifier
+from .base import Export, Given
+from .to_c import header
+
+_UNITS = {"north": "m", "east": "m", "psi": "rad", "u": "m/s", "v": "m/s", "r": "rad/s"}
+_OF_COMMAND = {"pwm": "us", "normalized": "1", "rad_s": "rad/s", "newton": "N"}
+_STAMP = (1980, 1, 1, 0, 0, 0)
+"""Time of all files in the archive, the earliest that one can have: equal models give equal bytes."""
+
+
+def _called(program: Program, function: Function, prefix: str) -> str:
+    """A call of `start` or `step` with what the unit has at hand."""
+    commands = len(program.thrust.inputs[0].members)
+    at_hand = {"motion": "parameter", "state": "state", "command": "input", "air": f"input + {commands}"}
+    clock = {"start": "parameter[6] + unit->time / 60.0", "step": "minutes"}[function.name]
+    given = [clock if group.single else at_hand[group.name] for group in function.inputs]
+    into = "state" if function.name == "start" else "after"
+    return f"{prefix}_{function.name}({', '.join([*given, into])})"
+
+
+def source(program: Program, name: str, token: str) -> str:
+    """The C file of the unit."""
+    inputs, begun = _inputs(program)
+    told = {
+        "INPUTS": str(len(inputs)),
+        "PARAMETERS": "7",
+        "STATES": str(len(program.state)),
+        "BEGUN": ", ".join(map(repr, begun)),
+        "STEP": repr(program.time_step),
+        "CLOCK": "parameter[6]",
+        "TOKEN": f'"{token}"',
+        "START": _called(program, program.start, name),
+        "NEXT": _called(program, program.step, name),
+    }
+    text = (resources.files(__package__ or "undertow.exports.formats") / "fmu.c").read_text("utf-8")
+    head = "".join(f"#define {key} {value}\n" for key, value in told.items())
+    return head + text.replace('"MODEL.h"', f'"{name}.h"').replace("MODEL.h", f"{name}.h")
+
+
+def _inputs(program: Program) -> tuple[list[tuple[str, str]], list[float]]:
+    """Names and units of the inputs, and their values at the start."""
+    thrusters = program.vehicle.thrusters
+    named = [(t.channel, _OF_COMMAND[t.command]) for t in thrusters]
+    begun = [neutral_command(t) for t in thrusters]
+    if any(group.name == "air" for group in program.step.inputs):
+        return [*named, ("air_north", "m/s"), ("air_east", "m/s")], [*begun, 0.0, 0.0]
+    return named, begun
+
+
+def description(program: Program, name: str, token: str, facts: KnownFacts) -> bytes:
+    """modelDescription.xml."""
+    about = " ".join(facts.lines()).replace("  ", " ")
+    said = {"generationTool": f"undertow export {facts.version}", "instantiationToken": token, "description": about}
+    root = ElementTree.Element("fmiModelDescription", {"fmiVersion": "3.0", "modelName": name, **said})
+    step = repr(program.time_step)
+    able = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true", "fixedInternalStepSize": step}
+    ElementTree.SubElement(root, "CoSimulation", {"modelIdentifier": name, **able})
+    units = ElementTree.SubElement(root, "UnitDefinitions")
+    inputs, begun = _inputs(program)
+    for unit in dict.fromkeys(["s", "min", *_UNITS.values(), *(unit for _, unit in inputs)]):
+        ElementTree.SubElement(units, "Unit", name=unit)
+    ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
+    variables = ElementTree.SubElement(root, "ModelVariables")
+    rows = [("time", "s", {"causality": "independent"})]
+    rows += [
+        (label, unit, {"causality": "input", "start": repr(value)})
+        for (label, unit), value in zip(inputs, begun, strict=True)
+    ]
+    fixed = {"causality": "parameter", "variability": "fixed", "start": "0.0"}
+    rows += [(f"{label}_start", _UNITS[label], fixed) for label in MOTION] + [("minutes_start", "min", fixed)]
+    rows += [(label, _UNITS[label], {"causality": "output"}) for label in MOTION]
+    for reference, (label, unit, rest) in enumerate(rows):
+        here = {"name": label, "valueReference": str(reference), "variability": "continuous", "unit": unit} | rest
+        ElementTree.SubElement(variables, "Float64", here)
+    structure = ElementTree.SubElement(root, "ModelStructure")
+    for kind in ("Output", "InitialUnknown"):
+        for reference in range(len(rows) - len(MOTION), len(rows)):
+            ElementTree.SubElement(structure, kind, valueReference=str(reference))
+    return _xml(root)
+
+
+def build_description(name: str) -> bytes:
+    """sources/buildDescription.xml."""
+    root = ElementTree.Element("fmiBuildDescription", fmiVersion="3.0")
+    one = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=name)
+    files = ElementTree.SubElement(one, "SourceFileSet", language="C99")
+    ElementTree.SubElement(files, "SourceFile", name="fmu.c")
+    return _xml(root)
+
+
+def _xml(root: ElementTree.Element) -> bytes:
+    ElementTree.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    program, name = program_of(given.vehicle, given.choices.time_step), identifier(path.stem)
+    code = header(program, name, given.facts)
+    token = hashlib.sha256(code.encode()).hexdigest()[:32]
+    inside = {
+        "modelDescription.xml": description(program, name, token, given.facts),
+        "sources/buildDescription.xml": build_description(name),
+        "sources/fmu.c": source(program, name, token).encode(),
+        f"sources/{name}.h": code.encode(),
+        "documentation/facts.txt": "\n".join([*given.facts.lines(), ""]).encode(),
+    }
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for file, content in inside.items():
+            # The description is not pressed, so that the beginning of the file says who wrote it.
+            how = zipfile.ZIP_STORED if file == "modelDescription.xml" else zipfile.ZIP_DEFLATED
+            archive.writestr(zipfile.ZipInfo(file, _STAMP), content, how)
+    return {path: stream.getvalue()}
+
+
+EXPORT = Export("functional mock-up unit of source code, FMI 3.0 co-simulation", ".fmu", _files, ("", ""))

@@ -1,0 +1,102 @@
+"""A JavaScript module without any library, for a browser or node.
+
+The page that plays has another one (`exports/javascript.py`): there every number can be changed while it runs.
+"""
+
+from collections.abc import Mapping, Sequence
+from json import dumps
+from pathlib import Path
+from typing import final
+
+from ..known_facts import remarks
+from ..program.functions import Function
+from ..program.model_program import program_of
+from ..program.printer import Language, identifier, wrapped
+from .base import Export, Given
+
+_HEAD = """\
+"use strict";
+
+// Arrays in, arrays out; `start` makes a state, `step` the next one, {step!r} s later.
+const {name} = (() => {{
+const timeStep = {step!r};
+const command = {command};
+const state = {state};
+{text}
+
+return {{ timeStep, command, state, thrust, rates, derivatives, start, step }};
+}})();
+
+if (typeof module !== "undefined") module.exports = {name};
+"""
+_SPELLING = {
+    **{name: f"Math.{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
+    **{name: f"Math.{name}({{}}, {{}})" for name in ("min", "max", "pow")},
+    "select": "({} ? {} : {})",
+}
+
+
+@final
+class JavaScript(Language):
+    """JavaScript functions on arrays."""
+
+    spelling = _SPELLING
+
+    def number(self, value: float) -> str:
+        """See `Language.number`."""
+        return repr(value)
+
+    def element(self, array: str, place: int) -> str:
+        """See `Language.element`."""
+        return f"{array}[{place}]"
+
+    def assigned(self, name: str, text: str) -> str:
+        """See `Language.assigned`."""
+        return f"const {name} = {text};"
+
+    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
+        """See `Language.called`."""
+        arguments = [
+            texts[0] if group.single else f"[{', '.join(texts)}]"
+            for group, texts in zip(function.inputs, function.split(given), strict=True)
+        ]
+        found = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
+        return [f"const {found} = {function.name}({', '.join(arguments)});"]
+
+    def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+        """See `Language.curve`."""
+        points = ["\n    ".join(wrapped([repr(x) for x in line], 100)) for line in (xs, ys)]
+        return f"""
+function {name}(x) {{
+  const xs = [{points[0]}];
+  const ys = [{points[1]}];
+  if (x <= xs[0]) return ys[0];
+  let k = 1;
+  while (k < xs.length && xs[k] < x) k++;
+  if (k === xs.length) return ys[k - 1];
+  return ys[k - 1] + ((ys[k] - ys[k - 1]) / (xs[k] - xs[k - 1])) * (x - xs[k - 1]);
+}}"""
+
+    def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
+        """See `Language.define`."""
+        told = "\n".join(f"// {line}" for line in function.told)
+        inputs = ", ".join(group.name for group in function.inputs)
+        groups = [f"[\n    {(',' + chr(10) + '    ').join(texts)},\n  ]" for texts in results]
+        found = groups[0] if len(groups) == 1 else f"[{', '.join(groups)}]"
+        lines = [*body, f"return {found};"]
+        return f"\n{told}\nfunction {function.name}({inputs}) {{\n" + "\n".join(f"  {x}" for x in lines) + "\n}"
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    program = program_of(given.vehicle, given.choices.time_step)
+    text = _HEAD.format(
+        name=identifier(path.stem),
+        step=program.time_step,
+        command=dumps(program.thrust.inputs[0].members),
+        state=dumps(program.state),
+        text=JavaScript("", program.functions).text(),
+    )
+    return {path: (remarks(given.facts.lines(), "// ") + text).encode()}
+
+
+EXPORT = Export("JavaScript module without any library", ".js", _files, ("// ", ""))

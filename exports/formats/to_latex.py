@@ -1,0 +1,120 @@
+"""The equations of motion in LaTeX, each term with its number, and a table of numbers, intervals and sources."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ...physics.forces import CURRENT
+from ...physics.in_words import listing
+from ...physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
+from ...physics.vehicle import Vehicle
+from ..known_facts import remarks
+from .base import Export, Given
+
+_UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
+_SPECIAL = {
+    **{sign: f"\\{sign}" for sign in "&%$#_{}"},
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "\\": r"\textbackslash{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+}
+_HEAD = r"""\documentclass{{article}}
+\usepackage[T1]{{fontenc}}
+\usepackage[utf8]{{inputenc}}
+\usepackage{{amsmath}}
+\usepackage{{longtable}}
+\begin{{document}}
+\section*{{{name}}}
+Velocities $u$, $v$ [m/s] and $r$ [rad/s] are relative to the water{water}; $T$ are the forces of the thrusters [N].
+{beside}
+{equations}
+
+{left_out}
+\begin{{longtable}}{{p{{0.96\linewidth}}}}
+\hline
+\multicolumn{{1}}{{l}}{{Numbers}} \\
+\hline
+{rows}
+\hline
+\end{{longtable}}
+\end{{document}}
+"""
+_WIDE = 3
+"""Terms of an equation in a line."""
+
+
+def number(value: float) -> str:
+    """A number to twelve digits, as TeX writes it."""
+    mantissa, _, exponent = f"{value:.12g}".partition("e")
+    return f"{mantissa} \\cdot 10^{{{int(exponent)}}}" if exponent else mantissa
+
+
+def factor(name: str) -> str:
+    """A factor of the balance: a velocity, a modulus, a derivative, a thruster's force, or a sine of the heading."""
+    if name.startswith("|"):
+        return rf"\lvert {factor(name.strip('|'))} \rvert"
+    stem, _, index = name.partition(":")
+    if index:
+        return rf"{stem}_{{\mathrm{{{escaped(index)}}}}}"
+    if name.endswith("_dot"):
+        return rf"\dot{{{name.removesuffix('_dot')}}}"
+    if name in ("cos psi", "sin psi"):
+        return rf"\{name[:3]} \psi"
+    stem, _, index = name.partition("_")
+    return rf"{stem}_{{{index}}}" if index else stem
+
+
+def term(one: BalanceTerm, first: bool) -> str:
+    """A summand with its sign."""
+    size = number(abs(one.coefficient))
+    sign = "-" if one.coefficient < 0.0 else "" if first else "+"
+    return f"{sign} {size} \\, {' '.join(map(factor, one.factors))}".strip().removesuffix("\\,").strip()
+
+
+def equation(line: Balance) -> str:
+    """The balance of an axis."""
+    left = " ".join(term(one, k == 0) for k, one in enumerate(line.inertia))
+    parts = [term(one, k == 0) for k, one in enumerate(line.force)] or ["0"]
+    lines = [" ".join(parts[k : k + _WIDE]) for k in range(0, len(parts), _WIDE)]
+    right = " \\\\\n  &\\quad ".join(lines)
+    return f"\\begin{{align*}}\n  {left} &= {right} && \\text{{[{_UNITS[line.axis]}]}}\n\\end{{align*}}"
+
+
+def escaped(text: str) -> str:
+    """Text as TeX has it."""
+    return re.sub(r"[&%$#_{}~^\\<>|]", lambda found: _SPECIAL[found[0]], text)
+
+
+def _beside(vehicle: Vehicle) -> str:
+    """What acts within a factor: on the thrust, the water, or the memory."""
+    found = [
+        f"{symbol} = {vehicle.value(symbol):.12g} {vehicle.parameter(symbol).unit}"
+        for symbol in beside_the_balance(vehicle)
+    ]
+    return f"Within the factors act {escaped(listing(found))}." if found else ""
+
+
+def _rows(lines: Sequence[str]) -> str:
+    return " \\\\\n".join(escaped(line) for line in lines) + " \\\\"
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    vehicle, facts = given.vehicle, given.facts
+    flows = any(vehicle.value(symbol) for symbol in CURRENT)
+    text = _HEAD.format(
+        name=escaped(facts.name),
+        water=", which moves" * flows,
+        beside=_beside(vehicle),
+        equations="\n".join(equation(line) for line in balances(vehicle)),
+        left_out=escaped(f"{facts.envelope_told} Audit: {' '.join(facts.audit)}"),
+        rows=_rows(facts.numbers),
+    )
+    return {path: (remarks(facts.lines(), "% ") + text).encode()}
+
+
+EXPORT = Export(
+    "equations of motion in LaTeX with a table of numbers, intervals and sources", ".tex", _files, ("% ", "")
+)

@@ -1,0 +1,54 @@
+"""A ROS 2 parameter file with every number of the vehicle, for a node that has the force equation.
+
+Parameters of ROS 2 are scalars and lists of one type; a dictionary is a name with dots. So thrusters and terms without
+a name stand under their names, with a list of these beside them.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ...physics.files import yaml_text
+from ...physics.vehicle import Vehicle
+from ..known_facts import remarks
+from ..program.printer import identifier
+from .base import Export, Given
+
+_SECTIONS = ("added_mass", "damping", "coupling", "environment", "memory")
+
+
+def ros_parameters(vehicle: Vehicle) -> dict[str, Any]:
+    """The parameters below `ros__parameters`: floats, texts, and lists of either."""
+    found: dict[str, Any] = {"vehicle_name": vehicle.name, "axes": "NED/FRD, SI units"}
+    found |= {name: float(vehicle.values[name]) for name in ("mass", "inertia_z", "x_g", "y_g")}
+    for section in _SECTIONS:
+        numbers = {symbol: float(value) for symbol, value in getattr(vehicle, section).items()}
+        if numbers:
+            found[section] = numbers
+    found["thrusters"] = {"names": [t.name for t in vehicle.thrusters]} | {
+        t.name: _plain(t.model_dump(mode="json", exclude={"name"})) for t in vehicle.thrusters
+    }
+    if vehicle.terms:
+        names = [f"term_{k + 1}" for k in range(len(vehicle.terms))]
+        found["terms"] = {"names": names} | {
+            name: {"axis": term.axis, "form": term.form, "value": float(term.value)}
+            for name, term in zip(names, vehicle.terms, strict=True)
+        }
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """Numbers as floats, at any depth: a list of ROS 2 holds one type."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_plain(each) for each in value]
+    return float(value) if isinstance(value, int | float) else value
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    node = {identifier(path.stem): {"ros__parameters": ros_parameters(given.vehicle)}}
+    return {path: (remarks(given.facts.lines()) + yaml_text(node, width=110)).encode()}
+
+
+EXPORT = Export("ROS 2 parameter file with every number of the vehicle", ".yaml", _files)

@@ -1,0 +1,75 @@
+"""What a boat with one thruster at each side does in calm water when it runs straight or turns steadily.
+
+Throttle and steering are those of autopilots: the sum and the difference of the shares of full command at both sides.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.errors import RequestError
+from ..physics.forces import at_beginning, calm
+from ..physics.frames import Array
+from ..physics.matrices import push_of
+from ..physics.motion import Motion
+from ..physics.simulation import rollout
+from ..physics.thrusters import Thruster
+from ..physics.vehicle import Vehicle
+from .program.vectors import commands_of
+
+_SETTLING, _STEP = 120.0, 0.05
+"""Time after which a boat runs steadily, and step of the simulation [s]: five times the slowest hull of the shipped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sides:
+    """A boat with one thruster at each side; places of both among its thrusters."""
+
+    vehicle: Vehicle
+    port: int
+    starboard: int
+
+    def steady(self, left: Array, right: Array) -> Array:
+        """Velocities (n, 3) after two minutes of commands, shares of full command at both sides (n,) each."""
+        vehicle = calm(at_beginning(self.vehicle))
+        rows = round(_SETTLING / _STEP) + 1
+        found = []
+        for a, b in zip(left, right, strict=True):
+            share = np.zeros((1, len(vehicle.thrusters)))
+            share[0, [self.port, self.starboard]] = a, b
+            held = np.tile(commands_of(vehicle, share), (rows, 1))
+            names = tuple(t.name for t in vehicle.thrusters)
+            motion = Motion(
+                _STEP * np.arange(rows, dtype=float),
+                np.zeros((rows, 2)),
+                np.zeros(rows),
+                np.zeros((rows, 3)),
+                held,
+                names,
+            )
+            found.append(rollout(vehicle, motion, np.array([0]), rows - 1, placed=False).states[0, -1, 1:])
+        return np.array(found)
+
+    def thrusters(self) -> tuple[Thruster, Thruster]:
+        """That at port and that at starboard."""
+        return self.vehicle.thrusters[self.port], self.vehicle.thrusters[self.starboard]
+
+
+def sides_of(vehicle: Vehicle, to: str) -> Sides:
+    """The thrusters of a boat at both sides.
+
+    Raises
+    ------
+    RequestError
+        when it has not one thruster to port and one to starboard that push ahead.
+    """
+    pushes = [push_of(thruster) for thruster in vehicle.thrusters]
+    port = [k for k, (ahead, _, turn) in enumerate(pushes) if ahead > 0.5 and turn > 0.0]
+    starboard = [k for k, (ahead, _, turn) in enumerate(pushes) if ahead > 0.5 and turn < 0.0]
+    if len(vehicle.thrusters) != 2 or len(port) != 1 or len(starboard) != 1:
+        told = ", ".join(f"{t.name} at y = {t.y:g} m" for t in vehicle.thrusters)
+        raise RequestError(
+            f"export --to {to}: expected one thruster at port and one at starboard that push ahead, got {told}; the "
+            f"parameters of {to} that steer by thrust are for such boats"
+        )
+    return Sides(vehicle, port[0], starboard[0])

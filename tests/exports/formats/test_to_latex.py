@@ -1,0 +1,87 @@
+"""The equations in LaTeX, read back, are the force equation; TeX's brackets and environments are closed."""
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exported import BOATS, boat, envelope, written
+from matplotlib.mathtext import MathTextParser
+
+from undertow.exports.formats.to_latex import equation, escaped
+from undertow.physics.momentum_balance import balances
+
+
+def read_factor(text: str) -> str:
+    text = text.replace(r"\lvert ", "|").replace(r" \rvert", "|").replace(r"\ ", " ").strip()
+    text = re.sub(r"\\dot\{(\w)\}", r"\1_dot", text)
+    text = re.sub(r"T_\{\\mathrm\{(.*?)\}\}", lambda m: "T:" + m[1].replace("\\_", "_"), text)
+    return re.sub(r"(\w)_\{(\w+)\}", r"\1_\2", text)
+
+
+def read_terms(text: str) -> list[tuple[float, Counter]]:
+    """Coefficient and factors of each summand of one side."""
+    found = []
+    flat = " ".join(re.sub(r"\\\\\s*&\\quad", " ", text).split())
+    for piece in re.split(r" (?=[+-] ?\d)", flat):
+        match = re.fullmatch(r"([+-]?) ?([\d.]+)(?: \\cdot 10\^\{(-?\d+)\})?(?: \\, (.*))?", piece.strip())
+        assert match is not None, piece
+        value = float(f"{match[1]}{match[2]}e{match[3] or 0}")
+        whole = read_factor(match[4] or "")
+        whole = whole.replace(r"\cos \psi", "cos_psi").replace(r"\sin \psi", "sin_psi")
+        factors = [name.replace("cos_psi", "cos psi").replace("sin_psi", "sin psi") for name in whole.split()]
+        found.append((value, Counter(factors)))
+    return found
+
+
+@pytest.mark.parametrize("name", BOATS)
+def test_read_back_it_is_the_force_equation(name: str, tmp_path: Path):
+    text = written(name, "latex", tmp_path / "boat.tex").read_text("utf-8")
+    blocks = re.findall(r"\\begin\{align\*\}(.*?)\\end\{align\*\}", text, re.S)
+    rng = np.random.default_rng(1)
+    state = dict(zip("uvr", rng.uniform(envelope(name).lower, envelope(name).upper, (1000, 3)).T, strict=True))
+    for block, line in zip(blocks, balances(boat(name)), strict=True):
+        body, unit = block.split("&& \\text")
+        assert unit.strip() == "{[N m]}" if line.axis == "yaw" else unit.strip() == "{[N]}"
+        left, right = body.split("&=")
+        for side, terms in ((left, line.inertia), (right, line.force)):
+            names = {factor for each in terms for factor in each.factors}
+            signals = {factor: state.get(factor, rng.uniform(-1.0, 1.0, 1000)) for factor in names | {"u"}}
+            expected = sum((each.value(signals) for each in terms), np.zeros(1000))
+            found = np.zeros(1000)
+            for value, factors in read_terms(side):
+                product = np.full(1000, value)
+                for factor, power in factors.items():
+                    product = product * signals[factor] ** power
+                found += product
+            np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", BOATS)
+def test_a_typesetter_of_tex_takes_every_equation(name: str):
+    for line in balances(boat(name)):
+        inside = equation(line).partition("}")[2].rpartition("&&")[0]
+        MathTextParser("path").parse("$" + re.sub(r"&|\\\\|\n", " ", inside) + "$")
+
+
+@pytest.mark.parametrize("name", BOATS)
+def test_every_bracket_and_environment_is_closed(name: str, tmp_path: Path):
+    text = written(name, "latex", tmp_path / "boat.tex").read_text("utf-8")
+    body = "\n".join(line for line in text.splitlines() if not line.startswith("%"))
+    assert re.findall(r"\\begin\{([^}]*)\}", body).count("document") == 1
+    opened: list[str] = []
+    for kind, environment in re.findall(r"\\(begin|end)\{([^}]*)\}", body):
+        if kind == "begin":
+            opened.append(environment)
+        else:
+            assert opened.pop() == environment
+    assert opened == []
+    bare = re.sub(r"\\[{}]", "", body)
+    assert bare.count("{") == bare.count("}")
+    assert body.count("$") % 2 == 0
+    assert not re.search(r"(?<!\\)#", body)
+
+
+def test_signs_of_tex_are_escaped():
+    assert escaped(r"50 % of X_u & \more {#1}") == r"50 \% of X\_u \& \textbackslash{}more \{\#1\}"
