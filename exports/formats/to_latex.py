@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 
 from ...physics.forces import CURRENT
@@ -42,6 +43,8 @@ Velocities $u$, $v$ [m/s] and $r$ [rad/s] are relative to the water{water}; $T$ 
 \end{{longtable}}
 \end{{document}}
 """
+_BESIDE = " \\, "
+"""Between a number and what it multiplies."""
 _WIDE = 3
 """Terms of an equation in a line."""
 
@@ -55,7 +58,7 @@ def number(value: float) -> str:
 def factor(name: str) -> str:
     """A factor of the balance: a velocity, a modulus, a derivative, a thruster's force, or a sine of the heading."""
     if name.startswith("|"):
-        return rf"\lvert {factor(name.strip('|'))} \rvert"
+        return rf"\left| {factor(name.strip('|'))} \right|"
     stem, _, index = name.partition(":")
     if index:
         return rf"{stem}_{{\mathrm{{{escaped(index)}}}}}"
@@ -69,9 +72,11 @@ def factor(name: str) -> str:
 
 def term(one: BalanceTerm, first: bool) -> str:
     """A summand with its sign."""
-    size = number(abs(one.coefficient))
     sign = "-" if one.coefficient < 0.0 else "" if first else "+"
-    return f"{sign} {size} \\, {' '.join(map(factor, one.factors))}".strip().removesuffix("\\,").strip()
+    size = [] if abs(one.coefficient) == 1.0 and one.factors else [number(abs(one.coefficient))]
+    powers = [(factor(name), len(list(same))) for name, same in groupby(one.factors)]
+    product = " ".join(f"{text}^{{{count}}}" if count > 1 else text for text, count in powers)
+    return f"{sign} {_BESIDE.join(part for part in (*size, product) if part)}".strip()
 
 
 def equation(line: Balance) -> str:
