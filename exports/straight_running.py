@@ -12,7 +12,7 @@ from ..physics.forces import at_beginning, calm
 from ..physics.frames import Array
 from ..physics.matrices import push_of
 from ..physics.motion import Motion
-from ..physics.simulation import rollout
+from ..physics.simulation import Legs, rollouts
 from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle
 from .program.vectors import commands_of
@@ -33,22 +33,15 @@ class Sides:
         """Velocities (n, 3) after two minutes of commands, shares of full command at both sides (n,) each."""
         vehicle = calm(at_beginning(self.vehicle))
         rows = round(_SETTLING / _STEP) + 1
-        found = []
-        for a, b in zip(left, right, strict=True):
-            share = np.zeros((1, len(vehicle.thrusters)))
-            share[0, [self.port, self.starboard]] = a, b
-            held = np.tile(commands_of(vehicle, share), (rows, 1))
-            names = tuple(t.name for t in vehicle.thrusters)
-            motion = Motion(
-                _STEP * np.arange(rows, dtype=float),
-                np.zeros((rows, 2)),
-                np.zeros(rows),
-                np.zeros((rows, 3)),
-                held,
-                names,
-            )
-            found.append(rollout(vehicle, motion, np.array([0]), rows - 1, placed=False).states[0, -1, 1:])
-        return np.array(found)
+        time, names = _STEP * np.arange(rows, dtype=float), tuple(t.name for t in vehicle.thrusters)
+        share = np.zeros((len(left), len(names)))
+        share[:, self.port], share[:, self.starboard] = left, right
+        asked = []
+        for held in commands_of(vehicle, share):
+            still = np.zeros((rows, 3))
+            motion = Motion(time, still[:, :2], still[:, 2], still, np.tile(held, (rows, 1)), names)
+            asked.append((vehicle, Legs(motion, np.array([0]), rows - 1)))
+        return np.array([found.states[0, -1, 1:] for found in rollouts(asked, placed=False)])
 
     def thrusters(self) -> tuple[Thruster, Thruster]:
         """That at port and that at starboard."""

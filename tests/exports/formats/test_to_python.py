@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exported import BOATS, EXACT, MANY, compare_states, envelope, program, written
+from exported import BOATS, EXACT, FEW, MANY, compare_states, envelope, program, seconds, written
 
 from undertow.exports.program.functions import Function
 from undertow.exports.program.vectors import driven, error
@@ -20,12 +20,13 @@ def grouped(function: Function, columns: np.ndarray) -> list[np.ndarray]:
     return [part[0] if group.single else np.array(part) for group, part in parts]
 
 
+@pytest.mark.parametrize("count", [FEW, MANY], ids=["few", "many"])
 @pytest.mark.parametrize("name", BOATS)
-def test_it_is_undertows_own_simulation_of_many_at_once(name: str, tmp_path: Path):
+def test_it_is_undertows_own_simulation(name: str, count: int, tmp_path: Path):
     module = run_path(str(written(name, "python", tmp_path / "model.py")))
     asked = program(name)
     compare_states(name, lambda function, rows: module[function.name](*grouped(function, rows.T)).T)
-    rolled = [driven(asked, envelope(name), 30.0, seed) for seed in range(MANY)]
+    rolled = [driven(asked, envelope(name), seconds(count), seed) for seed in range(2 * count)]
     state = module["start"](*grouped(asked.start, np.array([one.start for one in rolled]).T))
     found = [state[:6]]
     for k in range(len(rolled[0].steps)):
