@@ -16,7 +16,7 @@ from ..measurements.prepared_logs import PathLike
 from ..physics.cards import Card
 from ..physics.errors import RequestError, expect
 from ..physics.file_marks import at_end
-from ..physics.files import write_bytes
+from ..physics.files import is_device, stream_of, write_bytes
 from ..physics.in_words import number
 from ..physics.laws.damping_power import Envelope
 from ..physics.printable import one_line
@@ -85,6 +85,8 @@ def export(
     facts = known_facts(found, path)
     facts = facts.without(asked.left_out(Given(found.vehicle, facts, chosen)))
     written = asked.files(Given(found.vehicle, facts, chosen), target)
+    if stream_of(target) is not None or is_device(target):
+        written = {target: written[target]}  # beside a device or a stream nothing can stand
     others = [("--out", Kind.EXPORTED, each) for each in written if each != target]
     check_targets(others, [path], force=force)
     begin, end = asked.remark

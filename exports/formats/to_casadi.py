@@ -34,9 +34,7 @@ def casadi_module() -> ModuleType:
     try:
         return import_module("casadi")
     except ImportError as error:
-        raise RequestError(
-            f"export --to casadi needs the package casadi ({error}): {how_to_install('export')}"
-        ) from None
+        raise RequestError(f"casadi is not installed ({error}): {how_to_install('export')}") from None
 
 
 def operations(casadi: ModuleType) -> Operations:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...physics.delays_and_lags import lag_weights, lags
+from ...physics.errors import RequestError
 from ...physics.forces import ForceEquation, relative_velocity, thrust_left
 from ...physics.frames import body_to_earth
 from ...physics.integration import runge_kutta
@@ -22,6 +23,8 @@ from .symbols import Symbol, symbolic
 
 MOTION = ("north", "east", "psi", "u", "v", "r")
 WAKE = ("q_v", "q_r")
+_MOST_KEPT = 1000
+"""Commands that a state keeps for thrusters with a delay: eight thrusters, 2 s late, in steps of 20 ms."""
 _MOTION_TOLD = "north, east [m], psi [rad], u, v [m/s], r [rad/s] over ground"
 _AIR = Group("air", "velocity of the air over ground, towards north and east [m/s]", ("air_north", "air_east"))
 _MINUTES = Group("minutes", "time since the beginning of the log [min]", ("minutes",), single=True)
@@ -76,11 +79,23 @@ class _Outside(NamedTuple):
 
 
 def program_of(vehicle: Vehicle, time_step: float) -> Program:
-    """The program of a vehicle, for steps of a length [s]."""
+    """The program of a vehicle, for steps of a length [s].
+
+    Raises
+    ------
+    RequestError
+        when a delay is a great many steps.
+    """
     equation = ForceEquation(vehicle)
     thrust, rates = _thrust(vehicle), _rates(equation)
     derivatives = _derivatives(vehicle, thrust, rates)
     late = [_late(thruster, time_step) for thruster in vehicle.thrusters]
+    kept = sum(len(one.names) for one in late)
+    if kept > _MOST_KEPT:
+        raise RequestError(
+            f"export: with steps of {time_step:g} s, {kept} commands are on their way in the delays; at most "
+            f"{_MOST_KEPT} are written, so take a longer --time-step"
+        )
     start = _start(equation, late)
     return Program(vehicle, time_step, thrust, rates, derivatives, start, _step(equation, late, rates, time_step))
 

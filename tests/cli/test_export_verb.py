@@ -1,11 +1,12 @@
 """The verb `export`: what is known about a model stands in its export, and nothing is lost or half written."""
 
+import sys
 from pathlib import Path
 
 import pytest
 import yaml
 from added_run import write_added
-from verbs import done, refused
+from verbs import SCRIPT, done, process, refused
 
 import undertow
 from undertow.exports.formats.registry import format_named, format_names
@@ -64,6 +65,27 @@ def test_refusals(here: Path):
         "export", "otter", "--to", "c", "--out", "a.h", "--gz", "harmonic", match="--gz: expected garden or fortress"
     )
     refused("export", "nobody.yaml", "--to", "c", "--out", "a.h", match="no such file")
+
+
+@pytest.mark.parametrize(("to", "package"), [("casadi", "casadi"), ("onnx", "onnx")])
+def test_a_missing_package_is_named_with_its_cure(to: str, package: str, here: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, package, None)
+    refused("export", "otter", "--to", to, "--out", "a", match=rf"{package} is not installed.*pip install .*export")
+
+
+def test_a_delay_of_too_many_steps_is_refused(here: Path):
+    undertow.load_vehicle("otter").with_values({"delay": 1.0}).save("late.yaml")
+    refused(
+        *("export", "late.yaml", "--to", "c", "--out", "a.h", "--time-step", "0.001"),
+        match="2002 commands are on their way in the delays.*longer --time-step",
+    )
+
+
+def test_a_stream_gets_the_file_that_was_asked_for(here: Path):
+    shown = process(SCRIPT, "export", "otter", "--to", "c", "--out", "/dev/stdout", cwd=here).stdout
+    assert "#endif /* UNDERTOW_STDOUT_H */" in shown
+    assert "int main(void)" not in shown
+    assert list(here.iterdir()) == []
 
 
 def test_a_model_that_is_no_formula_is_refused():
