@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..comparison.facts import AuditRecord
 from ..comparison.models_by_name import MODEL_CURE, load_model
@@ -28,6 +29,9 @@ from .check import check
 from .run_folder.read import read_record
 from .run_folder.run_files import own_run
 from .run_folder.targets import Kind, check_targets
+
+if TYPE_CHECKING:
+    from ..residuals.models.network_model import NetworkModel
 
 _NO_FORMULA = "a vehicle file or a run folder, whose model is a formula"
 
@@ -58,7 +62,7 @@ def export(
 
     Parameters
     ----------
-    model : vehicle file or run folder, or its model
+    model : vehicle file or run folder, or its model; for casadi also the folder of a network beside physics
     to : name of the format, such as "c", "sdf" or "fmi"
     out : file to write; some formats write another beside it
     choices : of time step and dialect, see `Choices`
@@ -75,16 +79,18 @@ def export(
     if not 1e-4 <= chosen.time_step <= 10.0:
         raise RequestError(f"export: expected a time step of 0.0001 to 10 s, got {chosen.time_step:g} s")
     found = model if isinstance(model, Model) else load_model(model)
-    if not isinstance(found, VehicleModel):
+    network = _network(found) if asked.networks else None
+    if network is None and not isinstance(found, VehicleModel):
         raise RequestError(
             f"export: expected {_NO_FORMULA}, got {found.name} ({found.kind}); 'undertow explain' says what of a "
-            "network is a named effect, and 'undertow add' puts that into a vehicle"
+            "network is a named effect, and 'undertow add' puts that into a vehicle; casadi takes a network beside "
+            "physics as it is"
         )
     path = None if isinstance(model, Model) else Path(model)
     check_targets([("--out", Kind.EXPORTED, target)], [path], force=force)
     facts = known_facts(found, path)
     facts = facts.without(asked.left_out(Given(found.vehicle, facts, chosen)))
-    written = asked.files(Given(found.vehicle, facts, chosen), target)
+    written = asked.files(Given(found.vehicle, facts, chosen, network), target)
     if stream_of(target) is not None or is_device(target):
         written = {target: written[target]}  # beside a device or a stream nothing can stand
     others = [("--out", Kind.EXPORTED, each) for each in written if each != target]
@@ -95,7 +101,16 @@ def export(
     return Exported(tuple(written), facts)
 
 
-def known_facts(model: VehicleModel, path: Path | None) -> KnownFacts:
+def _network(model: Model) -> "NetworkModel | None":
+    """A network beside a vehicle's physics; None for any other model."""
+    if model.kind != "hybrid":
+        return None
+    from ..residuals.models.network_model import NetworkModel  # with torch, which made it
+
+    return model if isinstance(model, NetworkModel) else None
+
+
+def known_facts(model: Model, path: Path | None) -> KnownFacts:
     """All that is known about a model; of a run folder, what its findings and its audit say."""
     run = path.parent if path is not None and path.name == "model.yaml" else path
     own = own_run(run) if run is not None and run.is_dir() else set()
@@ -122,7 +137,7 @@ def known_facts(model: VehicleModel, path: Path | None) -> KnownFacts:
         envelope=envelope,
         envelope_from=whence,
         audit=(told, *(f"{law.law}: {law.sentence}" for law in broken)),
-        numbers=tuple(_numbers(model.vehicle, intervals)),
+        numbers=(*_numbers(model.vehicle, intervals), *_learnt(model)),
     )
 
 
@@ -155,3 +170,10 @@ def _numbers(vehicle: Vehicle, intervals: Mapping[str, tuple[float, float]]) -> 
     whole = sources.pop(ALL, None)
     rest = ([("source", whole)] if whole else []) + [(f"source of {key}", text) for key, text in sources.items()]
     return found + [f"{what}: {one_line(str(text))}" for what, text in rest]
+
+
+def _learnt(model: Model) -> list[str]:
+    """What a network adds to the numbers."""
+    if isinstance(model, VehicleModel):
+        return []
+    return [f"network {model.name}: {model.parameters} learnt numbers, for rows {model.time_step:g} s apart"]

@@ -3,12 +3,15 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 from ...physics.errors import RequestError
 from ...physics.printable import shown
 from ...physics.vehicle import Vehicle
 from ..known_facts import KnownFacts
+
+if TYPE_CHECKING:
+    from ...residuals.models.network_model import NetworkModel
 
 Gazebo = Literal["garden", "fortress"]
 AddedMass = Literal["plugin", "inertial"]
@@ -47,11 +50,12 @@ def chosen(time_step: float, gz: str, added_mass: str) -> Choices:
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What is exported: a vehicle, what is known about it, and what was chosen."""
+    """What is exported: a vehicle, what is known about it, what was chosen, and a network that corrects it."""
 
     vehicle: Vehicle
     facts: KnownFacts
     choices: Choices = field(default_factory=Choices)
+    network: "NetworkModel | None" = None
 
 
 def _nothing(given: Given) -> Sequence[str]:
@@ -70,6 +74,7 @@ class Export:
     files : content of each file, by path; the first is the one asked for
     remark : how a remark begins and ends; empty where a file has no place for one
     left_out : what of a vehicle it does not express, in newtons
+    networks : it takes a network beside the physics, too
     """
 
     about: str
@@ -77,3 +82,4 @@ class Export:
     files: Callable[[Given, Path], Mapping[Path, bytes]]
     remark: tuple[str, str] = ("# ", "")
     left_out: Callable[[Given], Sequence[str]] = _nothing
+    networks: bool = False

@@ -15,8 +15,9 @@ from typing import Any
 
 from ...physics.errors import RequestError
 from ...physics.extras import how_to_install
+from ..network_operations import corrected_functions
 from ..program.functions import Function, evaluate
-from ..program.model_program import program_of
+from ..program.model_program import Program, network_inputs, program_of
 from ..program.printer import identifier
 from .base import Export, Given
 
@@ -84,10 +85,22 @@ def casadi_function(asked: Function) -> Any:
     return casadi.Function(asked.name, groups, outputs, *names)
 
 
+def _functions(given: Given) -> tuple[Program, list[Any]]:
+    """The program, and all its functions in CasADi; with a network beside it, those that it corrects."""
+    if given.network is None:
+        program = program_of(given.vehicle, given.choices.time_step)
+        return program, [casadi_function(each) for each in program.functions]
+    network = given.network
+    program = program_of(given.vehicle, network.time_step, corrected=True)
+    seen = network_inputs(given.vehicle, network.time_step, network.heading)
+    functions = {each.name: casadi_function(each) for each in (*program.functions, seen)}
+    asked = (seen, program.start, program.step)
+    return program, [*functions.values(), *corrected_functions(casadi_module(), network, asked, functions)]
+
+
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
-    casadi = casadi_module()
-    program, name = program_of(given.vehicle, given.choices.time_step), identifier(path.stem)
-    functions = [casadi_function(each) for each in program.functions]
+    casadi, name = casadi_module(), identifier(path.stem)
+    program, functions = _functions(given)
     told = {
         "written_by": "undertow export",
         "facts": given.facts.lines(),
@@ -108,5 +121,9 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
 
 
 EXPORT = Export(
-    "CasADi functions (JSON with them serialised) and the C that CasADi makes of them", ".json", _files, ("", "")
+    "CasADi functions, serialised in JSON, and the C that CasADi makes of them",
+    ".json",
+    _files,
+    ("", ""),
+    networks=True,
 )

@@ -11,23 +11,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...physics.delays_and_lags import lag_weights, lags
-from ...physics.errors import RequestError
 from ...physics.forces import ForceEquation, relative_velocity, thrust_left
 from ...physics.frames import body_to_earth
 from ...physics.integration import runge_kutta
-from ...physics.thrusters import Thruster
 from ...physics.vehicle import Vehicle
 from .functions import Function, Group, function
+from .late_commands import LateCommands, lasting, late_commands
 from .symbols import Symbol, symbolic
 
 MOTION = ("north", "east", "psi", "u", "v", "r")
 WAKE = ("q_v", "q_r")
-_MOST_KEPT = 1000
-"""Commands that a state keeps for thrusters with a delay: eight thrusters, 2 s late, in steps of 20 ms."""
 _MOTION_TOLD = "north, east [m], psi [rad], u, v [m/s], r [rad/s] over ground"
 _AIR = Group("air", "velocity of the air over ground, towards north and east [m/s]", ("air_north", "air_east"))
 _MINUTES = Group("minutes", "time since the beginning of the log [min]", ("minutes",), single=True)
+
+_ADDED = Group(
+    "added",
+    "acceleration beside the model's own, held during the step [m/s^2, m/s^2, rad/s^2]",
+    ("u_dot_added", "v_dot_added", "r_dot_added"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,16 +61,6 @@ class Program:
         return self.step.inputs[0].members
 
 
-class _Late(NamedTuple):
-    """How a thruster answers: the commands that are kept, their names, and where the force is taken between two."""
-
-    thruster: Thruster
-    lags: bool
-    whole: int
-    part: float
-    names: tuple[str, ...]
-
-
 class _Outside(NamedTuple):
     """What acts on the hull at one time, as `rates` takes it."""
 
@@ -78,8 +70,12 @@ class _Outside(NamedTuple):
     minutes: Sequence[Symbol]
 
 
-def program_of(vehicle: Vehicle, time_step: float) -> Program:
+def program_of(vehicle: Vehicle, time_step: float, *, corrected: bool = False) -> Program:
     """The program of a vehicle, for steps of a length [s].
+
+    Parameters
+    ----------
+    corrected : `step` takes an acceleration `added` beside the model's own, which is held in it
 
     Raises
     ------
@@ -89,15 +85,11 @@ def program_of(vehicle: Vehicle, time_step: float) -> Program:
     equation = ForceEquation(vehicle)
     thrust, rates = _thrust(vehicle), _rates(equation)
     derivatives = _derivatives(vehicle, thrust, rates)
-    late = [_late(thruster, time_step) for thruster in vehicle.thrusters]
-    kept = sum(len(one.names) for one in late)
-    if kept > _MOST_KEPT:
-        raise RequestError(
-            f"export: with steps of {time_step:g} s, {kept} commands are on their way in the delays; at most "
-            f"{_MOST_KEPT} are written, so take a longer --time-step"
-        )
+    late = late_commands(vehicle, time_step)
     start = _start(equation, late)
-    return Program(vehicle, time_step, thrust, rates, derivatives, start, _step(equation, late, rates, time_step))
+    return Program(
+        vehicle, time_step, thrust, rates, derivatives, start, _step(equation, late, rates, time_step, corrected)
+    )
 
 
 def _motion(equation: ForceEquation) -> Group:
@@ -113,7 +105,7 @@ def _command(vehicle: Vehicle, told: str = "") -> Group:
 
 def _thrust(vehicle: Vehicle) -> Function:
     command = _command(vehicle)
-    pairs = [_lasting(t, symbol) for t, symbol in zip(vehicle.thrusters, command.symbols, strict=True)]
+    pairs = [lasting(t, symbol) for t, symbol in zip(vehicle.thrusters, command.symbols, strict=True)]
     names = tuple(t.name for t in vehicle.thrusters)
     force = Group("force", "of each thruster at rest [N]", names)
     load = Group("load", "what it loses per metre a second ahead [N s/m]", names)
@@ -121,12 +113,6 @@ def _thrust(vehicle: Vehicle) -> Function:
     if any(not _is_zero(pair[1]) for pair in pairs):
         outputs.append((load, [pair[1] for pair in pairs]))
     return function("thrust", "Forces of commands that have lasted.", [command], outputs)
-
-
-def _lasting(thruster: Thruster, command: Any) -> tuple[Symbol, Symbol]:
-    """See `Thruster.lasting`."""
-    force, load = thruster.lasting(command)
-    return symbolic(force), symbolic(load)
 
 
 def _is_zero(symbol: Symbol) -> bool:
@@ -199,17 +185,7 @@ def _worn(vehicle: Vehicle, forces: Any, minutes: Any) -> list[Symbol]:
     return [symbolic(thrust_left(t, minutes) * force if t.thrust_rate else force) for t, force in pairs]
 
 
-def _late(thruster: Thruster, time_step: float) -> _Late:
-    place = thruster.late / time_step
-    whole, part = int(place), place - int(place)
-    slow = lags(thruster.lag, time_step)
-    rows = whole + 1 + (part > 0.0)
-    kept = "lagged" if slow else "command"
-    names = tuple(f"{kept}_{thruster.name}_{k}" for k in range(rows))
-    return _Late(thruster, slow, whole, part, (*names, f"command_{thruster.name}") if slow else names)
-
-
-def _state(equation: ForceEquation, late: list[_Late], air: bool) -> Group:
+def _state(equation: ForceEquation, late: list[LateCommands], air: bool) -> Group:
     names = [*_motion(equation).members, *(_AIR.members * air), *(name for one in late for name in one.names)]
     slow = ", behind their lag" * any(one.lags for one in late)
     told = f"motion{', air' * air}, and the commands that still act{slow}"
@@ -220,7 +196,7 @@ def _blows(equation: ForceEquation) -> bool:
     return any(equation.vehicle.values[symbol] for symbol in ("wind_x", "wind_y", "wind_n"))
 
 
-def _start(equation: ForceEquation, late: list[_Late]) -> Function:
+def _start(equation: ForceEquation, late: list[LateCommands]) -> Function:
     vehicle, air = equation.vehicle, _blows(equation)
     motion = Group("motion", _MOTION_TOLD, MOTION)
     command = _command(vehicle, ", which have lasted")
@@ -236,7 +212,9 @@ def _start(equation: ForceEquation, late: list[_Late]) -> Function:
     return function("start", about, [motion, command, _AIR, _MINUTES], outputs)
 
 
-def _step(equation: ForceEquation, late: list[_Late], rates: Function, time_step: float) -> Function:
+def _step(
+    equation: ForceEquation, late: list[LateCommands], rates: Function, time_step: float, corrected: bool
+) -> Function:
     vehicle, air = equation.vehicle, _blows(equation)
     state = _state(equation, late, air)
     command = _command(vehicle, ", at the end of the step; linear within it")
@@ -247,9 +225,9 @@ def _step(equation: ForceEquation, late: list[_Late], rates: Function, time_step
     kept: list[Symbol] = []
     for one, symbol in zip(late, command.symbols, strict=True):
         before = [symbols[name] for name in one.names]
-        after = _next(one, before, symbol, time_step)
-        begins.append(_late_force(one, before))
-        ends.append(_late_force(one, after))
+        after = one.after(before, symbol)
+        begins.append(one.force(before))
+        ends.append(one.force(after))
         kept += after
     winds = [symbols[name] for name in _AIR.members] if air else list(_AIR.symbols)
     begin = _outside(vehicle, begins, winds, minutes)
@@ -264,13 +242,34 @@ def _step(equation: ForceEquation, late: list[_Late], rates: Function, time_step
 
     def slope(x: Any, outside: _Outside) -> Any:
         (found,) = rates(motion=list(x), **outside._asdict())
-        return np.array(found, dtype=object)
+        slopes = np.array(found, dtype=object)
+        if corrected:
+            slopes[3:6] += np.array(_ADDED.symbols, dtype=object)
+        return slopes
 
     motion = np.array(state.symbols[: len(moved)], dtype=object)
     found = runge_kutta(slope, motion, (begin, middle, end), time_step)
     about = f"The state {time_step!r} s later, by one step of the classical Runge-Kutta method."
     changed = [*found.tolist(), *_AIR.symbols * air, *kept]
-    return function("step", about, [state, command, _AIR, _MINUTES], [(_after(state), changed)])
+    return function("step", about, [state, command, _AIR, _MINUTES, _ADDED], [(_after(state), changed)])
+
+
+def network_inputs(vehicle: Vehicle, time_step: float, heading: bool) -> Function:
+    """What a network beside the vehicle sees in a state of its steps, see `residuals.models.network_inputs`."""
+    equation, late = ForceEquation(vehicle), late_commands(vehicle, time_step)
+    state = _state(equation, late, _blows(equation))
+    symbols = dict(zip(state.members, state.symbols, strict=True))
+    psi, u, v, r = (symbols[name] for name in MOTION[2:])
+    (minutes,) = _MINUTES.symbols
+    pairs = [one.force([symbols[name] for name in one.names]) for one in late]
+    pushes = _outside(vehicle, pairs, (), minutes).force
+    seen = [*relative_velocity(vehicle, psi, (u, v, r)), *pushes]  # type: ignore[arg-type]
+    if heading:
+        seen += [np.cos(psi), np.sin(psi)]
+    names = ("u", "v", "r", *(t.name for t in vehicle.thrusters), *(("cos_psi", "sin_psi") if heading else ()))
+    group = Group("seen", "velocity through the water [m/s, m/s, rad/s], thrusts [N], and heading if it sees it", names)
+    about = "What the network sees in a state."
+    return function("seen", about, [state, _MINUTES], [(group, [symbolic(each) for each in seen])])
 
 
 def _outside(vehicle: Vehicle, pairs: Sequence[tuple[Symbol, Symbol]], winds: Sequence[Symbol], at: Any) -> _Outside:
@@ -285,21 +284,3 @@ def _between(before: Sequence[Symbol], after: Sequence[Symbol]) -> list[Symbol]:
 
 def _after(state: Group) -> Group:
     return Group("after", f"the next {state.about}", state.members)
-
-
-def _next(one: _Late, before: list[Symbol], command: Symbol, time_step: float) -> list[Symbol]:
-    """The commands that are kept after a step; `before` begins with the newest."""
-    if not one.lags:
-        return [command, *before[:-1]]
-    a, b0, b1 = lag_weights(one.thruster.lag, time_step)
-    return [symbolic(a * before[0] + b0 * before[-1] + b1 * command), *before[:-2], command]
-
-
-def _late_force(one: _Late, kept: list[Symbol]) -> tuple[Symbol, Symbol]:
-    """Force and loss of a thruster whose commands are kept: between two samples, as `delays_and_lags.shift` has it."""
-    force, load = _lasting(one.thruster, kept[one.whole])
-    if not one.part:
-        return force, load
-    earlier = _lasting(one.thruster, kept[one.whole + 1])
-    after = [symbolic(b + (1.0 - one.part) * (a - b)) for a, b in zip((force, load), earlier, strict=True)]
-    return after[0], after[1]

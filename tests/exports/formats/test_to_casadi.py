@@ -6,9 +6,34 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exported import BOATS, FEW, MANY, boat, compare_rollouts, compare_states, needed, program, run, written
+import torch
+from exported import (
+    BOATS,
+    EXACT,
+    FEW,
+    MANY,
+    boat,
+    compare_rollouts,
+    compare_states,
+    facts,
+    needed,
+    program,
+    run,
+    written,
+)
 
+from undertow.exports.formats import to_casadi
+from undertow.exports.formats.base import Given
 from undertow.exports.program.functions import Function
+from undertow.exports.program.vectors import error
+from undertow.measurements.preparation.standardisation import Standardisation
+from undertow.physics.errors import RequestError
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import load_vehicle
+from undertow.residuals.models.base import VehicleModel
+from undertow.residuals.models.network_inputs import input_names
+from undertow.residuals.models.network_model import NetworkModel, scaling_of
+from undertow.residuals.networks.registry import build
 
 casadi = pytest.importorskip("casadi", reason="what exports to CasADi: pip install '.[export]'")
 
@@ -56,3 +81,54 @@ def test_its_derivatives_are_those_of_the_model(tmp_path: Path):
     drag = np.array(slope([0, 0, 0, 0.5, 0, 0], [0, 0]))[3, 3]
     mass = vehicle.value("mass") - vehicle.value("X_udot")
     assert drag == pytest.approx((vehicle.value("X_u") + 2.0 * 0.5 * vehicle.value("X_uu")) / mass, rel=1e-12)
+
+
+def learnt(kind: str, options: dict, heading: bool) -> NetworkModel:
+    """A network of random numbers, in double precision, beside a boat with lag, delay and wear."""
+    hull = load_vehicle("otter").with_values({"lag": 0.3, "delay": 0.17, "thrust_rate": -0.02, "current_north": 0.1})
+    names = input_names(hull, heading)
+    rng = np.random.default_rng(5)
+    constants = Standardisation(names, rng.normal(size=len(names)), rng.uniform(5.0, 20.0, len(names)))
+    network = build(kind, scaling_of(hull, constants, np.array([0.05, 0.02, 0.08])), options).double()
+    generator = torch.Generator().manual_seed(3)
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.copy_(0.3 * torch.randn(parameter.shape, generator=generator))
+    return NetworkModel(hull, network, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "heading"),
+    [
+        ("mlp", {"units": 16, "layers": 2}, True),
+        ("lstm", {"units": 8, "layers": 2}, False),
+        ("lstm", {"units": 8}, True),
+    ],
+)
+def test_a_network_beside_the_physics_rolls_out_as_its_own(kind: str, options: dict, heading: bool, tmp_path: Path):
+    model = learnt(kind, options, heading)
+    given = Given(model.vehicle, facts("as it is"), network=model)
+    for path, content in to_casadi.EXPORT.files(given, tmp_path / "model.json").items():
+        path.write_bytes(content)
+    found = functions(tmp_path / "model.json")
+    time = 0.1 * np.arange(301, dtype=float)
+    knots = np.random.default_rng(8).uniform(-90.0, 90.0, (32, 2))
+    commands = np.column_stack([np.interp(time, np.arange(32.0), column) for column in knots.T])
+    first = np.array([0.0, 0.0, 0.4, 0.6, 0.05, -0.1])
+    still = np.tile(first, (301, 1))
+    motion = Motion(time, still[:, :2], still[:, 2], still[:, 3:], commands, ("port", "stbd"))
+    expected = model.rollout(motion, np.array([0]), 300).states[0]
+    state = found["start_corrected"](first, commands[0], 0.0)
+    rolled = [np.array(state).ravel()[:6]]
+    for k in range(300):
+        state = found["step_corrected"](state, commands[k + 1], time[k] / 60.0)
+        rolled.append(np.array(state).ravel()[:6])
+    assert error(np.array(rolled), expected) < EXACT
+    alone = VehicleModel(model.vehicle, "alone").rollout(motion, np.array([0]), 300).states[0]
+    assert error(alone, expected) > 1e-2
+
+
+def test_a_network_of_another_kind_is_refused():
+    model = learnt("tcn", {}, False)
+    with pytest.raises(RequestError, match="expected a network of the kinds mlp or lstm, got tcn"):
+        to_casadi.EXPORT.files(Given(model.vehicle, facts("as it is"), network=model), Path("a.json"))
