@@ -1,12 +1,13 @@
 """What a format cannot say, told in newtons: how much force goes missing over the envelope, effect by effect."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from ..physics.effects import EFFECTS
-from ..physics.forces import ForceEquation, held_thrust
-from ..physics.frames import AXES, FORCE_UNITS, Array
+from ..physics.forces import ForceEquation, current_at, held_thrust, relative_velocity, thrust_left
+from ..physics.frames import AXES, FORCE_UNITS, Array, earth_to_body
 from ..physics.in_words import listing
 from ..physics.laws.damping_power import Envelope
 from ..physics.vehicle import Vehicle
@@ -42,12 +43,15 @@ def _sentence(name: str, vehicle: Vehicle, envelope: Envelope, moved: Mapping[st
     if set(moved) <= {"lag", "delay"}:
         full = total_thrust(vehicle)
         return f"{begin}: thrust is early, by up to {full:.3g} N after a step from rest to full command."
-    return f"{begin}: {difference(vehicle, vehicle.with_values(moved), envelope)}"
+    when = f" in {_WIND:g} m/s of wind" * any(s.startswith("wind_") and len(s) == 6 for s in moved)
+    when += f" after {_MINUTES:g} minutes" * any(vehicle.parameter(symbol).unit.endswith("/min") for symbol in moved)
+    return f"{begin}{when}: {difference(vehicle, vehicle.with_values(moved), envelope)}"
 
 
 def difference(one: Vehicle, other: Vehicle, envelope: Envelope) -> str:
-    """How much the forces of two vehicles differ over an envelope, in words."""
-    a, b = (forces(vehicle, envelope) for vehicle in (one, other))
+    """How much the forces of two vehicles differ in the same motions over ground, in words."""
+    drawn = _drawn(one, envelope)
+    a, b = (forces(vehicle, drawn) for vehicle in (one, other))
     told = []
     for axis, unit, x, y in zip(AXES, FORCE_UNITS, a, b, strict=True):
         most = np.abs(x - y).max()
@@ -58,17 +62,34 @@ def difference(one: Vehicle, other: Vehicle, envelope: Envelope) -> str:
     return f"the force lacks, root mean square over the envelope, {listing(told)}."
 
 
-def forces(vehicle: Vehicle, envelope: Envelope) -> Array:
-    """Forces by axis (3, n) in states and lasting commands of an envelope, in a fresh breeze after some minutes."""
+class _Drawn(NamedTuple):
+    """States: heading (n,), velocity over ground (3, n), shares of full command (n, thrusters), and the air."""
+
+    heading: Array
+    velocity: Array
+    share: Array
+    air: tuple[Array, Array]
+
+
+def _drawn(vehicle: Vehicle, envelope: Envelope) -> _Drawn:
     rng = np.random.default_rng(7)
-    relative = rng.uniform(envelope.lower, envelope.upper, (_STATES, 3)).T
+    velocity = rng.uniform(envelope.lower, envelope.upper, (_STATES, 3)).T
     heading, direction = rng.uniform(-np.pi, np.pi, (2, _STATES))
-    commands = commands_of(vehicle, rng.uniform(-1.0, 1.0, (_STATES, len(vehicle.thrusters))))
-    thrust, load = held_thrust(vehicle, commands)
-    left = np.array([np.full(_STATES, 1.0 + t.thrust_rate * _MINUTES) for t in vehicle.thrusters])
-    u, v, r = relative
-    air = (_WIND * np.cos(direction), _WIND * np.sin(direction))
-    force = ForceEquation(vehicle).force((u, v, r), heading, left * thrust, left * load, (v, r), air, _MINUTES)
+    flow = current_at(vehicle)
+    if flow is not None:
+        velocity[:2] += earth_to_body(heading, *flow)
+    share = rng.uniform(-1.0, 1.0, (_STATES, len(vehicle.thrusters)))
+    return _Drawn(heading, velocity, share, (_WIND * np.cos(direction), _WIND * np.sin(direction)))
+
+
+def forces(vehicle: Vehicle, drawn: _Drawn) -> Array:
+    """Forces by axis (3, n), of commands that have lasted, in a breeze and some minutes after the beginning."""
+    u, v, r = drawn.velocity
+    relative = relative_velocity(vehicle, drawn.heading, (u, v, r), _MINUTES)
+    thrust, load = held_thrust(vehicle, commands_of(vehicle, drawn.share))
+    left = np.array([thrust_left(t, np.full(_STATES, _MINUTES)) for t in vehicle.thrusters])
+    wake = (relative[1], relative[2])
+    force = ForceEquation(vehicle).force(relative, drawn.heading, left * thrust, left * load, wake, drawn.air, _MINUTES)
     return np.array(force)
 
 

@@ -1,0 +1,52 @@
+"""What a format lacks is told in the newtons that it is worth."""
+
+import re
+
+import numpy as np
+import pytest
+
+from undertow.exports.left_out import told, total_thrust
+from undertow.physics.laws.damping_power import Envelope
+from undertow.physics.vehicle import load_vehicle
+
+BOAT = load_vehicle("blueboat")
+BOX = Envelope((-2.0, -0.5, -1.0), (2.0, 0.5, 1.0))
+
+
+def sizes(sentence: str) -> dict[str, tuple[float, float]]:
+    """Root mean square and largest force by axis."""
+    found = re.findall(r"(surge|sway|yaw) ([\d.e+-]+) N(?: m)? \(up to ([\d.e+-]+)\)", sentence)
+    return {axis: (float(mean), float(most)) for axis, mean, most in found}
+
+
+def test_a_drag_is_worth_what_it_is_over_the_box():
+    (sentence,) = told(BOAT, BOX, {"X_uu": 0.0})
+    assert sentence.startswith("surge_quadratic_damping (X_uu = -8): the force lacks")
+    ((mean, most),) = [sizes(sentence)["surge"]]
+    assert list(sizes(sentence)) == ["surge"]
+    assert mean == pytest.approx(8.0 * 4.0 / np.sqrt(5.0), rel=0.05)  # of u|u| where u is even over -2 to 2
+    assert most == pytest.approx(32.0, rel=0.01)
+
+
+def test_what_comes_with_wind_and_time_says_how_much_of_them():
+    boat = BOAT.with_values({"wind_x": 0.2, "current_rate_north": 0.02, "thrust_rate": -0.05, "yaw_trim": 1.5})
+    asked = {"wind_x": 0.0, "current_rate_north": 0.0, "thrust_rate": 0.0, "yaw_trim": 0.0}
+    sentences = {s.partition(" ")[0]: s for s in told(boat, BOX, asked)}
+    assert "in 5 m/s of wind" in sentences["apparent_wind"]
+    assert "after 10 minutes" in sentences["turning_current"]
+    assert "after 10 minutes" in sentences["battery_sag"]
+    assert sizes(sentences["yaw_trim"]) == {"yaw": (1.5, 1.5)}
+    assert sizes(sentences["battery_sag"])["surge"][1] == pytest.approx(0.5 * 70.0, rel=0.05)
+    assert set(sizes(sentences["turning_current"])) == {"surge", "sway", "yaw"}
+
+
+def test_lag_and_delay_are_worth_a_step_of_full_thrust():
+    late = BOAT.with_values({"lag": 0.3, "delay": 0.2})
+    assert total_thrust(late) == pytest.approx(70.0)
+    lines = told(late, BOX, {"lag": 0.0, "delay": 0.0})
+    assert [line.partition(":")[0] for line in lines] == ["thruster_lag (lag = 0.3)", "input_delay (delay = 0.2)"]
+    assert all("by up to 70 N" in line for line in lines)
+
+
+def test_what_is_the_same_is_not_told():
+    assert told(BOAT, BOX, {"X_uu": -8.0, "lag": 0.0}) == []
