@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 from added_run import write_added
+from exported import facts
 from verbs import SCRIPT, done, process, refused
 
 import undertow
@@ -92,6 +93,20 @@ def test_a_model_that_is_no_formula_is_refused():
     model = undertow.load_model("math:hypot", undertow.load_vehicle("otter"))
     with pytest.raises(undertow.RequestError, match="expected a vehicle file or a run folder.*undertow explain"):
         undertow.export(model, "c", "a.h")
+
+
+@pytest.mark.parametrize("name", format_names())
+def test_every_format_knows_its_own_files_and_is_the_same_again(name: str, here: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("undertow.workflows.export.known_facts", lambda model, path: facts("as it is"))
+    out = here / f"boat{format_named(name).suffix}"
+    first = {path: path.read_bytes() for path in undertow.export("blueboat", name, out).files}
+    assert set(first) == set(here.iterdir())
+    again = undertow.export("blueboat", name, out)
+    assert again.files[0] == out
+    assert {path: path.read_bytes() for path in again.files} == first
+    out.write_bytes(b"my own\n")
+    with pytest.raises(undertow.RequestError, match="'undertow export' did not write it"):
+        undertow.export("blueboat", name, out)
 
 
 @pytest.mark.parametrize("name", format_names())
