@@ -3,7 +3,6 @@
 What shows a log is loaded at once, what searches it when that is asked for.
 """
 
-import json
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +15,6 @@ from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
 from ..physics.effects import EFFECTS
 from ..physics.errors import RequestError
-from ..physics.files import write_text
 from ..physics.in_words import unit_text, words
 from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
@@ -55,6 +53,8 @@ _RIGID_BODY = (
 )
 """What a scale and a drawing tell: symbol, meaning, unit."""
 _APART = ("mass", "inertia_z", "x_g", "y_g")
+_OF_A_RUN = {"page": "report.html", "findings": "findings.json", "run": ""}
+"""What a run folder holds, and where."""
 _ALWAYS = ("added_mass", "damping")
 """Sections of the vehicle file that are shown whole: what stands at zero there is what may be missing."""
 
@@ -192,22 +192,50 @@ class Desk:
 
         Parameters
         ----------
-        what : "page", "model", "findings", "javascript" or "run", the whole run folder as a zip
+        what : "page", "model", "findings", "run", the whole run folder as a zip, or the name of an export's format
         """
         target = Path(folder)
-        if what in ("model", "javascript"):
-            vehicle = self._open_bench.vehicle(stand)
-            if what == "model":
-                vehicle.save(target / "model.yaml")
-                return str(target / "model.yaml")
-            return str(_javascript(vehicle, target / "model.js"))
+        if what == "model":
+            return str(self._model(stand, target))
+        if what not in _OF_A_RUN:
+            return str(self._exported(what, stand, target, say))
+        run = self._run(stand, target, say)
+        if what == "run":
+            return shutil.make_archive(str(target / "undertow-run"), "zip", run)
+        return str(run / _OF_A_RUN[what])
+
+    def formats(self) -> tuple[tuple[str, str], ...]:
+        """The formats of exports, each with what it is."""
+        from ..exports.formats.registry import format_named, format_names
+
+        return tuple((name, format_named(name).about) for name in format_names())
+
+    def _model(self, stand: Stand, target: Path) -> Path:
+        self._open_bench.vehicle(stand).save(target / "model.yaml")
+        return target / "model.yaml"
+
+    def _run(self, stand: Stand, target: Path, say: Say | None) -> Path:
         run = target / "run"
         if run.exists():
             shutil.rmtree(run)
         self._open_bench.write(stand, run, say)
-        if what == "run":
-            return shutil.make_archive(str(target / "undertow-run"), "zip", run)
-        return str(run / {"page": "report.html", "findings": "findings.json"}[what])
+        return run
+
+    def _exported(self, to: str, stand: Stand, target: Path, say: Say | None) -> Path:
+        """The model in the format of another tool; where no run holds it, without intervals and the run's audit."""
+        from ..exports.formats.registry import format_named
+        from ..workflows.export import export
+
+        try:
+            model = self._run(stand, target, say)
+        except RequestError:
+            model = self._model(stand, target)
+        there = target / "exported"
+        if there.exists():
+            shutil.rmtree(there)
+        there.mkdir()
+        first, *others = export(model, to, there / f"model{format_named(to).suffix}").files
+        return Path(shutil.make_archive(str(target / f"model-{to}"), "zip", there)) if others else first
 
     def train(self, network: str, stand: Stand, epochs: int, say: Callable[[Any], None] | None = None) -> Trained:
         """Train a network beside the model of a stand, on the log as that reads it; each `Epoch` is told."""
@@ -289,11 +317,3 @@ def _source(vehicle: Vehicle, symbol: str) -> str:
 
 def _section(vehicle: Vehicle, symbol: str) -> str:
     return symbol if symbol in _APART else vehicle.parameter(symbol).section
-
-
-def _javascript(vehicle: Vehicle, path: Path) -> Path:
-    """A script that makes the model: no library, rollouts included."""
-    from ..exports.javascript import FUNCTION, force_equation, vehicle_data
-
-    data = json.dumps(vehicle_data(vehicle), allow_nan=False, indent=1)
-    return write_text(path, f"{force_equation()}\nconst model = {FUNCTION}({data});\n")

@@ -216,7 +216,7 @@ class Session:
     async def take(self, what: str) -> Path | None:
         """Write a file to be taken away."""
         async with self._turn:
-            name = "writing the run" if what in ("page", "run", "findings") else ""
+            name = "" if what == "model" else "writing the run"
             path = await self.errands.ask(name, "take", what, self.stand, str(self.folder))
             self.changed()
             return None if path is None else Path(path)

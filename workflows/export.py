@@ -132,7 +132,7 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
     told = f"{verdict}: of {len(laws)} laws of a hull in water {kept} are kept and {len(broken)} broken."
     return KnownFacts(
         name=one_line(model.vehicle.name),
-        source=f"{one_line(str(path)) if path else model.name} (vehicle {model.vehicle.digest})",
+        source=f"{one_line(path.name) if path else model.name} (vehicle {model.vehicle.digest})",
         version=version("undertow"),
         envelope=envelope,
         envelope_from=whence,

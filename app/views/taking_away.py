@@ -9,7 +9,6 @@ _THINGS = {
     "page": ("The report page", "one HTML file that opens anywhere"),
     "model": ("model.yaml", "the corrected vehicle file"),
     "findings": ("findings.json", "the findings for machines"),
-    "javascript": ("model.js", "the corrected model in JavaScript, no library"),
     "run": ("The run folder", "everything, as a zip"),
 }
 
@@ -22,6 +21,9 @@ def taking_away(session: Session) -> None:
             with item, ui.element("div"):
                 line(name, tag="b")
                 line(told, "muted small")
+        with ui.menu_item(on_click=lambda: _for_another(session)).mark("export"), ui.element("div"):
+            line("For another program", tag="b")
+            line("Gazebo, C, Python, MATLAB, an autopilot ...", "muted small")
         ui.separator()
         ui.menu_item("The commands that do the same", on_click=lambda: _commands(session))
 
@@ -32,6 +34,22 @@ async def _take(session: Session, what: str) -> None:
         ui.notify(session.trouble, type="warning", multi_line=True)
         return
     ui.download.content(path.read_bytes(), path.name)
+
+
+async def _for_another(session: Session) -> None:
+    """A dialog of the formats of exports, each with what it is."""
+    formats = dict(await session.ask("formats") or ())
+    if not formats:
+        ui.notify(session.trouble, type="warning", multi_line=True)
+        return
+    with ui.dialog() as dialog, ui.element("div").classes("card stack"):
+        line("The model for another program", tag="h2")
+        choice = ui.radio(formats, value=next(iter(formats))).props('aria-label="Format"').classes("formats")
+        line("Every file says what is known about the model, and what the format cannot express.", "muted small")
+        with ui.element("div").classes("flow"):
+            button("Write and take", lambda: _take(session, str(choice.value)), lead=True)
+            button("Close", dialog.close)
+    dialog.open()
 
 
 def _commands(session: Session) -> None:

@@ -3,6 +3,7 @@
 import asyncio
 from dataclasses import replace
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
@@ -484,3 +485,29 @@ def test_each_of_several_logs_has_its_place_on_the_axis_of_time(tmp_path):
     assert 38.0 < one.end - one.begin < 40.0
     assert 58.0 < two.end - two.begin < 60.0
     assert 0.0 < two.begin - one.end < 0.2
+
+
+def test_the_model_is_taken_for_other_programs():
+    async def story() -> None:
+        session = await opened()
+        try:
+            assert {"c", "sdf", "python"} <= set(dict(await session.ask("formats")))
+            await session.add(FIRST)
+            taken = await session.take("python")
+            assert taken is not None
+            assert taken.name == "model.py"
+            text = taken.read_text("utf-8")
+            assert f"X_uu = {fit_of(session).values[0].after:.9g}" in text
+            assert "95 % interval" in text
+            assert str(session.folder) not in text
+            await session.move("X_uu", -3.0)
+            taken = await session.take("c")
+            assert taken is not None
+            assert taken.name == "model-c.zip"
+            with ZipFile(taken) as files:
+                assert set(files.namelist()) == {"model.h", "model_test.c"}
+                assert "X_uu = -3 N" in files.read("model.h").decode()
+        finally:
+            session.close()
+
+    asyncio.run(story())
