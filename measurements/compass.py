@@ -14,7 +14,6 @@ import numpy as np
 from ..physics.forces import apparent_wind
 from ..physics.frames import Array, body_to_earth, earth_to_body
 from ..physics.motion import Motion
-from .preparation.derive import smooth
 from .statistics.blocks import block_scores, sandwich
 from .statistics.robust import robust_squares
 
@@ -52,10 +51,6 @@ _SECTORS, _MOST_SECTORS = 12, 7
 """Sectors of the compass, and those on which the boat must have run straight before the curve is told."""
 _IN_SECTOR = 1.0
 """Time of straight running from which a sector counts [s]."""
-_SLOW = 0.5
-"""Drift is slower than this [Hz]; what is faster is the noise of positions."""
-_SETTLES = 4.0
-"""Length from which a motion is looked at [s]: two periods of the slowest filter, whose ends are not true."""
 _LEAST_BLOCKS = 4
 """Stretches without which nothing is said: of fewer, 3 of 4 cannot agree."""
 
@@ -157,7 +152,6 @@ def compass_of(motions: Sequence[Motion], *, constant: bool = False) -> Compass:
     ----------
     constant : the deviation is known to be the same on every heading
     """
-    motions = [smooth(motion, _SLOW) for motion in motions if motion.duration > _SETTLES]
     rows, block = _rows(motions)
     count = int(block.max()) + 1 if block.size else 0
     if count < _LEAST_BLOCKS:

@@ -6,9 +6,14 @@ from typing import ClassVar, final
 import numpy as np
 
 from ...compass import compass_of
+from ...preparation.derive import smooth
 from ..finding import Check, Finding
 from ..record import Record
 
+_SLOW = 0.5
+"""Drift is slower than this [Hz]; what is faster is the noise of positions."""
+_SETTLES = 4.0
+"""Length from which a motion is looked at [s]: two periods of the slowest filter, whose ends are not true."""
 _LEAST = 2.0
 """A deviation is told when it is surely more than this [deg]; the drift of a lively hull passes for less."""
 
@@ -25,7 +30,7 @@ class Deviation(Check):
         if not having:
             return []
         motions = [stretch.motion for record in having for stretch in record.stretches]
-        compass = compass_of(motions)
+        compass = compass_of([smooth(motion, _SLOW) for motion in motions if motion.duration > _SETTLES])
         channels = ("psi",)
         if not np.isfinite(compass.error) or compass.lazy:
             return [
