@@ -27,8 +27,8 @@ from ..physics.typical_hulls import (
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 
 _BETWEEN_LOGS = 0.3
-"""Share by which the thrust of one boat differs from log to log, beside what its fit leaves and the error that it tells:
-22 to 48 N of a BlueBoat's field logs, as the drag goes with manoeuvre and speed."""
+"""Share by which the thrust of one boat differs from log to log, beside what its fit leaves and the error that it
+tells: 22 to 48 N of a BlueBoat's field logs, as the drag goes with manoeuvre and speed."""
 _GIVEN = "given to undertow init"
 _AHEAD_OF_STERN = 0.4
 """Distance of thrusters behind the middle over length; it has no effect on one that pushes straight ahead."""
@@ -197,7 +197,8 @@ def _thrust(
     error = float(np.hypot(answer[1] / answer[0], between))
     both = weighed(measured, error, usual.value, THRUST_SPREAD)
     if both is None:
-        return replace(usual, source=f"{usual.source}; what the log shows ({shown}) is too far from that to be believed")
+        far = f"what the log shows ({shown}) is too far from that to be believed"
+        return replace(usual, source=f"{usual.source}; {far}")
     size, factor = both
     words = (
         f"to move mass - X_udot = {moved:.4g} kg as the log shows ({shown}), weighed with what is typical "
