@@ -226,8 +226,8 @@ class Desk:
         from ..exports.formats.registry import format_named
         from ..workflows.export import export
 
-        try:
-            model = self._run(stand, target, say)
+        try:  # a run of no effects is that of the search, which is not what is shown
+            model = self._run(stand, target, say) if stand.names else self._model(stand, target)
         except RequestError:
             model = self._model(stand, target)
         there = target / "exported"

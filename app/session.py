@@ -50,6 +50,7 @@ class Session:
         self.errands = Errands(self.audience, spare)
         self.source: Source | None = None
         self.asked: Source | None = None
+        self._refusal = ""
         self.names: dict[str, str] = {}
         self.opened: Opened | None = None
         self.searched: Searched | None = None
@@ -107,6 +108,7 @@ class Session:
             self.errands.trouble, self.asked = "", source
             opened = await self.errands.open(source, self.folder)
             if opened is None:
+                self._refusal = self.trouble
                 if opened_one is not None:
                     opened_one()
                 return
@@ -120,7 +122,8 @@ class Session:
     @property
     def refused(self) -> Source | None:
         """What was to be opened, and was refused."""
-        return self.asked if self.work is None and self.trouble and self.asked is not self.source else None
+        told = self.work is None and self.trouble and self.trouble == self._refusal
+        return self.asked if told and self.asked is not self.source else None
 
     @property
     def forcible(self) -> bool:
@@ -165,7 +168,8 @@ class Session:
                 self._searches[self.source] = found
             if found.hidden is not None:
                 self._left = None
-            await self._show()
+            if self._now.source == self.source:  # else a step to another reading waits for its turn
+                await self._show()
 
     async def add(self, *names: str) -> None:
         """Add effects to the model."""
@@ -292,7 +296,7 @@ class Session:
         """Fit what the present step asks for, and show it; whether that could be done."""
         async with self._turn:
             step = self._now
-            if self._shown == step and not self.trouble:
+            if self._shown == step and step.source == self.source and not self.trouble:
                 return True  # a slider has moved on while this one waited
             self.errands.trouble = ""
             other = step.source != self.source
@@ -312,12 +316,14 @@ class Session:
         if opened is not None and found is not None and found.hidden is not None:
             opened = await self.errands.ask("", "resume", found.hidden)
         if opened is None:
+            self._refusal = self.trouble
             return False
         self._begin(source, opened)
         return True
 
     def _begin(self, source: Source, opened: Opened) -> None:
-        """Show what was read."""
+        """Show what was read, of which a network in training knows nothing."""
+        self.training.stop()
         self.searched, self.selected, self.by_hand, self._weighed = self._searches.get(source), (), {}, None
         self.source, self.opened, self._shown, self._left = source, opened, None, ()
         self.fit, self.stairs = opened.nominal, (opened.nominal,)

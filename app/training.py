@@ -38,7 +38,9 @@ class Training:
         """
         self._worker = Worker()
         try:
-            await self._worker.ask("open", source, str(folder))
+            own = folder / "training"  # two processes may not write one file
+            own.mkdir(exist_ok=True)
+            await self._worker.ask("open", source, str(own))
             if searched is not None and searched.hidden is not None:
                 await self._worker.ask("resume", searched.hidden)
             name, epochs = network

@@ -31,9 +31,11 @@ def in_python(text: str) -> str:
     --------
     >>> print(in_python("Say --frame enu, or --as-is. 'undertow inspect LOG --map-out map.yaml' writes a map"))
     Say Reading(frame="enu"), or Reading(as_is=True). 'undertow inspect LOG --map-out map.yaml' writes a map
+    >>> print(in_python("/data/run--force/x.csv: expected a table"))
+    /data/run--force/x.csv: expected a table
     """
     parts = _COMMAND.split(text)
     for place in range(0, len(parts), 2):
         for option, argument in _ARGUMENTS:
-            parts[place] = re.sub(option, argument, parts[place])
+            parts[place] = re.sub(rf"(?<![\w/.-]){option}", argument, parts[place])
     return "".join(parts)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from ..comparison.what_decides import what_decides
 from ..measurements.statistics.paired import Verdict, paired_ratio
-from ..physics.in_words import percent, unit_text, words
+from ..physics.in_words import listing, number, percent, unit_text, words
 from ..reports.wording import interval, within
 from ..residuals.scores import evaluate_all
 from .log_on_bench import LogOnBench
@@ -17,16 +17,15 @@ _TOLD: dict[Verdict, tuple[str, str]] = {
     ),
     "worse": (
         "worse on unseen rows",
-        "On rows that the fit did not see, the model errs {by} more in {what} with it than without: take it out.",
+        "On rows that the fit did not see, the model errs {by} more in {what} with it than without.",
     ),
     "no difference": (
         "cannot tell",
-        "This log cannot tell: on rows that the fit did not see, the error in {what} differs by {by}, which is nothing "
-        "or may be chance.",
+        "On rows that the fit did not see, the error in {what} differs by {by}, which is nothing or may be chance.",
     ),
     "too short to tell": (
         "cannot tell",
-        "This log cannot tell: it is too short to judge on rows that the fit did not see.",
+        "The log is too short to judge on rows that the fit did not see.",
     ),
 }
 """Verdict on the card, and the sentence, by what the comparison on unseen rows says."""
@@ -54,9 +53,11 @@ def weighed(bench: LogOnBench, stand: Stand, name: str) -> Card:
     found = paired_ratio(decides.squares[1], decides.squares[0], decides.shortest)
     verdict, sentence = _TOLD[found.verdict if decides.what else "too short to tell"]
     told = sentence.format(by=percent(abs(found.relative)), what=decides.what)
-    unsure = [value.symbol for value in own if value.ci95 is not None and value.ci95[0] <= 0.0 <= value.ci95[1]]
+    unsure = [v for v in own if v.ci95 is not None and v.ci95[0] <= v.before <= v.ci95[1]]
     if unsure:
-        verdict, told = "cannot tell", f"{told} Zero lies in the interval of {', '.join(unsure)}."
+        inside = listing([f"{number(v.before)} in that of {v.symbol}" for v in unsure])
+        verdict = "cannot tell"
+        told = f"This log cannot tell: what the model has without it lies in the interval, {inside}. {told}"
     return Card(name, words(name), "", told, verdict, tuple(map(_number, own)))
 
 

@@ -124,6 +124,11 @@ class Workbench:
                 "no run holds the model's own numbers fitted beside effects that are not all that the search found; "
                 "take model.yaml, which has them as they are, or leave the own numbers out"
             )
+        if self._hidden is not None:
+            raise RequestError(
+                "no verb adds effects to a log whose sensors only its forces show to be wrong, other than those that "
+                "the search found; take model.yaml, which was fitted to the corrected log, or add what was found"
+            )
         return add(list(names), self._whole, progress=progress)
 
     def write(self, stand: Stand, folder: PathLike, progress: Say | None = None) -> None:

@@ -98,8 +98,8 @@ def _told(session: Session) -> str:
     if session.fit is None or session.opened is None:
         return ""
     told = _how_well(session, session.opened, session.fit)
-    left = listing([words(name) for name in session.stand.left])
-    return f"Read without the correction of {left}. {told}" if left else told
+    left = session.named(listing([words(name) for name in session.stand.left]))
+    return f"Read without the correction of {left}; headline and cards are of the log with it. {told}" if left else told
 
 
 def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
@@ -111,7 +111,7 @@ def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
         change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
         how = "every row predicted by a model that was fitted without it" if fit.unseen else "moved by hand"
         return f"{change} than the model as it was; {how}."
-    if session.searched is not None:
+    if session.searched is not None and not session.stand.left:
         return " ".join(session.searched.told)
     seconds = opened.seconds
     return f"{seconds:.0f} s of measurement, predicted open loop again and again from what was measured."

@@ -511,3 +511,25 @@ def test_the_model_is_taken_for_other_programs():
             session.close()
 
     asyncio.run(story())
+
+
+def test_a_step_to_another_reading_waits_for_a_search():
+    async def story() -> None:
+        session = await opened()
+        try:
+            heavier = replace(DEMO, changed=(("mass", 33.0),))
+            await session.change(heavier)
+            assert session.source == heavier
+            del session.search  # type: ignore[attr-defined]
+            searching = asyncio.create_task(session.search())
+            while session.work is None:
+                await asyncio.sleep(0.01)
+            await session.undo()
+            await searching
+            assert session.trouble == ""
+            assert history_of(session).now.source == session.source == DEMO
+            assert session.searched is None or session.searched.cards
+        finally:
+            session.close()
+
+    asyncio.run(story())
