@@ -31,9 +31,6 @@ class Deviation(Check):
             return []
         motions = [stretch.motion for record in having for stretch in record.stretches]
         compass = compass_of([smooth(motion, _SLOW) for motion in motions if motion.duration > _SETTLES])
-        as_it_is = compass_of(motions)  # which discovery goes by
-        if as_it_is.plain != compass.plain:
-            compass = as_it_is
         channels = ("psi",)
         if not np.isfinite(compass.error) or compass.lazy:
             return [
