@@ -86,10 +86,12 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
         for knot in _knots(thrust, _THRUST_KNOTS):
             yield f"{of} beyond {knot:g} N", np.maximum(thrust - knot, 0.0), ""
             yield f"{of} below -{knot:g} N", np.maximum(-thrust - knot, 0.0), ""
-    pushes |= {"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {}
     for of, thrust in pushes.items():
         for name, speed in beside.items():
             yield f"{of} times {name}", thrust * speed, name
+    pushes |= {"all thrust": np.sum(thrusts, axis=0)} if len(thrusts) > 1 else {}
+    for name in ("v", "|v|", "r", "|r|") if len(thrusts) > 1 else ():  # at speed all thrust is as large as the drag
+        yield f"all thrust times {name}", pushes["all thrust"] * beside[name], name
     changing: dict[str, tuple[Array, str]] = {"": (steady, ""), "u": (u, "u"), "u|u|": (u * np.abs(u), "u")}
     changing |= {"v": (v, "v"), "r": (r, "r")}
     changing |= {of: (thrust, "") for of, thrust in pushes.items()}
