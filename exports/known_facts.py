@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..physics.laws.damping_power import Envelope
+from ..physics.printable import one_line
 
 _WIDTH = 100
 """Letters of a line of remarks."""
@@ -64,9 +65,13 @@ class KnownFacts:
 
 def _folded(text: str) -> list[str]:
     indent = "  " * text.startswith("- ")
-    return textwrap.wrap(text.replace("*/", "* /"), _WIDTH, subsequent_indent=indent, break_on_hyphens=False) or [""]
+    return textwrap.wrap(one_line(text), _WIDTH, subsequent_indent=indent, break_on_hyphens=False) or [""]
 
 
 def remarks(lines: Sequence[str], begin: str = "# ") -> str:
-    """Lines as remarks of a language in which a sign begins one."""
-    return "".join(f"{begin}{line}".rstrip() + "\n" for line in lines)
+    """Lines as remarks of a language in which a sign begins one.
+
+    A line of C that ends in a backslash, or in how C once wrote one, would make a remark of the next line.
+    """
+    told = (f"{begin}{line}".rstrip() for line in lines)
+    return "".join(f"{line}{'.' * line.endswith((chr(92), '??/'))}\n" for line in told)

@@ -11,7 +11,7 @@ from ..program.printer import Language, wrapped
 from .base import Export, Given
 
 _HEAD = '''\
-"""{about}
+"""The motion of a surface vehicle under commands.
 
 Arrays hold a number a row; each row may be an array itself, so that many boats are worked out side by side.
 """
@@ -99,10 +99,9 @@ class PythonModule(Language):
         return f"\n\n{quiet}def {function.name}({names}):\n{told}\n{given}\n    return {', '.join(inside)}"
 
 
-def module(program: Program, about: str) -> str:
+def module(program: Program) -> str:
     """The file's text without remarks."""
     head = _HEAD.format(
-        about=about,
         step=program.time_step,
         command=repr(program.thrust.inputs[0].members),
         state=repr(program.state),
@@ -124,8 +123,7 @@ _SHAPES = {"air": ", (2, steps + 1)", "minutes": ", of the first step"}
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
-    program = program_of(given.vehicle, given.choices.time_step)
-    text = module(program, f"The motion of {given.facts.name} under commands.")
+    text = module(program_of(given.vehicle, given.choices.time_step))
     return {path: (remarks(given.facts.lines()) + text).encode()}
 
 

@@ -6,6 +6,7 @@ work out with different signs, is switched off and written as such terms. Fortre
 mass with the other sign, and its Coriolis force cannot be switched off.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
@@ -209,7 +210,7 @@ def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
     vehicle, choices = given.vehicle, given.choices
     library, namespace = _NAMESPACES[choices.gz]
     root = ElementTree.Element("sdf", version="1.10" if inertial else "1.9")
-    facts = "\n".join(line.replace("--", "- -") for line in given.facts.lines())
+    facts = "\n".join(re.sub(r"-(?=-)", "- ", line) for line in given.facts.lines())
     root.append(ElementTree.Comment(f"\n{facts}\nixx and iyy of the hull are invented: see `Heave, roll and pitch`.\n"))
     model = ElementTree.SubElement(root, "model", name=name)
     hull = ElementTree.SubElement(model, "link", name="base_link")

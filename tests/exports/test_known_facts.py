@@ -1,0 +1,62 @@
+"""What is known about a model stands in remarks, and no word of it leaves them."""
+
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from exported import boat, facts
+
+from undertow.exports.formats.base import Given
+from undertow.exports.formats.registry import format_named
+from undertow.exports.known_facts import remarks
+
+BREAK = "\u2028"
+"""What JavaScript holds for the end of a line."""
+ILL = replace(
+    facts("as it is"),
+    name='x"""\nimport os\n"""\\',
+    source=f"a{BREAK}b",
+    envelope_from="c\rd",
+    audit=("pass", f"law{BREAK}alert(1): sentence\u2029alert(2) ---> <evil/>"),
+    numbers=("mass = 1 kg; */ int a;\x85int b;",),
+)
+
+
+def text(to: str) -> str:
+    return next(iter(format_named(to).files(Given(boat("as it is"), ILL), Path("boat")).values())).decode()
+
+
+def test_every_text_stays_in_its_line():
+    lines = ILL.lines()
+    assert [line for line in lines if len(line.splitlines()) > 1 or BREAK in line] == []
+    assert any(r"law\u2028alert(1)" in line for line in lines)
+
+
+@pytest.mark.parametrize("to", ["javascript", "c"])
+def test_the_code_is_the_same_whatever_the_audit_says(to: str):
+    said = text(to).splitlines()
+    plain = next(iter(format_named(to).files(Given(boat("as it is"), facts("as it is")), Path("boat")).values()))
+    code = [[line for line in lines if not line.startswith("// ")] for lines in (said, plain.decode().splitlines())]
+    assert [line for line in code[0] if line != "//"] == [line for line in code[1] if line != "//"]
+
+
+def test_a_name_is_not_run():
+    said = text("python")
+    compile(said, "boat.py", "exec")
+    assert "import os" not in [line.strip() for line in said.splitlines()]
+    assert '"""The motion of a surface vehicle' in said
+
+
+def test_the_comment_of_gazebos_file_is_closed_once():
+    said = text("sdf")
+    begin, comment, rest = said.partition("<!--")
+    inside, _, after = comment and rest.partition("-->")
+    assert "--" not in inside
+    assert "<evil/>" in inside
+    assert "-->" not in after
+    assert ElementTree.fromstring(begin + after).tag == "sdf"
+
+
+def test_a_backslash_does_not_make_a_remark_of_the_next_line():
+    assert remarks(["of a\\", "of b??/", "of c"], "// ") == "// of a\\.\n// of b??/.\n// of c\n"
