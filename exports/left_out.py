@@ -1,6 +1,6 @@
 """What a format cannot say, told in newtons: how much force goes missing over the envelope, effect by effect."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,8 @@ from ..physics.forces import ForceEquation, current_at, held_thrust, relative_ve
 from ..physics.frames import AXES, FORCE_UNITS, Array, earth_to_body
 from ..physics.in_words import listing
 from ..physics.laws.damping_power import Envelope
-from ..physics.vehicle import Vehicle
+from ..physics.thrusters import Thruster, command_of
+from ..physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from .program.vectors import commands_of
 
 _STATES = 2000
@@ -21,6 +22,22 @@ _NOTHING = 1e-9
 """Share of the largest force below which a difference is rounding."""
 
 
+def values_of(vehicle: Vehicle, symbol: str) -> tuple[float, ...]:
+    """The value of a parameter, or those of all thrusters where each has its own and they differ."""
+    if symbol not in SHARED_THRUSTER_KEYS:
+        return (vehicle.value(symbol),)
+    own = tuple(getattr(thruster, symbol) for thruster in vehicle.thrusters)
+    return own if len(set(own)) > 1 else own[:1]
+
+
+def stated(vehicle: Vehicle, symbol: str, digits: int, unit: str = "") -> str:
+    """The value of a parameter in words, with the names of thrusters where they differ in it."""
+    own = [f"{value:.{digits}g} {unit}".rstrip() for value in values_of(vehicle, symbol)]
+    if len(own) == 1:
+        return f"{symbol} = {own[0]}"
+    return f"{symbol} = " + ", ".join(f"{x} ({t.name})" for x, t in zip(own, vehicle.thrusters, strict=True))
+
+
 def told(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> list[str]:
     """A sentence for each effect that has other values in a format, with the force that it lacks.
 
@@ -28,7 +45,7 @@ def told(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> 
     ----------
     instead : by symbol, the value that the format has in the place of the vehicle's
     """
-    sentences, rest = [], {s: x for s, x in instead.items() if vehicle.value(s) != x}
+    sentences, rest = [], {s: x for s, x in instead.items() if any(own != x for own in values_of(vehicle, s))}
     for effect in EFFECTS:
         own = {f"{t.name}_scale" for t in vehicle.thrusters} if effect.per_thruster else set(effect.symbols)
         moved = {symbol: rest.pop(symbol) for symbol in [s for s in rest if s in own]}
@@ -38,10 +55,10 @@ def told(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> 
 
 
 def _sentence(name: str, vehicle: Vehicle, envelope: Envelope, moved: Mapping[str, float]) -> str:
-    values = ", ".join(f"{symbol} = {vehicle.value(symbol):.4g}" for symbol in moved)
+    values = ", ".join(stated(vehicle, symbol, 4) for symbol in moved)
     begin = f"{name} ({values})"
     if set(moved) <= {"lag", "delay"}:
-        full = total_thrust(vehicle)
+        full = total_thrust(vehicle, [t for t in vehicle.thrusters if any(getattr(t, s) for s in moved)])
         return f"{begin}: thrust is early, by up to {full:.3g} N after a step from rest to full command."
     when = f" in {_WIND:g} m/s of wind" * any(s.startswith("wind_") and len(s) == 6 for s in moved)
     when += f" after {_MINUTES:g} minutes" * any(vehicle.parameter(symbol).unit.endswith("/min") for symbol in moved)
@@ -93,7 +110,7 @@ def forces(vehicle: Vehicle, drawn: _Drawn) -> Array:
     return np.array(force)
 
 
-def total_thrust(vehicle: Vehicle) -> float:
-    """Sum of the sizes of all thrusters' forces at full command [N]."""
-    full = commands_of(vehicle, np.ones((1, len(vehicle.thrusters))))
-    return float(np.abs(held_thrust(vehicle, full)[0]).sum())
+def total_thrust(vehicle: Vehicle, of: Sequence[Thruster] | None = None) -> float:
+    """Sum of the sizes of the forces [N] of all thrusters, or of some, at full command."""
+    thrusters = vehicle.thrusters if of is None else of
+    return float(sum(abs(t.lasting(command_of(t, np.ones(1)))[0][0]) for t in thrusters))

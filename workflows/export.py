@@ -13,6 +13,7 @@ from ..discovery.findings import Findings
 from ..exports.formats.base import Choices, Given
 from ..exports.formats.registry import format_named
 from ..exports.known_facts import KnownFacts
+from ..exports.left_out import stated, values_of
 from ..measurements.prepared_logs import PathLike
 from ..physics.cards import Card
 from ..physics.errors import RequestError, expect
@@ -153,11 +154,11 @@ def _numbers(vehicle: Vehicle, intervals: Mapping[str, tuple[float, float]]) -> 
     """Each number of a vehicle that is not null, with its unit, interval and source; then the sources of sections."""
     found = []
     sources = dict(vehicle.sources)
-    for symbol, value in vehicle.values.items():
+    for symbol in vehicle.values:
         parameter = vehicle.parameter(symbol)
-        if value == parameter.null:
+        if all(value == parameter.null for value in values_of(vehicle, symbol)):
             continue
-        text = f"{symbol} = {value:.9g} {parameter.unit}"
+        text = stated(vehicle, symbol, 9, parameter.unit)
         if symbol in intervals:
             low, high = intervals[symbol]
             text += f", 95 % interval {number(low)} to {number(high)}"

@@ -16,6 +16,7 @@ from ...physics.frames import Array
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
 from ..known_facts import remarks
+from ..left_out import stated, values_of
 from ..straight_running import Sides, sides_of
 from .base import Export, Given
 
@@ -123,9 +124,9 @@ def _left_out(given: Given) -> list[str]:
     ]
     if apart > 1e-9 * max(1.0, motors.off):
         told.append(f"Both thrusters share the parameters: one pushes up to {apart:.3g} N more than the other.")
-    late = [f"{s} {vehicle.value(s):g} s" for s in ("lag", "delay") if vehicle.value(s)]
+    late = [stated(vehicle, s, 4, "s") for s in ("lag", "delay") if any(values_of(vehicle, s))]
     if late:
-        full = float(np.abs(thrust(port, np.ones(1))).max())
+        full = max(float(np.abs(thrust(t, np.ones(1))).max()) for t in (port, starboard) if t.lag or t.delay)
         told.append(f"{' and '.join(late)}: up to {full:.3g} N a thruster come late after a step of the throttle.")
     if port.command != "pwm" or starboard.command != "pwm":
         told.append(f"The model is commanded in {port.command}: trims, ends and reversal of the outputs are not known.")

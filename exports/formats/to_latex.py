@@ -8,8 +8,10 @@ from pathlib import Path
 from ...physics.forces import CURRENT
 from ...physics.in_words import listing
 from ...physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
-from ...physics.vehicle import Vehicle
+from ...physics.thrusters import Thruster
+from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ..known_facts import remarks
+from ..left_out import stated, values_of
 from .base import Export, Given
 
 _UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
@@ -45,6 +47,8 @@ Velocities $u$, $v$ [m/s] and $r$ [rad/s] are relative to the water{water}; $T$ 
 """
 _BESIDE = " \\, "
 """Between a number and what it multiplies."""
+_COMMANDS = {"pwm": " in us", "normalized": "", "rad_s": " in rad/s", "newton": " in N"}
+"""Units of commands."""
 _WIDE = 3
 """Terms of an equation in a line."""
 
@@ -95,11 +99,22 @@ def escaped(text: str) -> str:
 
 def _beside(vehicle: Vehicle) -> str:
     """What acts within a factor: on the thrust, the water, or the memory."""
-    found = [
-        f"{symbol} = {vehicle.value(symbol):.12g} {vehicle.parameter(symbol).unit}"
-        for symbol in beside_the_balance(vehicle)
-    ]
+    apart = [s for s in SHARED_THRUSTER_KEYS if len(values_of(vehicle, s)) > 1]
+    symbols = dict.fromkeys([*beside_the_balance(vehicle), *apart])
+    found = [stated(vehicle, symbol, 12, vehicle.parameter(symbol).unit) for symbol in symbols]
     return f"Within the factors act {escaped(listing(found))}." if found else ""
+
+
+def thrust_curve(thruster: Thruster) -> str:
+    """How the command of a thruster becomes its force, with every number."""
+    curve, unit = thruster.curve, _COMMANDS[thruster.command]
+    if curve.kind == "table":
+        points = [f"{y:.12g} at {x:.12g}" for x, y in zip(curve.command, curve.force, strict=True)]
+        return f"force of {thruster.name} in N at its command{unit}, straight between: {', '.join(points)}"
+    speed = {"pwm": "(command - 1500)/500 scale + offset", "normalized": "command scale + offset"}
+    parts = [f"{name} = {getattr(curve, name):.12g}" for name in ("k_t", "rho", "diameter", "scale", "offset")]
+    law = f"k_t rho diameter^4 n|n| N with n = {speed.get(thruster.command, 'command')}"
+    return f"force of {thruster.name} at its command{unit}: {law}; {', '.join(parts)}"
 
 
 def _rows(lines: Sequence[str]) -> str:
@@ -115,7 +130,7 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
         beside=_beside(vehicle),
         equations="\n".join(equation(line) for line in balances(vehicle)),
         left_out=escaped(f"{facts.envelope_told} Audit: {' '.join(facts.audit)}"),
-        rows=_rows(facts.numbers),
+        rows=_rows([*facts.numbers, *map(thrust_curve, vehicle.thrusters)]),
     )
     return {path: (remarks(facts.lines(), "% ") + text).encode()}
 

@@ -150,8 +150,7 @@ def _left_out(given: Given) -> list[str]:
     curve = {s for s in lost if s in own or s.startswith("gain_")}
     sentences = told(vehicle, envelope, {s: x for s, x in lost.items() if s not in curve})
     sentences += _curve_told(vehicle)
-    if vehicle.value("advance_loss"):
-        sentences += told(vehicle, envelope, {"advance_loss": 0.0})
+    sentences += told(vehicle, envelope, {"advance_loss": 0.0})
     if choices.gz == "fortress" and not inertial:
         sentences.append(_fortress_coriolis(vehicle, given))
     if inertial and (vehicle.value("current_north") or vehicle.value("current_east")):

@@ -4,10 +4,15 @@ import re
 
 import numpy as np
 import pytest
+from exported import facts
 
-from undertow.exports.left_out import told, total_thrust
+from undertow.exports.formats.base import Given
+from undertow.exports.formats.registry import format_named
+from undertow.exports.left_out import stated, told, total_thrust
 from undertow.physics.laws.damping_power import Envelope
-from undertow.physics.vehicle import load_vehicle
+from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.residuals.models.base import VehicleModel
+from undertow.workflows.export import known_facts
 
 BOAT = load_vehicle("blueboat")
 BOX = Envelope((-2.0, -0.5, -1.0), (2.0, 0.5, 1.0))
@@ -46,6 +51,27 @@ def test_lag_and_delay_are_worth_a_step_of_full_thrust():
     lines = told(late, BOX, {"lag": 0.0, "delay": 0.0})
     assert [line.partition(":")[0] for line in lines] == ["thruster_lag (lag = 0.3)", "input_delay (delay = 0.2)"]
     assert all("by up to 70 N" in line for line in lines)
+
+
+def one_late() -> Vehicle:
+    """A boat whose starboard thruster alone answers late."""
+    port, starboard = BOAT.thrusters
+    return BOAT.model_copy(update={"thrusters": (port, starboard.model_copy(update={"lag": 0.4}))})
+
+
+def test_what_one_thruster_has_alone_is_told():
+    (sentence,) = told(one_late(), BOX, {"lag": 0.0})
+    assert sentence.startswith("thruster_lag (lag = 0 (port), 0.4 (stbd)): thrust is early, by up to 35 N")
+    assert stated(BOAT.with_values({"lag": 0.3}), "lag", 4, "s") == "lag = 0.3 s"
+
+
+@pytest.mark.parametrize("to", ["sdf", "ardupilot"])
+def test_a_format_without_lag_says_whose_it_leaves_out(to: str):
+    assert "0.4 s (stbd)" in " ".join(known_facts(VehicleModel(one_late(), "late"), None).numbers)
+    sentences = format_named(to).left_out(Given(one_late(), facts("as it is")))
+    (sentence,) = [each for each in sentences if "lag" in each]
+    assert "(stbd)" in sentence
+    assert "35 N" in sentence
 
 
 def test_what_is_the_same_is_not_told():

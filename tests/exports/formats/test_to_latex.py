@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exported import BOATS, boat, envelope, written
+from exported import BOATS, boat, envelope, facts, written
 from matplotlib.mathtext import MathTextParser
 
+from undertow.exports.formats import to_latex
+from undertow.exports.formats.base import Given
 from undertow.exports.formats.to_latex import equation, escaped
 from undertow.physics.momentum_balance import balances
 
@@ -91,6 +93,31 @@ def test_every_bracket_and_environment_is_closed(name: str, tmp_path: Path):
     assert bare.count("{") == bare.count("}")
     assert body.count("$") % 2 == 0
     assert not re.search(r"(?<!\\)#", body)
+
+
+@pytest.mark.parametrize("name", BOATS)
+def test_read_back_its_thrust_curves_are_the_vehicles(name: str, tmp_path: Path):
+    text = written(name, "latex", tmp_path / "boat.tex").read_text("utf-8")
+    rows = [line for line in text.splitlines() if line.startswith("force of ")]
+    for row, thruster in zip(rows, boat(name).thrusters, strict=True):
+        assert escaped(thruster.name) in row
+        said = row.replace(r"\_", "_")
+        if thruster.curve.kind == "table":
+            pairs = re.findall(r"([-\d.e+]+) at ([-\d.e+]+)", said)
+            assert [float(x) for _, x in pairs] == pytest.approx(thruster.curve.command)
+            assert [float(y) for y, _ in pairs] == pytest.approx(thruster.curve.force)
+        else:
+            numbers = {key: float(x) for key, x in re.findall(r"(\w+) = ([-\d.e+]+)", said)}
+            wanted = thruster.curve.model_dump(exclude={"kind"})
+            assert {key: numbers[key] for key in wanted} == pytest.approx(wanted)
+
+
+def test_what_one_thruster_has_alone_stands_beside_the_equations(tmp_path: Path):
+    vehicle = boat("as it is")
+    port, starboard = vehicle.thrusters
+    late = vehicle.model_copy(update={"thrusters": (port, starboard.model_copy(update={"lag": 0.4}))})
+    (content,) = to_latex.EXPORT.files(Given(late, facts("as it is")), tmp_path / "boat.tex").values()
+    assert "Within the factors act lag = 0 s (port), 0.4 s (stbd)." in content.decode()
 
 
 def test_signs_of_tex_are_escaped():
