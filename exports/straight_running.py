@@ -3,22 +3,26 @@
 Throttle and steering are those of autopilots: the sum and the difference of the shares of full command at both sides.
 """
 
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..physics.effects import PARAMETERS
 from ..physics.errors import RequestError
 from ..physics.forces import at_beginning, calm
 from ..physics.frames import Array
+from ..physics.laws.damping_power import Envelope
 from ..physics.matrices import push_of
 from ..physics.motion import Motion
 from ..physics.simulation import Legs, rollouts
-from ..physics.thrusters import Thruster
+from ..physics.thrusters import Thruster, command_of
 from ..physics.vehicle import Vehicle
-from .program.vectors import commands_of
+from .left_out import told
 
 _SETTLING, _STEP = 120.0, 0.05
 """Time after which a boat runs steadily, and step of the simulation [s]: five times the slowest hull of the shipped."""
+Commanded = Callable[[Thruster, Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,15 +33,19 @@ class Sides:
     port: int
     starboard: int
 
-    def steady(self, left: Array, right: Array) -> Array:
-        """Velocities (n, 3) after two minutes of commands, shares of full command at both sides (n,) each."""
+    def steady(self, left: Array, right: Array, commanded: Commanded = command_of) -> Array:
+        """Velocities (n, 3) after two minutes of commands, shares of full command at both sides (n,) each.
+
+        `commanded` makes commands of a thruster from shares.
+        """
         vehicle = calm(at_beginning(self.vehicle))
         rows = round(_SETTLING / _STEP) + 1
         time, names = _STEP * np.arange(rows, dtype=float), tuple(t.name for t in vehicle.thrusters)
-        share = np.zeros((len(left), len(names)))
-        share[:, self.port], share[:, self.starboard] = left, right
+        commands = np.zeros((len(left), len(names)))
+        for k, share in ((self.port, left), (self.starboard, right)):
+            commands[:, k] = commanded(vehicle.thrusters[k], share)
         asked = []
-        for held in commands_of(vehicle, share):
+        for held in commands:
             still = np.zeros((rows, 3))
             motion = Motion(time, still[:, :2], still[:, 2], still, np.tile(held, (rows, 1)), names)
             asked.append((vehicle, Legs(motion, np.array([0]), rows - 1)))
@@ -46,6 +54,12 @@ class Sides:
     def thrusters(self) -> tuple[Thruster, Thruster]:
         """That at port and that at starboard."""
         return self.vehicle.thrusters[self.port], self.vehicle.thrusters[self.starboard]
+
+
+def not_there(vehicle: Vehicle, envelope: Envelope, written: Collection[str] = ()) -> list[str]:
+    """A sentence for all that surrounds a vehicle or changes by the minute, but for symbols that are written."""
+    stated = (p for p in PARAMETERS.values() if p.section == "environment" or p.unit.endswith("/min"))
+    return told(vehicle, envelope, {p.symbol: p.null for p in stated if p.symbol not in written})
 
 
 def sides_of(vehicle: Vehicle, to: str) -> Sides:

@@ -17,15 +17,15 @@ from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
 from ..known_facts import remarks
 from ..left_out import stated, values_of
-from ..straight_running import Sides, sides_of
+from ..straight_running import Sides, not_there, sides_of
 from .base import Export, Given
 
 _SHARES = np.linspace(0.0, 1.0, 101)
 """Outputs at which the thrust curve is looked at."""
 _CRUISE, _STEERING = 0.5, 0.1
 """Throttle of the cruise, and steering whose turn rate tells the feed-forward: in the middle of what there is."""
-_LEAST_FF, _MOST_FF = 0.0, 3.0
-"""Range of ATC_STR_RAT_FF, as ArduPilot has it."""
+_MOST_FF = 3.0
+"""Largest ATC_STR_RAT_FF that ArduPilot takes."""
 _MOST_MIN, _MOST_ASYM = 20, 10.0
 """Largest MOT_THR_MIN [%] and MOT_THST_ASYM that ArduPilot takes."""
 _CHANNELS = ((1, 73), (3, 74))
@@ -49,9 +49,41 @@ def output(throttle: Array, expo: float, least: float) -> Array:
     return np.sign(throttle) * size
 
 
+class Servo(NamedTuple):
+    """SERVO_MIN, SERVO_TRIM and SERVO_MAX [us], and SERVO_REVERSED, of a thruster that is commanded in microseconds."""
+
+    least: float
+    trim: float
+    most: float
+    turned: bool
+
+
+def servo(thruster: Thruster) -> Servo:
+    """The output of a thruster that is commanded in microseconds, in whole ones as ArduPilot has them."""
+    low, high = sorted(command_of(thruster, np.array([-1.0, 1.0])).tolist())
+    rest, ahead = command_of(thruster, np.array([0.0, 1.0]))
+    return Servo(*(float(round(x)) for x in (low, neutral_command(thruster), high)), bool(ahead < rest))
+
+
+def commanded(thruster: Thruster, share: Array) -> Array:
+    """Commands that ArduPilot sends for shares of full output: of a pulse, from its trim to each end in proportion."""
+    if thruster.command != "pwm":
+        return command_of(thruster, share)
+    least, trim, most, turned = servo(thruster)
+    asked = -share if turned else share
+    return trim + asked * np.where(asked > 0.0, most - trim, trim - least)
+
+
 def thrust(thruster: Thruster, share: Array) -> Array:
     """Force [N] of a lasting share of full output."""
-    return thruster.lasting(command_of(thruster, share))[0]
+    return thruster.lasting(commanded(thruster, share))[0]
+
+
+def _dead(thruster: Thruster) -> float:
+    """Share of full output ahead up to which a thruster's dead zone reaches."""
+    reached = commanded(thruster, np.array([0.0, 1.0]))
+    end = command_of(thruster, np.array(thruster.dead_zone))
+    return float((end - reached[0]) / (reached[1] - reached[0])) if thruster.dead_zone else 0.0
 
 
 def fitted(sides: Sides) -> Fitted:
@@ -60,7 +92,7 @@ def fitted(sides: Sides) -> Fitted:
     full, back = float(ahead[-1]), float(-astern[-1])
     if full <= 0.0:
         raise RequestError("export --to ardupilot: full command does not push ahead; see the thrusters' curves")
-    dead = float(max(t.dead_zone for t in sides.thrusters()))
+    dead = max(map(_dead, sides.thrusters()))
     alive = dead < _SHARES
     # (1 - e) o + e o^2 is linear in e.
     bend, rest = (_SHARES**2 - _SHARES)[alive], (ahead / full - _SHARES)[alive]
@@ -80,23 +112,29 @@ def thrust_of(sides: Sides, expo: float, asymmetry: float, least: float) -> Arra
     return np.mean([thrust(t, share) for t in sides.thrusters()], axis=0)
 
 
-def parameters(vehicle: Vehicle) -> dict[str, float]:
-    """The parameters by name."""
-    sides = sides_of(vehicle, "ardupilot")
-    motors = fitted(sides)
+def _cruise(sides: Sides, motors: Fitted) -> tuple[float, float]:
+    """Speed at half throttle [m/s], and steering a turn rate there [s]: the feed-forward that the model asks for."""
     left = output(np.array([_CRUISE, _CRUISE + _STEERING]), motors.expo, motors.least)
     right = output(np.array([_CRUISE, _CRUISE - _STEERING]), motors.expo, motors.least)
-    straight, turning = sides.steady(left, right)
+    straight, turning = sides.steady(left, right, commanded)
     rate = float(turning[2] - straight[2])
     if straight[0] <= 0.0 or rate <= 0.0:
         raise RequestError(
             f"export --to ardupilot: at half throttle the model goes {straight[0]:.3g} m/s ahead, and steering to "
             f"starboard turns it by {rate:.3g} rad/s; both must be positive for an autopilot to steer it"
         )
+    return float(straight[0]), _STEERING / rate
+
+
+def parameters(vehicle: Vehicle) -> dict[str, float]:
+    """The parameters by name."""
+    sides = sides_of(vehicle, "ardupilot")
+    motors = fitted(sides)
+    speed, wanted = _cruise(sides, motors)
     found = {
-        "CRUISE_SPEED": round(float(straight[0]), 3),
+        "CRUISE_SPEED": round(speed, 3),
         "CRUISE_THROTTLE": 100.0 * _CRUISE,
-        "ATC_STR_RAT_FF": round(float(np.clip(_STEERING / rate, _LEAST_FF, _MOST_FF)), 3),
+        "ATC_STR_RAT_FF": round(min(wanted, _MOST_FF), 3),
         "MOT_THST_EXPO": motors.expo,
         "MOT_THST_ASYM": motors.asymmetry,
         "MOT_THR_MIN": float(motors.least),
@@ -104,11 +142,8 @@ def parameters(vehicle: Vehicle) -> dict[str, float]:
     for thruster, (number, function) in zip(sides.thrusters(), _CHANNELS, strict=True):
         found[f"SERVO{number}_FUNCTION"] = float(function)
         if thruster.command == "pwm":
-            low, high = sorted(command_of(thruster, np.array([-1.0, 1.0])).tolist())
-            turned = command_of(thruster, np.array([0.0, 1.0]))
-            found[f"SERVO{number}_MIN"], found[f"SERVO{number}_MAX"] = float(round(low)), float(round(high))
-            found[f"SERVO{number}_TRIM"] = float(round(neutral_command(thruster)))
-            found[f"SERVO{number}_REVERSED"] = float(turned[1] < turned[0])
+            named = zip(("MIN", "TRIM", "MAX", "REVERSED"), servo(thruster), strict=True)
+            found |= {f"SERVO{number}_{name}": float(value) for name, value in named}
     return found
 
 
@@ -117,11 +152,17 @@ def _left_out(given: Given) -> list[str]:
     sides = sides_of(vehicle, "ardupilot")
     motors = fitted(sides)
     port, starboard = sides.thrusters()
+    _, wanted = _cruise(sides, motors)
     apart = float(np.abs(thrust(port, _SHARES) - thrust(starboard, _SHARES)).max())
     told = [
         f"With these MOT_ parameters thrust is within {motors.off:.3g} N of linear in what the autopilot asks for.",
         "Damping, added mass and couplings have no parameters: the controllers' P, I and D are not touched.",
     ]
+    if wanted > _MOST_FF:
+        told.append(
+            f"ATC_STR_RAT_FF is {_MOST_FF:g}, the largest that ArduPilot takes, where the model asks for {wanted:.3g}: "
+            "the boat turns less than the autopilot asks for until its I has grown."
+        )
     if apart > 1e-9 * max(1.0, motors.off):
         told.append(f"Both thrusters share the parameters: one pushes up to {apart:.3g} N more than the other.")
     late = [stated(vehicle, s, 4, "s") for s in ("lag", "delay") if any(values_of(vehicle, s))]
@@ -130,7 +171,7 @@ def _left_out(given: Given) -> list[str]:
         told.append(f"{' and '.join(late)}: up to {full:.3g} N a thruster come late after a step of the throttle.")
     if port.command != "pwm" or starboard.command != "pwm":
         told.append(f"The model is commanded in {port.command}: trims, ends and reversal of the outputs are not known.")
-    return told
+    return told + not_there(vehicle, given.facts.envelope)
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:

@@ -13,11 +13,12 @@ from ...physics.forces import calm, held_acceleration
 from ...physics.frames import Array
 from ..known_facts import remarks
 from ..program.vectors import commands_of
-from ..straight_running import Sides, sides_of
+from ..straight_running import Sides, not_there, sides_of
 from .base import Export, Given
 
 _PERCENT = (-100, -80, -60, -40, -20, 0, 20, 40, 60, 80, 100)
 """Thrusts of the map: between them speed is close to straight for drag of any power."""
+_DRIFT = {"drift_x": "current_east", "drift_y": "current_north"}
 
 
 def thrust_map(sides: Sides) -> list[tuple[int, float]]:
@@ -58,6 +59,7 @@ def _left_out(given: Given) -> list[str]:
         f"{mass * faster:.3g} N until {half:.3g} m/s is reached, and {mass * slower:.3g} N where it slows down.",
         "Sway and drift in turns, lag and delay of thrust, and the moments that turn the boat are not known to "
         "uSimMarine; its turn_rate is for you to choose.",
+        *not_there(given.vehicle, given.facts.envelope, tuple(_DRIFT.values())),
     ]
 
 
@@ -71,7 +73,7 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
         f"  max_acceleration = {faster:.6g}",
         f"  max_deceleration = {slower:.6g}",
     ]
-    for name, symbol in (("drift_x", "current_east"), ("drift_y", "current_north")):
+    for name, symbol in _DRIFT.items():
         if vehicle.value(symbol):
             lines.append(f"  {name} = {vehicle.value(symbol):.6g}")
     return {path: (remarks(given.facts.lines(), "// ") + "\n".join([*lines, "}", ""])).encode()}

@@ -180,7 +180,9 @@ def _curve_told(vehicle: Vehicle) -> list[str]:
 def _fortress_coriolis(vehicle: Vehicle, given: Given) -> str:
     """Fortress has -A22 v r where +A22 v r belongs, and no A22 in the yaw moment."""
     a22 = -vehicle.value("Y_vdot")
-    wrong = vehicle.with_values({"surge:vr": -2.0 * a22, "yaw:uv": a22})
+    wrong = vehicle.with_values(
+        {"surge:vr": vehicle.value("surge:vr") - 2.0 * a22, "yaw:uv": vehicle.value("yaw:uv") + a22}
+    )
     return f"Coriolis force of the added mass, which Fortress works out otherwise: {_swapped(vehicle, wrong, given)}"
 
 

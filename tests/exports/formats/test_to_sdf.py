@@ -190,6 +190,14 @@ def test_fortress_has_its_own_names_and_signs(tmp_path: Path):
     assert "disable_coriolis" not in text
 
 
+def test_fortress_is_as_wrong_beside_a_term_of_the_same_form():
+    both = []
+    for added in ({}, {"surge:vr": -4.0, "yaw:uv": 3.0}):
+        given = Given(hull("blueboat").with_values(added), facts("as it is"), Choices(gz="fortress"))
+        both += [line.partition("mean")[2] for line in to_sdf.EXPORT.left_out(given) if line.startswith("Coriolis")]
+    assert both[0] == both[1] != ""
+
+
 def test_what_it_cannot_say_is_told_in_newtons():
     lines = "\n".join(to_sdf.EXPORT.left_out(Given(boat("table, everything"), facts("table, everything"))))
     said = ("wake_memory", "thruster_lag", "input_delay", "mean_wind", "apparent_wind", "yaw_trim", "battery_sag")
