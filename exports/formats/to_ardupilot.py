@@ -62,7 +62,8 @@ def servo(thruster: Thruster) -> Servo:
     """The output of a thruster that is commanded in microseconds, in whole ones as ArduPilot has them."""
     low, high = sorted(command_of(thruster, np.array([-1.0, 1.0])).tolist())
     rest, ahead = command_of(thruster, np.array([0.0, 1.0]))
-    return Servo(*(float(round(x)) for x in (low, neutral_command(thruster), high)), bool(ahead < rest))
+    least, trim, most = (float(round(x)) for x in (low, neutral_command(thruster), high))
+    return Servo(least, trim, most, bool(ahead < rest))
 
 
 def commanded(thruster: Thruster, share: Array) -> Array:

@@ -29,6 +29,14 @@ return {{ timeStep, command, state, thrust, rates, derivatives, start, step }};
 
 if (typeof module !== "undefined") module.exports = {name};
 """
+_TAKEN = """
+arguments await break case catch class const continue debugger default delete do else enum eval export extends false
+finally for function if implements import in instanceof interface let new null package private protected public return
+static super switch this throw true try typeof undefined var void while with yield
+exports module require document location top window
+thrust rates derivatives start step
+"""
+"""What the language, node or a browser keeps for itself, and the functions of the module."""
 _SPELLING = {
     **{name: f"Math.{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
     **{name: f"Math.{name}({{}}, {{}})" for name in ("min", "max", "pow")},
@@ -89,8 +97,9 @@ function {name}(x) {{
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
     program = program_of(given.vehicle, given.choices.time_step)
+    name = identifier(path.stem)
     text = _HEAD.format(
-        name=identifier(path.stem),
+        name=f"{name}_model" if name in _TAKEN.split() else name,
         step=program.time_step,
         command=dumps(program.thrust.inputs[0].members),
         state=dumps(program.state),

@@ -1,13 +1,16 @@
 """A MATLAB or Octave class folder in one file: functions of the model in the style of Fossen's MSS."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import final
 
+from ...physics.errors import RequestError
+from ...physics.printable import shown
 from ..known_facts import remarks
 from ..program.functions import Function
 from ..program.model_program import program_of
-from ..program.printer import Language, identifier, wrapped
+from ..program.printer import Language, wrapped
 from .base import Export, Given
 
 _HEAD = """\
@@ -32,8 +35,13 @@ model.command = {{{commands}}};
 model.state = {{{states}}};
 end
 """
-
-
+_TAKEN = """
+break case catch classdef continue do else elseif end endfunction endif endwhile enumeration events for function global
+if methods otherwise parfor persistent properties return spmd switch try unwind_protect until while
+abs cos max min pick sign sin sqrt struct sum
+thrust rates derivatives start step
+"""
+"""What the language keeps for itself, and what the file calls."""
 _SPELLING = {
     **{name: f"{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
     **{name: f"{name}({{}}, {{}})" for name in ("min", "max")},
@@ -98,8 +106,18 @@ end
 """
 
 
+def _named(path: Path) -> str:
+    """The function's name, which is the file's: by that MATLAB calls it."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", path.stem) or path.stem in _TAKEN.split():
+        raise RequestError(
+            f"export --to matlab: expected a file name that is the name of a function, got {shown(path.stem)}, by "
+            "which MATLAB cannot call it; letters, digits and underscores after a letter can, such as my_boat.m"
+        )
+    return path.stem
+
+
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
-    program, name = program_of(given.vehicle, given.choices.time_step), identifier(path.stem)
+    program, name = program_of(given.vehicle, given.choices.time_step), _named(path)
     text = Matlab("", program.functions).text()
     rest, begun = (
         "".join(f", {group.name}" for group in function.inputs if group.name in ("air", "minutes"))

@@ -1,7 +1,7 @@
 """A ROS 2 parameter file with every number of the vehicle, for a node that has the force equation.
 
 Parameters of ROS 2 are scalars and lists of one type; a dictionary is a name with dots. So thrusters and terms without
-a name stand under their names, with a list of these beside them.
+a name stand under their names, with a list of these beside them (`thruster_names`, `term_names`).
 """
 
 from collections.abc import Mapping
@@ -25,12 +25,12 @@ def ros_parameters(vehicle: Vehicle) -> dict[str, Any]:
         numbers = {symbol: float(value) for symbol, value in getattr(vehicle, section).items()}
         if numbers:
             found[section] = numbers
-    found["thrusters"] = {"names": [t.name for t in vehicle.thrusters]} | {
-        t.name: _plain(t.model_dump(mode="json", exclude={"name"})) for t in vehicle.thrusters
-    }
+    found["thruster_names"] = [t.name for t in vehicle.thrusters]
+    found["thrusters"] = {t.name: _plain(t.model_dump(mode="json", exclude={"name"})) for t in vehicle.thrusters}
     if vehicle.terms:
         names = [f"term_{k + 1}" for k in range(len(vehicle.terms))]
-        found["terms"] = {"names": names} | {
+        found["term_names"] = names
+        found["terms"] = {
             name: {"axis": term.axis, "form": term.form, "value": float(term.value)}
             for name, term in zip(names, vehicle.terms, strict=True)
         }

@@ -42,3 +42,9 @@ def test_it_is_undertows_own_simulation(name: str, count: int, tmp_path: Path):
             }}
             console.log(JSON.stringify(found));"""
         assert error(np.array(run_script(code)), rolled.expected) < EXACT
+
+
+@pytest.mark.parametrize("stem", ["export", "step", "module", "my-boat", "7"])
+def test_it_runs_whatever_its_file_is_called(stem: str, tmp_path: Path):
+    path = written("as it is", "javascript", tmp_path / f"{stem}.js")
+    assert run_script(f"console.log(Object.keys(require({json.dumps(str(path))})).length);") == 8

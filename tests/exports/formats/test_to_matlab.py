@@ -9,6 +9,7 @@ from exported import BOATS, EXACT, FEW, MANY, compare_states, envelope, needed, 
 
 from undertow.exports.program.functions import Function
 from undertow.exports.program.vectors import driven, error
+from undertow.physics.errors import RequestError
 
 
 def octave(code: str, folder: Path) -> None:
@@ -64,3 +65,14 @@ dlmwrite('found.txt', found, 'precision', '%.17g');
             tmp_path,
         )
         assert error(np.loadtxt(tmp_path / "found.txt", delimiter=","), rolled.expected) < EXACT
+
+
+@pytest.mark.parametrize("stem", ["My-Boat", "2boats", "step", "end", "max", "a" * 64])
+def test_a_file_that_matlab_cannot_call_is_refused(stem: str, tmp_path: Path):
+    with pytest.raises(RequestError, match=r"expected a file name that is the name of a function.*my_boat\.m"):
+        written("as it is", "matlab", tmp_path / f"{stem}.m")
+
+
+def test_the_function_has_the_name_of_its_file(tmp_path: Path):
+    text = written("as it is", "matlab", tmp_path / "MyBoat.m").read_text("utf-8")
+    assert text.startswith("function model = MyBoat()\n")

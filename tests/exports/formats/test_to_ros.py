@@ -7,7 +7,8 @@ import pytest
 import yaml
 from exported import BOATS, boat, written
 
-from undertow.physics.vehicle import vehicle_from_dict
+from undertow.exports.formats.to_ros import ros_parameters
+from undertow.physics.vehicle import Vehicle, vehicle_from_dict
 
 
 def check_types(value: Any) -> None:
@@ -29,11 +30,24 @@ def test_they_make_the_same_vehicle_again(name: str, tmp_path: Path):
     parameters = content["boat"]["ros__parameters"]
     check_types(parameters)
     vehicle = {key: value for key, value in parameters.items() if key not in ("axes", "vehicle_name")}
-    vehicle["name"] = parameters["vehicle_name"]
-    for key in ("thrusters", "terms"):
-        if key in vehicle:
-            named = vehicle[key].pop("names")
-            vehicle[key] = [({"name": n} if key == "thrusters" else {}) | vehicle[key][n] for n in named]
-    again = vehicle_from_dict(vehicle, "the parameters")
+    again = read(vehicle, parameters["vehicle_name"])
     assert again.values == boat(name).values
     assert again.thrusters == boat(name).thrusters
+
+
+def read(parameters: dict[str, Any], name: str) -> Vehicle:
+    """The vehicle of parameters, their lists of names taken apart."""
+    vehicle = {**parameters, "name": name}
+    named = vehicle.pop("thruster_names")
+    vehicle["thrusters"] = [{"name": each} | vehicle["thrusters"][each] for each in named]
+    if "terms" in vehicle:
+        vehicle["terms"] = [vehicle["terms"][each] for each in vehicle.pop("term_names")]
+    return vehicle_from_dict(vehicle, "the parameters")
+
+
+def test_a_thruster_may_be_called_names():
+    port, starboard = boat("as it is").thrusters
+    vehicle = boat("as it is").model_copy(update={"thrusters": (port.model_copy(update={"name": "names"}), starboard)})
+    parameters = ros_parameters(vehicle)
+    again = read({key: x for key, x in parameters.items() if key not in ("axes", "vehicle_name")}, "boat")
+    assert again.thrusters == vehicle.thrusters
