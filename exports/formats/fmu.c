@@ -32,6 +32,16 @@ typedef struct {
     bool ready;
 } Unit;
 
+typedef void (*Log)(void *environment, Status status, String category, String message);
+typedef struct {
+    Unit unit; /* first, so that an instance is its unit; what follows belongs to the process, not to the state */
+    void *environment;
+    Log log;
+} Instance;
+
+#define QUOTED(text) #text
+#define TEXT(value) QUOTED(value)
+
 static Status get(const Unit *unit, Reference reference, double *value)
 {
     if (reference == 0) *value = unit->time;
@@ -70,15 +80,18 @@ F(Status, fmi3SetDebugLogging)(void *unit, bool on, size_t count, const String c
 }
 
 F(void *, fmi3InstantiateCoSimulation)(String name, String token, String path, bool visible, bool logs, bool events,
-    bool early, const Reference required[], size_t count, void *environment, void *log, void *update)
+    bool early, const Reference required[], size_t count, void *environment, Log log, void *update)
 {
-    Unit *unit;
+    Instance *made;
     (void)name, (void)path, (void)visible, (void)logs, (void)early, (void)required, (void)count;
-    (void)environment, (void)log, (void)update;
+    (void)update;
     if (events || !token || strcmp(token, TOKEN) != 0) return NULL;
-    unit = (Unit *)malloc(sizeof *unit);
-    if (unit) reset(unit);
-    return unit;
+    made = (Instance *)malloc(sizeof *made);
+    if (!made) return NULL;
+    reset(&made->unit);
+    made->environment = environment;
+    made->log = log;
+    return made;
 }
 
 F(void *, fmi3InstantiateModelExchange)(String name, String token, String path, bool visible, bool logs,
@@ -146,7 +159,13 @@ F(Status, fmi3DoStep)(void *given, double time, double length, bool kept, bool *
     (void)kept, (void)parameter;
     *event = *terminate = *early = false;
     *reached = unit->time;
-    if (!(steps >= 1.0) || fabs(length - steps * STEP) > 1e-6 * STEP) return ERROR;
+    if (!(steps >= 1.0) || fabs(length - steps * STEP) > 1e-6 * STEP) {
+        const Instance *instance = (const Instance *)given;
+        if (instance->log)
+            instance->log(instance->environment, ERROR, "logStatusError",
+                "fmi3DoStep: expected a communication step of " TEXT(STEP) " s or a multiple of it");
+        return ERROR;
+    }
     for (k = 1; k <= (long)steps; k++) {
         const double share = (double)k / steps;
         const double minutes = CLOCK + (time + (double)(k - 1) * STEP) / 60.0;

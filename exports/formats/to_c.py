@@ -174,15 +174,11 @@ static inline {self._real} {name}({self._real} x)
         """See `Language.define`."""
         inputs = [self._parameter(group, "const ") for group in function.inputs]
         outputs = [self._parameter(group, "") for group, _ in function.outputs]
-        told = [
-            function.about,
-            *(f"{g.name}: {g.about}" for g in (*function.inputs, *(g for g, _ in function.outputs))),
-        ]
         lines = [f"    {line}" for line in body]
         for (group, _), texts in zip(function.outputs, results, strict=True):
             pairs = zip(group.members, texts, strict=True)
             lines += [f"    {group.name}[{k}] = {text}; /* {name} */" for k, (name, text) in enumerate(pairs)]
-        head = "\n   ".join(told)
+        head = "\n   ".join(function.told)
         return (
             f"\n/* {head} */\nstatic inline void {self.prefix}{function.name}("
             f"{', '.join([*inputs, *outputs])})\n{{\n" + "\n".join(lines) + "\n}"

@@ -76,6 +76,8 @@ def description(program: Program, name: str, token: str, facts: KnownFacts) -> b
     inputs, begun = _inputs(program)
     for unit in dict.fromkeys(["s", "min", *_UNITS.values(), *(unit for _, unit in inputs)]):
         ElementTree.SubElement(units, "Unit", name=unit)
+    categories = ElementTree.SubElement(root, "LogCategories")
+    ElementTree.SubElement(categories, "Category", name="logStatusError")
     ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=step)
     variables = ElementTree.SubElement(root, "ModelVariables")
     rows = [("time", "s", {"causality": "independent"})]

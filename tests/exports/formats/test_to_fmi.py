@@ -88,6 +88,26 @@ def test_a_longer_communication_step_is_several_in_a_straight_line(tmp_path: Pat
     assert error(rolled_out(unit, asked, rolled, stride=5), rolled.expected[::5]) < EXACT
 
 
+def test_a_communication_step_of_another_length_is_refused_in_words(tmp_path: Path):
+    from fmpy.fmi1 import FMICallException
+    from fmpy.fmi3 import FMU3Slave
+
+    unit = unpacked("as it is", tmp_path)
+    description = fmpy.read_model_description(str(unit), validate=True)
+    slave = FMU3Slave(guid=description.guid, unzipDirectory=str(unit), modelIdentifier="model", instanceName="boat")
+    said: list[tuple[bytes, bytes]] = []
+    slave.instantiate(logMessage=lambda environment, status, category, message: said.append((category, message)))
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    slave.doStep(0.0, 0.1)
+    assert said == []
+    with pytest.raises(FMICallException):
+        slave.doStep(0.1, 0.07)
+    slave.freeInstance()
+    told = b"fmi3DoStep: expected a communication step of 0.05 s or a multiple of it"
+    assert said == [(b"logStatusError", told)]
+
+
 def test_fmpy_finds_nothing_wrong_and_builds_it_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     from fmpy.build import build_platform_binary
     from fmpy.validation import validate_fmu

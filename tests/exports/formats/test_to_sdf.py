@@ -14,6 +14,7 @@ from undertow.exports.formats import to_sdf
 from undertow.exports.formats.base import Choices, Given
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import held_acceleration
+from undertow.physics.thrusters import TableCurve
 from undertow.physics.vehicle import Vehicle, load_vehicle
 
 FLIP = np.array([1.0, -1.0, -1.0])
@@ -22,12 +23,25 @@ HULLS = {
     "blueboat": {},
     "cross terms": {"Y_ur": -4.0, "N_uv": 7.0, "X_vr": -3.0, "N_ur": -5.0, "Y_r": -6.0, "N_v": 2.0, "Y_rdot": -1.5},
     "off centre": {"x_g": 0.06, "y_g": 0.03, "arm_scale": 1.2, "port_scale": 0.7, "surge:r|v|": -2.0, "sway:ur": 1.0},
+    "angled": {},
     "in a current": {"current_north": 0.3, "current_east": -0.2},
 }
 
 
+LIMITS = {"port": (-20.0, 30.0), "stbd": (-35.0, 25.0)}
+"""Least and largest force [N] of the thrusters of the hull with angled ones."""
+
+
 def hull(name: str) -> Vehicle:
-    return load_vehicle("blueboat").with_values(HULLS[name])
+    vehicle = load_vehicle("blueboat").with_values(HULLS[name])
+    if name != "angled":
+        return vehicle
+    falling = TableCurve(kind="table", command=(-35.0, 0.0, 35.0), force=(30.0, 0.0, -20.0))
+    rising = TableCurve(kind="table", command=(-35.0, 0.0, 35.0), force=(-35.0, 0.0, 25.0))
+    port, stbd = vehicle.thrusters
+    port = port.model_copy(update={"angle": 0.4, "y": -0.3, "curve": falling})
+    stbd = stbd.model_copy(update={"angle": -0.4, "y": 0.2, "curve": rising})
+    return vehicle.model_copy(update={"thrusters": (port, stbd)})
 
 
 def document(vehicle: Vehicle, folder: Path, **choices: str) -> Path:
@@ -117,6 +131,14 @@ def test_read_back_it_moves_as_undertow_says(name: str, added_mass: str, tmp_pat
     thrust = np.array([t.lasting(commands[:, k])[0] for k, t in enumerate(vehicle.thrusters)]).T
     found = [FLIP * gazebo.acceleration(FLIP * velocity[k], np.pi / 2.0 - heading[k], thrust[k]) for k in range(count)]
     np.testing.assert_allclose(np.array(found), expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+def test_limits_of_a_thruster_are_its_least_and_its_largest_force(tmp_path: Path):
+    root = ElementTree.parse(document(hull("angled"), tmp_path)).getroot()
+    plugins = [p for p in root.iter("plugin") if p.attrib["name"].endswith("Thruster")]
+    assert [p.findtext("joint_name") for p in plugins] == [f"{name}_joint" for name in LIMITS]
+    for plugin, ends in zip(plugins, LIMITS.values(), strict=True):
+        assert (plugin.findtext("min_thrust_cmd"), plugin.findtext("max_thrust_cmd")) == tuple(map(repr, ends))
 
 
 def library() -> ctypes.CDLL:
