@@ -262,7 +262,8 @@ class Session:
         self.audience.leave()
         # FastAPI keeps the page's upload for longer, and that the session: what is large goes now.
         self.opened = self.searched = self.fit = None
-        self.stairs = ()
+        self.stairs, self.by_hand = (), {}
+        self._searches.clear()
         for folder in filter(None, (self.folder, self.errands.lent)):
             shutil.rmtree(folder, ignore_errors=True)
 
