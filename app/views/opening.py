@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from itertools import count
 from pathlib import Path
+from weakref import proxy
 
 from nicegui import events, ui
 
@@ -71,6 +72,7 @@ class Opening:
             self._fields(vehicles, paths=paths)
 
     def _fields(self, vehicles: tuple[str, ...], *, paths: bool) -> None:
+        kept = proxy(self)  # FastAPI keeps an upload beyond its page, which would keep all of this
         with ui.element("div").classes("grid pair"):
             with ui.element("div").classes("stack"):
                 line("1. The log", tag="h2")
@@ -80,7 +82,7 @@ class Opening:
                         multiple=True,
                         auto_upload=True,
                         max_file_size=MOST_UPLOADED,
-                        on_upload=self._uploaded,
+                        on_upload=lambda event: kept._uploaded(event),
                         on_rejected=lambda: ui.notify("This file is too large to upload: give its path instead."),
                     )
                     self._upload.props('flat aria-label="Upload logs" no-thumbnails')
