@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import final
 
 from ..known_facts import remarks
+from ..program.array_language import ArrayLanguage
 from ..program.functions import Function
 from ..program.model_program import program_of
-from ..program.printer import Language, identifier, wrapped
+from ..program.printer import identifier, wrapped
 from .base import Export, Given
 
 _HEAD = """\
@@ -45,31 +46,11 @@ _SPELLING = {
 
 
 @final
-class JavaScript(Language):
+class JavaScript(ArrayLanguage):
     """JavaScript functions on arrays."""
 
     spelling = _SPELLING
-
-    def number(self, value: float) -> str:
-        """See `Language.number`."""
-        return repr(value)
-
-    def element(self, array: str, place: int) -> str:
-        """See `Language.element`."""
-        return f"{array}[{place}]"
-
-    def assigned(self, name: str, text: str) -> str:
-        """See `Language.assigned`."""
-        return f"const {name} = {text};"
-
-    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
-        """See `Language.called`."""
-        arguments = [
-            texts[0] if group.single else f"[{', '.join(texts)}]"
-            for group, texts in zip(function.inputs, function.split(given), strict=True)
-        ]
-        found = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
-        return [f"const {found} = {function.name}({', '.join(arguments)});"]
+    named = "const {} = {};"
 
     def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
         """See `Language.curve`."""

@@ -8,9 +8,10 @@ from typing import final
 from ...physics.errors import RequestError
 from ...physics.printable import shown
 from ..known_facts import remarks
+from ..program.array_language import ArrayLanguage
 from ..program.functions import Function
 from ..program.model_program import program_of
-from ..program.printer import Language, wrapped
+from ..program.printer import wrapped
 from .base import Export, Given
 
 _HEAD = """\
@@ -51,30 +52,14 @@ _SPELLING = {
 
 
 @final
-class Matlab(Language):
+class Matlab(ArrayLanguage):
     """MATLAB functions on columns."""
 
     spelling = _SPELLING
-
-    def number(self, value: float) -> str:
-        """See `Language.number`."""
-        return repr(value)
-
-    def element(self, array: str, place: int) -> str:
-        """See `Language.element`."""
-        return f"{array}({place + 1})"
-
-    def assigned(self, name: str, text: str) -> str:
-        """See `Language.assigned`."""
-        return f"{name} = {text};"
-
-    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
-        """See `Language.called`."""
-        arguments = [
-            texts[0] if group.single else f"[{'; '.join(texts)}]"
-            for group, texts in zip(function.inputs, function.split(given), strict=True)
-        ]
-        return [f"[{', '.join(names)}] = {function.name}({', '.join(arguments)});"]
+    item = "{}({})"
+    between = "; "
+    named = "{} = {};"
+    first = 1
 
     def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
         """See `Language.curve`."""

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import final
 
 from ..known_facts import remarks
+from ..program.array_language import ArrayLanguage
 from ..program.functions import Function
 from ..program.model_program import Program, program_of
-from ..program.printer import Language, wrapped
+from ..program.printer import wrapped
 from .base import Export, Given
 
 _HEAD = '''\
@@ -57,30 +58,12 @@ _SPELLING = {
 
 
 @final
-class PythonModule(Language):
+class PythonModule(ArrayLanguage):
     """Python functions on arrays."""
 
     spelling = _SPELLING
-
-    def number(self, value: float) -> str:
-        """See `Language.number`."""
-        return repr(value)
-
-    def element(self, array: str, place: int) -> str:
-        """See `Language.element`."""
-        return f"{array}[{place}]"
-
-    def assigned(self, name: str, text: str) -> str:
-        """See `Language.assigned`."""
-        return f"{name} = {text}"
-
-    def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
-        """See `Language.called`."""
-        arguments = [
-            texts[0] if group.single else f"_rows({', '.join(texts)})"
-            for group, texts in zip(function.inputs, function.split(given), strict=True)
-        ]
-        return [f"{', '.join(names)} = {function.name}({', '.join(arguments)})"]
+    packed = "_rows({})"
+    several = "{}"
 
     def curve(self, name: str, xs: Sequence[float], ys: Sequence[float]) -> str:
         """See `Language.curve`."""
