@@ -5,13 +5,17 @@ from importlib import import_module
 from typing import Any, ClassVar
 
 from .printable import one_line, shortened
+from .spoken import in_python
 
 _LONGEST = 300
 """Letters of a line: more is for the object's own attributes."""
 
 
 class Card:
-    """An object that shows itself as a card: the name of its class, and a label and a text a line."""
+    """An object that shows itself as a card: the name of its class, and a label and a text a line.
+
+    Texts are written with options of the command line; a card is read in Python, and has arguments in their place.
+    """
 
     __slots__ = ()
 
@@ -20,7 +24,7 @@ class Card:
         raise NotImplementedError
 
     def _lines(self) -> list[tuple[str, str]]:
-        return [(label, shortened(one_line(text), _LONGEST)) for label, text in self.card() if text]
+        return [(label, shortened(one_line(in_python(text)), _LONGEST)) for label, text in self.card() if text]
 
     def __repr__(self) -> str:
         lines = self._lines()

@@ -7,6 +7,7 @@ import pytest
 from verbs import refused
 
 import undertow
+from undertow.physics.cards import Card
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.spoken import in_python
 
@@ -21,6 +22,9 @@ HELD = "t,x,y,psi,u,v,r\n" + "".join(f"{0.1 * k:.1f},{0.1 * k},0,0,1,0,0\n" for 
         ("give it with --map. Not used", "give it with Reading(channel_map=...). Not used"),
         ("Choose one with --namespace /alpha.", 'Choose one with Reading(namespace="/alpha").'),
         ("leave --length out, or --like", "leave Hull(length=...) out, or like=..."),
+        ("free one, for example --free X_u", 'free one, for example free=["X_u"]'),
+        ("--fix OUT.csv writes a log", "'undertow inspect LOG --fix OUT.csv' writes a log"),
+        ("go on with it (--resume)", "go on with it (resume=True)"),
         ("'undertow inspect LOG --map-out map.yaml' writes it", "'undertow inspect LOG --map-out map.yaml' writes it"),
     ],
 )
@@ -33,6 +37,16 @@ def test_options_become_arguments_but_not_in_a_command(typed: str, said: str) ->
 def test_an_error_that_comes_from_another_process_says_the_same() -> None:
     error = pickle.loads(pickle.dumps(LogError("say --as-is")))
     assert (error.typed, str(error)) == ("say --as-is", "say Reading(as_is=True)")
+
+
+class _Told(Card):
+    def card(self) -> list[tuple[str, str]]:
+        return [("verdict", "Not usable as it is. --fix OUT.csv writes a log that can be used.")]
+
+
+def test_a_card_is_read_in_python() -> None:
+    assert "'undertow inspect LOG --fix OUT.csv' writes" in repr(_Told())
+    assert "inspect LOG --fix" in _Told()._repr_html_()
 
 
 def test_one_refusal_is_said_for_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
