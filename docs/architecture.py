@@ -5,6 +5,7 @@ after a room, a floor or a file has been added; a test compares both with the co
 """
 
 import ast
+from functools import cache
 from html import escape
 from math import ceil
 from pathlib import Path
@@ -43,13 +44,13 @@ FONT = "Helvetica, Arial, DejaVu Sans, sans-serif"
 INK, SOFT, ROUTE = "#1c2b39", "#5b6b7a", "#c2541a"
 
 
+@cache
 def imports() -> dict[str, set[str]]:
     """The files of each floor, as floor/room or floor/file, and what each of them imports."""
     known: dict[str, set[str]] = {}
-    for path in sorted(ROOT.glob("*/**/*.py")):
+    floors = [found.parent for found in ROOT.glob("*/__init__.py")]  # tests, benchmarks and the like are none
+    for path in sorted(path for floor in floors for path in floor.rglob("*.py")):
         parts = path.relative_to(ROOT).parts
-        if not (ROOT / parts[0] / "__init__.py").exists():
-            continue  # tests, benchmarks and the like are no floors
         used = known.setdefault(room(parts), set())
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.level:

@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from places import ROOT
@@ -11,10 +12,14 @@ NOT_PACKAGES = {"tests", "examples", "benchmarks", "docs", "build", "dist", "run
 
 def source_files() -> list[Path]:
     """Every source file of the package, relative to the root."""
-    inside = (path.relative_to(ROOT) for path in ROOT.rglob("*.py"))
-    return sorted(p for p in inside if not p.parts[0].startswith(".") and p.parts[0] not in NOT_PACKAGES)
+    floors = (
+        path for path in ROOT.iterdir() if path.is_dir() and path.name[0] != "." and path.name not in NOT_PACKAGES
+    )
+    inside = [*ROOT.glob("*.py"), *(path for floor in floors for path in floor.rglob("*.py"))]
+    return sorted(path.relative_to(ROOT) for path in inside)
 
 
+@cache
 def parsed(path: Path) -> ast.Module:
     return ast.parse((ROOT / path).read_text(encoding="utf-8"), filename=str(path))
 
