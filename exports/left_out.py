@@ -10,8 +10,9 @@ from ..physics.forces import ForceEquation, current_at, held_thrust, relative_ve
 from ..physics.frames import AXES, FORCE_UNITS, Array, earth_to_body
 from ..physics.in_words import listing
 from ..physics.laws.damping_power import Envelope
+from ..physics.stated_values import stated, values_of
 from ..physics.thrusters import Thruster, command_of
-from ..physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
+from ..physics.vehicle import Vehicle
 from .program.vectors import commands_of
 
 _STATES = 2000
@@ -20,22 +21,6 @@ _WIND, _MINUTES = 5.0, 10.0
 """Speed of the air [m/s] and time since the beginning of a log [min] that forces of wind and ageing are told for."""
 _NOTHING = 1e-9
 """Share of the largest force below which a difference is rounding."""
-
-
-def values_of(vehicle: Vehicle, symbol: str) -> tuple[float, ...]:
-    """The value of a parameter, or those of all thrusters where each has its own and they differ."""
-    if symbol not in SHARED_THRUSTER_KEYS:
-        return (vehicle.value(symbol),)
-    own = tuple(getattr(thruster, symbol) for thruster in vehicle.thrusters)
-    return own if len(set(own)) > 1 else own[:1]
-
-
-def stated(vehicle: Vehicle, symbol: str, digits: int, unit: str = "") -> str:
-    """The value of a parameter in words, with the names of thrusters where they differ in it."""
-    own = [f"{value:.{digits}g} {unit}".rstrip() for value in values_of(vehicle, symbol)]
-    if len(own) == 1:
-        return f"{symbol} = {own[0]}"
-    return f"{symbol} = " + ", ".join(f"{x} ({t.name})" for x, t in zip(own, vehicle.thrusters, strict=True))
 
 
 def told(vehicle: Vehicle, envelope: Envelope, instead: Mapping[str, float]) -> list[str]:

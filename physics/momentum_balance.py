@@ -7,6 +7,7 @@ from typing import NamedTuple
 from .effects import PARAMETERS
 from .frames import AXES, Array
 from .matrices import HYDRODYNAMIC, mass_rows, push_of
+from .stated_values import values_of
 from .terms import parse_form
 from .vehicle import Vehicle
 
@@ -118,14 +119,17 @@ def _added(vehicle: Vehicle) -> list[list[BalanceTerm]]:
 
 
 def beside_the_balance(vehicle: Vehicle) -> tuple[str, ...]:
-    """Symbols that have another value than null and act within a factor: on the thrust, the water, or the memory."""
+    """Symbols that have another value than null and act within a factor: on the thrust, the water, or the memory.
+
+    Of what every thruster has, it is enough that one of them has another value.
+    """
     shown = {symbol for line in balances(vehicle) for term in (*line.inertia, *line.force) for symbol in term.symbols}
     of_thrusters = {f"{thruster.name}_scale": 1.0 for thruster in vehicle.thrusters}
     nulls = {s: p.null for s, p in PARAMETERS.items() if p.section in ("thrusters", "environment", "memory")}
     nulls = {symbol: null for symbol, null in (nulls | of_thrusters).items() if "{" not in symbol}
     if not vehicle.value("memory_sway") and not vehicle.value("memory_yaw"):
         nulls.pop("memory_time")
-    return tuple(s for s, null in nulls.items() if s not in shown and vehicle.value(s) != null)
+    return tuple(s for s, null in nulls.items() if s not in shown and values_of(vehicle, s) != (null,))
 
 
 def _present(terms: list[BalanceTerm]) -> tuple[BalanceTerm, ...]:

@@ -12,7 +12,8 @@ from difflib import get_close_matches
 from ...physics.effects import COMMAND_OFFSET, EFFECTS, PARAMETERS, Effect, Parameter
 from ...physics.errors import RequestError
 from ...physics.motion import Motion
-from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
+from ...physics.stated_values import values_of
+from ...physics.vehicle import Vehicle
 from .candidate import Candidate, Kind
 
 RIGID_BODY = ("mass", "inertia_z", "x_g")
@@ -47,7 +48,7 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
     for symbol in free:
         if symbol in _WHY_NOT:
             raise RequestError(f"{symbol} cannot be calibrated; {_WHY_NOT[symbol]}")
-        if _differs(vehicle, symbol):
+        if len(values_of(vehicle, symbol)) > 1:
             raise RequestError(
                 f"{symbol} differs from thruster to thruster, and is calibrated as one number; give the thrusters of "
                 f"{vehicle.name} the same {symbol}, or free the scale of each"
@@ -55,7 +56,7 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
     given = [
         symbol
         for symbol, value in vehicle.values.items()
-        if symbol not in RIGID_BODY and value != vehicle.parameter(symbol).null and not _differs(vehicle, symbol)
+        if symbol not in RIGID_BODY and value != vehicle.parameter(symbol).null and len(values_of(vehicle, symbol)) == 1
     ]
     wanted = {*given, *free}
     for effect in EFFECTS:  # a shape and its amplitudes are one effect, and stand or fall together
@@ -63,10 +64,6 @@ def calibratable(vehicle: Vehicle, free: Sequence[str] = (), hold: Sequence[str]
             amplitudes = {p.symbol for p in effect.amplitudes}
             wanted = wanted | set(effect.symbols) if wanted & amplitudes else wanted - set(effect.symbols)
     return tuple(symbol for symbol in vehicle.values if symbol in wanted and symbol not in hold)
-
-
-def _differs(vehicle: Vehicle, symbol: str) -> bool:
-    return symbol in SHARED_THRUSTER_KEYS and len({getattr(t, symbol) for t in vehicle.thrusters}) > 1
 
 
 def nuisance_candidates(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Candidate, ...]:

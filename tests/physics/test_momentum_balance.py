@@ -90,6 +90,14 @@ def test_no_number_of_the_vehicle_is_left_out():
     assert not written & beside
 
 
+@pytest.mark.parametrize("late", [0, 1], ids=["first", "second"])
+def test_what_any_thruster_has_alone_acts_beside_the_terms(late: int):
+    vehicle = load_vehicle("blueboat")
+    changed = [t.model_copy(update={"lag": 0.4 * (k == late)}) for k, t in enumerate(vehicle.thrusters)]
+    assert beside_the_balance(vehicle) == ()
+    assert beside_the_balance(vehicle.model_copy(update={"thrusters": tuple(changed)})) == ("lag",)
+
+
 def test_terms_that_are_zero_are_left_out():
     vehicle = load_vehicle("blueboat").with_values({"x_g": 0.0, "Y_rdot": 0.0})
     assert all(term.coefficient for line in balances(vehicle) for term in (*line.inertia, *line.force))

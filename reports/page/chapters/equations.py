@@ -2,14 +2,15 @@
 
 from collections.abc import Mapping
 
+from ....exports import mathml
 from ....physics.effects import EFFECTS, PARAMETERS
 from ....physics.forces import CURRENT
 from ....physics.in_words import MINUS, listing, unit_text
 from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
+from ....physics.stated_values import values_of
 from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
 from ...run_contents import RunFolder
 from ...wording import interval, trimmed
-from .. import mathml
 from ..coefficients import coefficient_rows, vehicle_value
 from ..markup import Html, element, render, table
 from .base import Chapter, Section
@@ -115,17 +116,27 @@ def _beside(run: RunFolder, ends: Intervals) -> list[Html]:
     """What acts within a factor: gains and lags of the thrusters, the current, the time of the memory."""
     rows = []
     for name in beside_the_balance(run.corrected):
-        after, before = run.corrected.value(name), vehicle_value(run.nominal, name)
+        after, before = (_amount(vehicle, name) for vehicle in (run.corrected, run.nominal))
         parameter = run.corrected.parameter(name)
         law = next((effect.equation for effect in EFFECTS if parameter in effect.parameters), "")
-        was = "" if before == after else f"was {trimmed(before)}"
-        amount = element("b" if was else "span", f"{trimmed(after)} {unit_text(parameter.unit)}".rstrip())
+        was = "" if before == after else f"was {before}"
+        amount = element("b" if was else "span", f"{after} {unit_text(parameter.unit)}".rstrip())
         span = interval(list(ends[name])) if name in ends else ""
         rows.append((element("code", name), amount, span, was, element("code", law)))
     if not rows:
         return []
     head = ("within the terms", "value", "95 % interval", "", "what it does")
     return [element("h3", "Thrust, water and memory"), element("div", table(head, rows, "lrrll"), cls="wordy")]
+
+
+def _amount(vehicle: Vehicle, symbol: str) -> str:
+    """The value of a parameter, or of each thruster that has its own."""
+    if symbol not in vehicle.values:
+        return trimmed(vehicle_value(vehicle, symbol))
+    own = [trimmed(value) for value in values_of(vehicle, symbol)]
+    if len(own) == 1:
+        return own[0]
+    return ", ".join(f"{value} ({t.name})" for value, t in zip(own, vehicle.thrusters, strict=True))
 
 
 def _axes_note(vehicle: Vehicle) -> str:

@@ -15,7 +15,8 @@ import pandas as pd
 from ....exports.javascript import force_equation, vehicle_data
 from ....physics.effects import COMMAND_OFFSET, EFFECTS
 from ....physics.in_words import unit_text, words
-from ....physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
+from ....physics.stated_values import values_of
+from ....physics.vehicle import Vehicle
 from ...run_contents import RunFolder
 from ..markup import Html, element, render
 from .base import Chapter, Section
@@ -132,7 +133,7 @@ def knobs_of(nominal: Vehicle, corrected: Vehicle) -> list[Knob]:
 
 def _apart(vehicle: Vehicle, symbol: str) -> bool:
     """Whether thrusters differ in what all share as a rule: no single slider moves that."""
-    return symbol in SHARED_THRUSTER_KEYS and len({getattr(t, symbol) for t in vehicle.thrusters}) > 1
+    return len(values_of(vehicle, symbol)) > 1
 
 
 def _stretch(series: pd.DataFrame) -> pd.DataFrame:

@@ -1,6 +1,6 @@
 """Formulas as MathML, which browsers typeset without script: factors, symbols and numbers of the momentum balance."""
 
-from .markup import Html, element, render
+from .elements import Html, element, render
 
 GREEK = {"psi": "\N{GREEK SMALL LETTER PSI}"}
 DOT = "\N{DOT ABOVE}"
