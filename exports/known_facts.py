@@ -9,6 +9,30 @@ from ..physics.printable import one_line
 
 _WIDTH = 100
 """Letters of a line of remarks."""
+CONVENTIONS = "SI units, earth NED, body FRD: x ahead, y to starboard, positive yaw turns to starboard."
+
+
+@dataclass(frozen=True, slots=True)
+class KnownNumber:
+    """A number of the model.
+
+    Attributes
+    ----------
+    symbol, amount : what it is, and how much, with its unit
+    interval : of 95 %, where the number was fitted
+    source : where it came from, where that is known
+    """
+
+    symbol: str
+    amount: str
+    interval: str = ""
+    source: str = ""
+
+    @property
+    def told(self) -> str:
+        """All of it in a line."""
+        interval = f", 95 % interval {self.interval}" * bool(self.interval)
+        return f"{self.symbol} = {self.amount}{interval}" + f"; {self.source}" * bool(self.source)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +46,7 @@ class KnownFacts:
     envelope : velocities relative to the water in which it was judged, and where they came from
     audit : what the laws say, a sentence each; the first is the verdict
     numbers : each number with its unit, its interval and its source, where they are known
+    notes : what else is known, such as where the thrusters are, and the sources of whole sections
     left_out : what the format does not express, in newtons
     """
 
@@ -31,12 +56,18 @@ class KnownFacts:
     envelope: Envelope
     envelope_from: str
     audit: tuple[str, ...]
-    numbers: tuple[str, ...]
+    numbers: tuple[KnownNumber, ...]
+    notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
 
     def without(self, left_out: Sequence[str]) -> "KnownFacts":
         """The same of a format that does not express some things."""
         return replace(self, left_out=tuple(left_out))
+
+    @property
+    def origin(self) -> str:
+        """Whose model it is, and what it was made from."""
+        return f"Model of {self.name}, made by undertow {self.version} from {self.source}."
 
     @property
     def envelope_told(self) -> str:
@@ -49,14 +80,15 @@ class KnownFacts:
         """All of it, in lines for remarks."""
         left = [f"- {each}" for each in self.left_out] or ["Everything that the model says is expressed."]
         told = [
-            f"Model of {self.name}, made by undertow {self.version} from {self.source}.",
-            "SI units, earth NED, body FRD: x ahead, y to starboard, positive yaw turns to starboard.",
+            self.origin,
+            CONVENTIONS,
             "",
             f"Envelope. {self.envelope_told} Beyond it nobody has looked.",
             f"Audit. {self.audit[0]}",
             *(f"- {each}" for each in self.audit[1:]),
             "Numbers.",
-            *(f"- {each}" for each in self.numbers),
+            *(f"- {each.told}" for each in self.numbers),
+            *(f"- {each}" for each in self.notes),
             "Not expressed here." if self.left_out else "",
             *left,
         ]

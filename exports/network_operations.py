@@ -1,18 +1,19 @@
-"""A trained network beside a vehicle's physics as CasADi functions: plain operations, its memory among the states.
+"""A trained network as operations on vectors, and the simulation that it corrects, its memory among the states.
 
 The simulation is that of `NetworkModel.rollout`: the network sees the state at the beginning of a step, and what it
 says is held during the step at the two-step Adams-Bashforth value 1.5 a_k - 0.5 a_(k-1), the first step at a_0.
 """
 
-from collections.abc import Mapping, Sequence
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..physics.errors import RequestError
 from ..physics.frames import Array
-from .program.functions import Function
+from .program.functions import Function, Group
+from .program.model_program import ACCELERATIONS, Program, network_inputs, program_of
+from .program.vector_operations import Built, Vector, VectorOperations
 
 if TYPE_CHECKING:
     from ..residuals.models.network_model import NetworkModel
@@ -20,6 +21,151 @@ if TYPE_CHECKING:
 Weights = Mapping[str, Array]
 _GATES = 4
 """Of a cell of an LSTM, in PyTorch's order: input, forget, cell, output."""
+_AXES = 3
+"""Surge, sway and yaw."""
+
+
+class _Layers:
+    """Layers of a network on the vectors of a tool.
+
+    Attributes
+    ----------
+    on : operations of the tool
+    weights : weights and constants by name
+    """
+
+    def __init__(self, on: VectorOperations, weights: Weights) -> None:
+        self.on, self.weights = on, weights
+
+    def linear(self, name: str, x: Vector) -> Vector:
+        """A fully connected layer."""
+        return self.on.affine(self.weights[f"{name}.weight"], self.weights[f"{name}.bias"], x)
+
+    def scaled(self, values: Array, x: Vector) -> Vector:
+        """Elements times numbers."""
+        return self.on.mul(self.on.constant(values), x)
+
+    def gate(self, x: Vector) -> Vector:
+        """1 / (1 + exp(-x)) by a hyperbolic tangent, which overflows nowhere."""
+        half = np.array([0.5])
+        return self.on.add(self.on.constant(half), self.scaled(half, self.on.tanh(self.scaled(half, x))))
+
+
+_Told = tuple[Vector, Vector | None]
+"""What a network says in units of its output, and what it remembers; None where it has no memory."""
+
+
+def _perceptron(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    layer = 0
+    while f"body.{layer}.weight" in layers.weights:
+        x = layers.on.relu(layers.linear(f"body.{layer}", x))
+        layer += 2  # after each a ReLU
+    return layers.linear("head", x), None
+
+
+def _recurrence(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    """Layers of an LSTM; memory: hidden states of all layers, then their cells."""
+    on, weights = layers.on, layers.weights
+    count = sum(name.startswith("body.weight_hh") for name in weights)
+    units = weights["body.weight_hh_l0"].shape[1]
+    before = on.constant(np.zeros(2 * count * units)) if memory is None else memory
+    hidden, cells = [], []
+    for k in range(count):
+        own = on.part(before, k * units, (k + 1) * units)
+        cell = on.part(before, (count + k) * units, (count + k + 1) * units)
+        drive = on.add(
+            on.affine(weights[f"body.weight_ih_l{k}"], weights[f"body.bias_ih_l{k}"], x),
+            on.affine(weights[f"body.weight_hh_l{k}"], weights[f"body.bias_hh_l{k}"], own),
+        )
+        gates = [on.part(drive, n * units, (n + 1) * units) for n in range(_GATES)]
+        taken, kept, given = (layers.gate(gates[n]) for n in (0, 1, 3))
+        cell = on.add(on.mul(kept, cell), on.mul(taken, on.tanh(gates[2])))
+        x = on.mul(given, on.tanh(cell))
+        hidden.append(x)
+        cells.append(cell)
+    return layers.linear("head", x), on.joined([*hidden, *cells])
+
+
+def _convolutions(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    """Blocks of a TCN; memory: the rows before of each convolution, the oldest first."""
+    on, weights = layers.on, layers.weights
+    signal, kept, used, block = layers.linear("lift", x), [], 0, 0
+    while f"blocks.{block}.0.weight" in weights:
+        inner = signal
+        for n in range(2):
+            weight = weights[f"blocks.{block}.{n}.weight"]
+            units, _, kernel = weight.shape
+            reach = (kernel - 1) * 2**block
+            if memory is None:  # as if the first row had lasted
+                rows = [inner] * reach
+            else:
+                rows = [on.part(memory, used + k * units, used + (k + 1) * units) for k in range(reach)]
+            used += reach * units
+            rows.append(inner)
+            kept += rows[1:]
+            taps = on.joined(rows[:: 2**block])
+            flat = weight.transpose(0, 2, 1).reshape(units, kernel * units)
+            inner = on.relu(on.affine(flat, weights[f"blocks.{block}.{n}.bias"], taps))
+        signal = on.add(signal, inner)
+        block += 1
+    return layers.linear("head", signal), on.joined(kept) if kept else None
+
+
+def _dissipation(layers: _Layers, x: Vector, seen: Vector, memory: Vector | None) -> _Told:
+    """The force -(L L^T + S) nu_r + G T, element by element."""
+    on, weights = layers.on, layers.weights
+    layer = 0
+    while f"body.{layer}.weight" in weights:
+        x = on.tanh(layers.linear(f"body.{layer}", x))
+        layer += 2  # after each a hyperbolic tangent
+    u, v, r = (on.part(seen, k, k + 1) for k in range(_AXES))
+    scale = weights["factor_scale"][[0, 1, 1, 2, 2, 2]]  # of the rows of the lower triangle
+    lower = layers.scaled(scale, layers.linear("factor", x))
+    a, b, c, d, e, f = (on.part(lower, k, k + 1) for k in range(6))
+    skew = layers.scaled(weights["skew_scale"], layers.linear("skew", x))
+    p, q, w = (on.part(skew, k, k + 1) for k in range(_AXES))
+
+    def summed(*products: tuple[Vector, Vector]) -> Vector:
+        total = on.mul(*products[0])
+        for pair in products[1:]:
+            total = on.add(total, on.mul(*pair))
+        return total
+
+    along = (summed((a, u), (b, v), (d, r)), summed((c, v), (e, r)), on.mul(f, r))
+    damping = (
+        on.mul(a, along[0]),
+        summed((b, along[0]), (c, along[1])),
+        summed((d, along[0]), (e, along[1]), (f, along[2])),
+    )
+    back = layers.scaled(np.array([-1.0]), on.joined([u, v]))
+    minus_u, minus_v = on.part(back, 0, 1), on.part(back, 1, 2)
+    turning = (summed((p, v), (q, r)), summed((w, r), (p, minus_u)), summed((q, minus_u), (w, minus_v)))
+    drives = weights["drive.bias"].size // _AXES
+    gains = layers.scaled(np.repeat(weights["drive_scale"], drives), on.tanh(layers.linear("drive", x)))
+    thrusts = on.part(seen, _AXES, _AXES + drives)
+    pushed = on.mul(gains, on.joined([thrusts] * _AXES))
+    sums = np.repeat(np.eye(_AXES), drives, axis=1)
+    lost = layers.scaled(np.full(_AXES, -1.0), on.add(on.joined(damping), on.joined(turning)))
+    force = on.add(on.affine(sums, None, pushed), lost)
+    return on.affine(weights["inverse_mass"] / weights["output_scale"][:, None], None, force), None
+
+
+_KINDS: dict[str, Callable[[_Layers, Vector, Vector, Vector | None], _Told]] = {
+    "mlp": _perceptron,
+    "lstm": _recurrence,
+    "tcn": _convolutions,
+    "dissipative": _dissipation,
+}
+"""Kinds of networks, each from standardised inputs, the inputs themselves, and the memory."""
+
+
+def _memory_size(kind: str, weights: Weights) -> int:
+    if kind == "lstm":
+        return 2 * sum(weights[n].shape[1] for n in weights if n.startswith("body.weight_hh"))
+    if kind == "tcn":
+        shapes = {n: w.shape for n, w in weights.items() if n.startswith("blocks.") and n.endswith(".weight")}
+        return sum(units * (kernel - 1) * 2 ** int(n.split(".")[1]) for n, (units, _, kernel) in shapes.items())
+    return 0
 
 
 def weights_of(model: "NetworkModel") -> dict[str, Array]:
@@ -27,102 +173,97 @@ def weights_of(model: "NetworkModel") -> dict[str, Array]:
     return {name: tensor.detach().cpu().numpy().astype(float) for name, tensor in model.network.state_dict().items()}
 
 
-def correction(casadi: ModuleType, model: "NetworkModel") -> Any:
-    """What the network says of what it sees and remembers: a function (seen, memory) -> (correction, memory after).
+class CorrectedProgram:
+    """A program and the network that corrects it, or that stands in the place of its physics.
+
+    Attributes
+    ----------
+    program : `step` takes what the network says as an acceleration beside the model's own
+    seen : what the network sees in a state
+    built : `correction`, and the simulation `start_corrected` and `step_corrected`
 
     Raises
     ------
     RequestError
-        for a network whose layers have no plain operations here.
+        for a network whose layers have no operations here.
     """
-    network, weights = model.network, weights_of(model)
-    layers = {"mlp": _perceptron, "lstm": _recurrence}
-    if network.name not in layers:
-        raise RequestError(
-            f"export: expected a network of the kinds {' or '.join(layers)}, got {network.name}; train one of these, "
-            "or let 'undertow explain' say what of it is a named effect"
+
+    def __init__(self, model: "NetworkModel") -> None:
+        kind = model.network.name
+        if kind not in _KINDS:
+            raise RequestError(
+                f"export: expected a network of the kinds {', '.join(_KINDS)}, got {kind}; train one of these, or let "
+                "'undertow explain' say what of it is a named effect"
+            )
+        self.program: Program = program_of(
+            model.vehicle, model.time_step, corrected="in place" if model.pure else "beside"
         )
-    seen = casadi.MX.sym("seen", network.width)
-    size = _memory_size(network.name, weights)
-    memory = casadi.MX.sym("memory", size)
-    standardised = (seen - weights["input_mean"]) / weights["input_scale"]
-    said, after = layers[network.name](casadi, weights, standardised, memory)
-    outputs = [weights["output_scale"] * _linear(casadi, weights, "head", said), after]
-    return casadi.Function("correction", [seen, memory], outputs, ["seen", "memory"], ["correction", "memory_after"])
+        self.seen: Function = network_inputs(self.program.vehicle, model.time_step, model.heading)
+        self._kind, self._weights = kind, weights_of(model)
+        self._memory = Group(
+            "memory", "what the network remembers", _numbered("memory", _memory_size(kind, self._weights))
+        )
+        said = Group("correction", "acceleration [m/s^2, m/s^2, rad/s^2]", ACCELERATIONS)
+        about = "What the network says of what it sees and remembers."
+        kept = (self._memory,) * bool(self._memory.members)
+        after = tuple(Group("memory_after", "what it remembers then", one.members) for one in kept)
+        listens = Built("correction", about, (self.seen.outputs[0][0], *kept), (said, *after), self._listened)
+        self.built = (listens, self._start(), self._step())
+
+    def _says(self, on: VectorOperations, seen: Vector, memory: Vector | None) -> _Told:
+        """What the network says in m/s^2 and rad/s^2, and remembers."""
+        w, layers = self._weights, _Layers(on, self._weights)
+        standardised = layers.scaled(1.0 / w["input_scale"], on.add(on.constant(-w["input_mean"]), seen))
+        said, after = _KINDS[self._kind](layers, standardised, seen, memory)
+        return layers.scaled(w["output_scale"], said), after
+
+    def _listened(self, on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:
+        said, after = self._says(on, given["seen"], given.get("memory"))
+        return [said] if after is None else [said, after]
+
+    @property
+    def _whole(self) -> Group:
+        """State of the simulation: of the program, the memory, and what was said of this state and the one before."""
+        body = self.program.step.inputs[0]
+        told = f"{body.about}; then what the network remembers, what it says now, and what it said a step ago"
+        last = tuple(f"{name}_before" for name in ACCELERATIONS)
+        return Group("state", told, (*body.members, *self._memory.members, *ACCELERATIONS, *last))
+
+    def _inputs(self, function: Function) -> list[Group]:
+        """Groups of a function beside state and correction, and the time where the network needs it."""
+        groups = {group.name: group for group in (*function.inputs, *self.seen.inputs[1:])}
+        return [group for name, group in groups.items() if name not in ("state", "added")]
+
+    def _start(self) -> Built:
+        start = self.program.start
+
+        def build(on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:
+            first = on.called(start, given)
+            said, memory = self._says(on, on.called(self.seen, {**given, "state": first}), None)
+            return [on.joined([first, *([] if memory is None else [memory]), said, said])]
+
+        about = f"{start.about} The network has seen nothing before."
+        return Built("start_corrected", about, tuple(self._inputs(start)), (self._whole,), build)
+
+    def _step(self) -> Built:
+        step, size, kept = self.program.step, len(self.program.state), len(self._memory.members)
+        whole = self._whole
+
+        def build(on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:
+            state, here = given["state"], size + kept
+            memory = on.part(state, size, here) if kept else None
+            now, last = (on.part(state, here + k, here + k + _AXES) for k in (0, _AXES))
+            held = on.add(on.mul(on.constant(np.array([1.5])), now), on.mul(on.constant(np.array([-0.5])), last))
+            after = on.called(step, {**given, "state": on.part(state, 0, size), "added": held})
+            then = dict(given)
+            if "minutes" in given:
+                then["minutes"] = on.add(given["minutes"], on.constant(np.array([self.program.time_step / 60.0])))
+            said, memory = self._says(on, on.called(self.seen, {**then, "state": after}), memory)
+            return [on.joined([after, *([] if memory is None else [memory]), said, now])]
+
+        after = Group("after", f"the next {whole.about}", whole.members)
+        return Built("step_corrected", step.about, (whole, *self._inputs(step)), (after,), build)
 
 
-def _linear(casadi: ModuleType, weights: Weights, name: str, x: Any) -> Any:
-    return casadi.mtimes(casadi.DM(weights[f"{name}.weight"]), x) + weights[f"{name}.bias"]
-
-
-def _perceptron(casadi: ModuleType, weights: Weights, x: Any, memory: Any) -> tuple[Any, Any]:
-    layer = 0
-    while f"body.{layer}.weight" in weights:
-        x = casadi.fmax(_linear(casadi, weights, f"body.{layer}", x), 0.0)
-        layer += 2  # after each a ReLU
-    return x, memory
-
-
-def _recurrence(casadi: ModuleType, weights: Weights, x: Any, memory: Any) -> tuple[Any, Any]:
-    """Layers of an LSTM; memory: hidden states of all layers, then their cells."""
-    layers = sum(name.startswith("body.weight_hh") for name in weights)
-    units = weights["body.weight_hh_l0"].shape[1]
-    hidden, cells = [], []
-    for k in range(layers):
-        before = memory[k * units : (k + 1) * units]
-        cell = memory[(layers + k) * units : (layers + k + 1) * units]
-        drive = casadi.mtimes(casadi.DM(weights[f"body.weight_ih_l{k}"]), x) + weights[f"body.bias_ih_l{k}"]
-        drive += casadi.mtimes(casadi.DM(weights[f"body.weight_hh_l{k}"]), before) + weights[f"body.bias_hh_l{k}"]
-        gates = [drive[n * units : (n + 1) * units] for n in range(_GATES)]
-        taken, kept, given = (0.5 + 0.5 * casadi.tanh(0.5 * gates[n]) for n in (0, 1, 3))
-        cell = kept * cell + taken * casadi.tanh(gates[2])
-        x = given * casadi.tanh(cell)
-        hidden.append(x)
-        cells.append(cell)
-    return x, casadi.vertcat(*hidden, *cells)
-
-
-def _memory_size(name: str, weights: Weights) -> int:
-    if name != "lstm":
-        return 0
-    return 2 * sum(weights[n].shape[1] for n in weights if n.startswith("body.weight_hh"))
-
-
-def corrected_functions(
-    casadi: ModuleType, model: "NetworkModel", asked: Sequence[Function], physics: Mapping[str, Any]
-) -> list[Any]:
-    """`start_corrected` and `step_corrected`: the state is that of the physics, the memory, and what was said last.
-
-    Parameters
-    ----------
-    asked : the functions seen, start and step of the program
-    physics : the same as CasADi functions, by name
-    """
-    says = correction(casadi, model)
-    seen, start, step = asked
-    size, remembered = len(step.inputs[0].members), says.numel_in(1)
-
-    def listened(state: Any, memory: Any, minutes: Any) -> tuple[Any, Any]:
-        return says(physics["seen"](*([state, minutes] if len(seen.inputs) > 1 else [state])), memory)
-
-    def symbols(function: Function) -> dict[str, Any]:
-        kept = [group for group in function.inputs if group.name not in ("state", "added")]
-        return {group.name: casadi.MX.sym(group.name, len(group.members)) for group in kept}
-
-    given = symbols(start)
-    clock = given.setdefault("minutes", casadi.MX.sym("minutes", 1))
-    first = physics["start"](*(given[group.name] for group in start.inputs))
-    said, memory = listened(first, np.zeros(remembered), clock)
-    whole = casadi.vertcat(first, memory, said, said)
-    made = [casadi.Function("start_corrected", [*given.values()], [whole], [*given], ["state"])]
-    given = symbols(step)
-    clock = given.setdefault("minutes", casadi.MX.sym("minutes", 1))
-    state = casadi.MX.sym("state", size + remembered + 6)
-    body, memory = state[:size], state[size : size + remembered]
-    now, last = state[size + remembered : size + remembered + 3], state[size + remembered + 3 :]
-    at_hand = given | {"state": body, "added": 1.5 * now - 0.5 * last}
-    after = physics["step"](*(at_hand[group.name] for group in step.inputs))
-    said, memory = listened(after, memory, clock + model.time_step / 60.0)
-    whole = casadi.vertcat(after, memory, said, now)
-    names = ["state", *given]
-    return [says, *made, casadi.Function("step_corrected", [state, *given.values()], [whole], names, ["after"])]
+def _numbered(name: str, count: int) -> tuple[str, ...]:
+    return tuple(f"{name}_{k}" for k in range(count))

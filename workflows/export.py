@@ -12,20 +12,21 @@ from ..comparison.models_by_name import MODEL_CURE, load_model
 from ..discovery.findings import Findings
 from ..exports.formats.base import Choices, Given
 from ..exports.formats.registry import format_named
-from ..exports.known_facts import KnownFacts
-from ..exports.left_out import stated, values_of
+from ..exports.known_facts import KnownFacts, KnownNumber
 from ..measurements.prepared_logs import PathLike
 from ..physics.cards import Card
 from ..physics.errors import RequestError, expect
 from ..physics.file_marks import at_end
 from ..physics.files import is_device, stream_of, write_bytes
+from ..physics.forces import CURRENT
 from ..physics.in_words import number
 from ..physics.laws.damping_power import Envelope
 from ..physics.printable import one_line
 from ..physics.reading import read_bytes
 from ..physics.sources import ALL
-from ..physics.vehicle import Vehicle
+from ..physics.stated_values import amount, values_of
 from ..residuals.models.base import Model, VehicleModel
+from ..residuals.models.foreign import FunctionModel
 from .check import check
 from .run_folder.read import read_record
 from .run_folder.run_files import own_run
@@ -63,7 +64,7 @@ def export(
 
     Parameters
     ----------
-    model : vehicle file or run folder, or its model; for casadi also the folder of a network beside physics
+    model : vehicle file or run folder, or its model; for casadi and onnx also the folder of a network
     to : name of the format, such as "c", "sdf" or "fmi"
     out : file to write; some formats write another beside it
     choices : of time step and dialect, see `Choices`
@@ -84,8 +85,8 @@ def export(
     if network is None and not isinstance(found, VehicleModel):
         raise RequestError(
             f"export: expected {_NO_FORMULA}, got {found.name} ({found.kind}); 'undertow explain' says what of a "
-            "network is a named effect, and 'undertow add' puts that into a vehicle; casadi takes a network beside "
-            "physics as it is"
+            "network is a named effect, and 'undertow add' puts that into a vehicle; casadi and onnx take a network "
+            "that undertow trained as it is"
         )
     path = None if isinstance(model, Model) else Path(model)
     check_targets([("--out", Kind.EXPORTED, target)], [path], force=force)
@@ -103,8 +104,8 @@ def export(
 
 
 def _network(model: Model) -> "NetworkModel | None":
-    """A network beside a vehicle's physics; None for any other model."""
-    if model.kind != "hybrid":
+    """A network beside a vehicle's physics or in its place; None for any other model."""
+    if model.kind not in ("hybrid", "network") or isinstance(model, FunctionModel):
         return None
     from ..residuals.models.network_model import NetworkModel  # with torch, which made it
 
@@ -130,6 +131,7 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
         envelope = Envelope((u[0], v[0], r[0]), (u[1], v[1], r[1]))
     broken = [law for law in laws if law.verdict == "fail" and law.counts]
     kept = sum(law.verdict == "pass" for law in laws)
+    numbers, notes = _numbers(model, intervals)
     told = f"{verdict}: of {len(laws)} laws of a hull in water {kept} are kept and {len(broken)} broken."
     return KnownFacts(
         name=one_line(model.vehicle.name),
@@ -138,7 +140,8 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
         envelope=envelope,
         envelope_from=whence,
         audit=(told, *(f"{law.law}: {law.sentence}" for law in broken)),
-        numbers=(*_numbers(model.vehicle, intervals), *_learnt(model)),
+        numbers=numbers,
+        notes=(*notes, *_learnt(model)),
     )
 
 
@@ -150,31 +153,32 @@ def _intervals(findings: Findings) -> dict[str, tuple[float, float]]:
     return {symbol: (each.lower, each.upper) for symbol, each in found.items() if each is not None}
 
 
-def _numbers(vehicle: Vehicle, intervals: Mapping[str, tuple[float, float]]) -> list[str]:
-    """Each number of a vehicle that is not null, with its unit, interval and source; then the sources of sections."""
-    found = []
+def _numbers(model: Model, intervals: Mapping[str, tuple[float, float]]) -> tuple[tuple[KnownNumber, ...], list[str]]:
+    """Each number of a model that is not null, with its unit, interval and source; then the sources of sections.
+
+    Of a vehicle whose physics a network replaces, these are the thrusters and the current, which the network sees.
+    """
+    vehicle, found, notes = model.vehicle, list[KnownNumber](), list[str]()
     sources = dict(vehicle.sources)
     for symbol in vehicle.values:
         parameter = vehicle.parameter(symbol)
-        if all(value == parameter.null for value in values_of(vehicle, symbol)):
+        seen = model.kind != "network" or parameter.section == "thrusters" or symbol in CURRENT[:2]
+        if not seen or all(value == parameter.null for value in values_of(vehicle, symbol)):
             continue
-        text = stated(vehicle, symbol, 9, parameter.unit)
-        if symbol in intervals:
-            low, high = intervals[symbol]
-            text += f", 95 % interval {number(low)} to {number(high)}"
-        if symbol in sources:
-            text += f"; {one_line(str(sources.pop(symbol)))}"
-        found.append(text)
+        ends = " to ".join(number(end) for end in intervals.get(symbol, ()))
+        source = one_line(str(sources.pop(symbol, "")))
+        found.append(KnownNumber(symbol, amount(vehicle, symbol, 9, parameter.unit), ends, source))
     for thruster in vehicle.thrusters:
         place = f"x {number(thruster.x)} m, y {number(thruster.y)} m, angle {number(thruster.angle)} rad"
-        found.append(f"thruster {thruster.name}: {place}, command {thruster.channel}, {thruster.curve.kind} curve")
+        notes.append(f"thruster {thruster.name}: {place}, command {thruster.channel}, {thruster.curve.kind} curve")
     whole = sources.pop(ALL, None)
     rest = ([("source", whole)] if whole else []) + [(f"source of {key}", text) for key, text in sources.items()]
-    return found + [f"{what}: {one_line(str(text))}" for what, text in rest]
+    return tuple(found), notes + [f"{what}: {one_line(str(text))}" for what, text in rest]
 
 
 def _learnt(model: Model) -> list[str]:
     """What a network adds to the numbers."""
     if isinstance(model, VehicleModel):
         return []
-    return [f"network {model.name}: {model.parameters} learnt numbers, for rows {model.time_step:g} s apart"]
+    whose = " in the place of the vehicle's physics" * (model.kind == "network")
+    return [f"network {model.name}{whose}: {model.parameters} learnt numbers, for rows {model.time_step:g} s apart"]

@@ -74,7 +74,7 @@ class Export:
     files : content of each file, by path; the first is the one asked for
     remark : how a remark begins and ends; empty where a file has no place for one
     left_out : what of a vehicle it does not express, in newtons
-    networks : it takes a network beside the physics, too
+    networks : it takes a network beside the physics or in its place, too
     """
 
     about: str

@@ -203,7 +203,7 @@ def header(program: Program, name: str, facts: KnownFacts) -> str:
 
 def test_program(program: Program, name: str, envelope: Envelope, paths: tuple[str, str]) -> str:
     """A C program that compares a header with vectors of undertow's own simulation; paths of the header and of it."""
-    states, rolled = drawn(program, envelope, _ROWS), driven(program, envelope, _SECONDS)
+    states, (rolled,) = drawn(program, envelope, _ROWS), driven(program, envelope, _SECONDS)
     prefix = f"{name}_"
     arrays = {
         "drawn_inputs": states.inputs,

@@ -6,7 +6,7 @@ the wake's memory are states.
 
 import json
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -15,10 +15,12 @@ from typing import Any
 
 from ...physics.errors import RequestError
 from ...physics.extras import how_to_install
-from ..network_operations import corrected_functions
+from ...physics.frames import Array
+from ..network_operations import CorrectedProgram
 from ..program.functions import Function, evaluate
-from ..program.model_program import Program, network_inputs, program_of
+from ..program.model_program import Program, program_of
 from ..program.printer import identifier
+from ..program.vector_operations import Built, Vector, VectorOperations
 from .base import Export, Given
 
 Operations = Mapping[str, Callable[..., Any]]
@@ -85,17 +87,67 @@ def casadi_function(asked: Function) -> Any:
     return casadi.Function(asked.name, groups, outputs, *names)
 
 
+class _Vectors(VectorOperations):
+    """Vectors as CasADi's columns; functions of the program are called, not copied."""
+
+    def __init__(self, casadi: ModuleType, functions: Mapping[str, Any]) -> None:
+        self._casadi, self._functions = casadi, functions
+
+    def constant(self, values: Array) -> Vector:
+        """See `VectorOperations.constant`."""
+        return self._casadi.DM(values)
+
+    def affine(self, weight: Array, bias: Array | None, x: Vector) -> Vector:
+        """See `VectorOperations.affine`."""
+        product = self._casadi.mtimes(self._casadi.DM(weight), x)
+        return product if bias is None else product + bias
+
+    def add(self, a: Vector, b: Vector) -> Vector:
+        """See `VectorOperations.add`."""
+        return a + b
+
+    def mul(self, a: Vector, b: Vector) -> Vector:
+        """See `VectorOperations.mul`."""
+        return a * b
+
+    def tanh(self, x: Vector) -> Vector:
+        """See `VectorOperations.tanh`."""
+        return self._casadi.tanh(x)
+
+    def relu(self, x: Vector) -> Vector:
+        """See `VectorOperations.relu`."""
+        return self._casadi.fmax(x, 0.0)
+
+    def part(self, x: Vector, begin: int, end: int) -> Vector:
+        """See `VectorOperations.part`."""
+        return x[begin:end]
+
+    def joined(self, parts: Sequence[Vector]) -> Vector:
+        """See `VectorOperations.joined`."""
+        return self._casadi.vertcat(*parts)
+
+    def called(self, function: Function, groups: Mapping[str, Vector]) -> Vector:
+        """See `VectorOperations.called`."""
+        return self._functions[function.name](*(groups[group.name] for group in function.inputs))
+
+    def function(self, built: Built) -> Any:
+        """A `casadi.Function` of the same groups."""
+        given = {group.name: self._casadi.MX.sym(group.name, len(group.members)) for group in built.inputs}
+        names = [group.name for group in built.inputs], [group.name for group in built.outputs]
+        return self._casadi.Function(built.name, [*given.values()], [*built.build(self, given)], *names)
+
+
 def _functions(given: Given) -> tuple[Program, list[Any]]:
     """The program, and all its functions in CasADi; with a network beside it, those that it corrects."""
     if given.network is None:
         program = program_of(given.vehicle, given.choices.time_step)
         return program, [casadi_function(each) for each in program.functions]
-    network = given.network
-    program = program_of(given.vehicle, network.time_step, corrected=True)
-    seen = network_inputs(given.vehicle, network.time_step, network.heading)
+    corrected = CorrectedProgram(given.network)
+    program, seen = corrected.program, corrected.seen
     functions = {each.name: casadi_function(each) for each in (*program.functions, seen)}
-    asked = (seen, program.start, program.step)
-    return program, [*functions.values(), *corrected_functions(casadi_module(), network, asked, functions)]
+    on = _Vectors(casadi_module(), functions)
+    own = (program.thrust, seen) if given.network.pure else (*program.functions, seen)
+    return program, [*(functions[each.name] for each in own), *(on.function(each) for each in corrected.built)]
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:

@@ -1,20 +1,16 @@
 """The equations of motion in LaTeX, each term with its number, and a table of numbers, intervals and sources."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import groupby
 from pathlib import Path
 
-from ...physics.forces import CURRENT
-from ...physics.in_words import listing
-from ...physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
-from ...physics.thrusters import Thruster
-from ...physics.vehicle import SHARED_THRUSTER_KEYS, Vehicle
-from ..known_facts import remarks
-from ..left_out import stated, values_of
+from ...physics.momentum_balance import Balance, BalanceTerm, balances
+from ...physics.vehicle import Vehicle
+from ..equations_told import UNITS, WIDE, exact, judged, thrust_curve, water_moves, within_factors
+from ..known_facts import KnownFacts, remarks
 from .base import Export, Given
 
-_UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
 _SPECIAL = {
     **{sign: f"\\{sign}" for sign in "&%$#_{}"},
     "~": r"\textasciitilde{}",
@@ -35,10 +31,10 @@ Velocities $u$, $v$ [m/s] and $r$ [rad/s] are relative to the water{water}; $T$ 
 {beside}
 {equations}
 
-{left_out}
-\begin{{longtable}}{{p{{0.96\linewidth}}}}
+{judged}
+\begin{{longtable}}{{p{{0.16\linewidth}}p{{0.26\linewidth}}p{{0.2\linewidth}}p{{0.28\linewidth}}}}
 \hline
-\multicolumn{{1}}{{l}}{{Numbers}} \\
+symbol & value & 95\,\% interval & source \\
 \hline
 {rows}
 \hline
@@ -47,16 +43,12 @@ Velocities $u$, $v$ [m/s] and $r$ [rad/s] are relative to the water{water}; $T$ 
 """
 _BESIDE = " \\, "
 """Between a number and what it multiplies."""
-_COMMANDS = {"pwm": " in us", "normalized": "", "rad_s": " in rad/s", "newton": " in N"}
-"""Units of commands."""
-_WIDE = 3
-"""Terms of an equation in a line."""
 
 
 def number(value: float) -> str:
     """A number to twelve digits, as TeX writes it."""
-    mantissa, _, exponent = f"{value:.12g}".partition("e")
-    return f"{mantissa} \\cdot 10^{{{int(exponent)}}}" if exponent else mantissa
+    mantissa, exponent = exact(value)
+    return f"{mantissa} \\cdot 10^{{{exponent}}}" if exponent else mantissa
 
 
 def factor(name: str) -> str:
@@ -87,9 +79,9 @@ def equation(line: Balance) -> str:
     """The balance of an axis."""
     left = " ".join(term(one, k == 0) for k, one in enumerate(line.inertia))
     parts = [term(one, k == 0) for k, one in enumerate(line.force)] or ["0"]
-    lines = [" ".join(parts[k : k + _WIDE]) for k in range(0, len(parts), _WIDE)]
+    lines = [" ".join(parts[k : k + WIDE]) for k in range(0, len(parts), WIDE)]
     right = " \\\\\n  &\\quad ".join(lines)
-    return f"\\begin{{align*}}\n  {left} &= {right} && \\text{{[{_UNITS[line.axis]}]}}\n\\end{{align*}}"
+    return f"\\begin{{align*}}\n  {left} &= {right} && \\text{{[{UNITS[line.axis]}]}}\n\\end{{align*}}"
 
 
 def escaped(text: str) -> str:
@@ -97,40 +89,23 @@ def escaped(text: str) -> str:
     return re.sub(r"[&%$#_{}~^\\<>|]", lambda found: _SPECIAL[found[0]], text)
 
 
-def _beside(vehicle: Vehicle) -> str:
-    """What acts within a factor: on the thrust, the water, or the memory."""
-    apart = [s for s in SHARED_THRUSTER_KEYS if len(values_of(vehicle, s)) > 1]
-    symbols = dict.fromkeys([*beside_the_balance(vehicle), *apart])
-    found = [stated(vehicle, symbol, 12, vehicle.parameter(symbol).unit) for symbol in symbols]
-    return f"Within the factors act {escaped(listing(found))}." if found else ""
-
-
-def thrust_curve(thruster: Thruster) -> str:
-    """How the command of a thruster becomes its force, with every number."""
-    curve, unit = thruster.curve, _COMMANDS[thruster.command]
-    if curve.kind == "table":
-        points = [f"{y:.12g} at {x:.12g}" for x, y in zip(curve.command, curve.force, strict=True)]
-        return f"force of {thruster.name} in N at its command{unit}, straight between: {', '.join(points)}"
-    speed = {"pwm": "(command - 1500)/500 scale + offset", "normalized": "command scale + offset"}
-    parts = [f"{name} = {getattr(curve, name):.12g}" for name in ("k_t", "rho", "diameter", "scale", "offset")]
-    law = f"k_t rho diameter^4 n|n| N with n = {speed.get(thruster.command, 'command')}"
-    return f"force of {thruster.name} at its command{unit}: {law}; {', '.join(parts)}"
-
-
-def _rows(lines: Sequence[str]) -> str:
-    return " \\\\\n".join(escaped(line) for line in lines) + " \\\\"
+def _rows(facts: KnownFacts, vehicle: Vehicle) -> str:
+    """Rows of the table: numbers, then what takes a whole row."""
+    numbers = [" & ".join(map(escaped, (x.symbol, x.amount, x.interval, x.source))) for x in facts.numbers]
+    notes = [*facts.notes, *map(thrust_curve, vehicle.thrusters)]
+    whole = [rf"\multicolumn{{4}}{{p{{0.96\linewidth}}}}{{{escaped(each)}}}" for each in notes]
+    return "\n".join(f"{row} \\\\" for row in [*numbers, *whole])
 
 
 def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
     vehicle, facts = given.vehicle, given.facts
-    flows = any(vehicle.value(symbol) for symbol in CURRENT)
     text = _HEAD.format(
         name=escaped(facts.name),
-        water=", which moves" * flows,
-        beside=_beside(vehicle),
+        water=", which moves" * water_moves(vehicle),
+        beside=escaped(within_factors(vehicle)),
         equations="\n".join(equation(line) for line in balances(vehicle)),
-        left_out=escaped(f"{facts.envelope_told} Audit: {' '.join(facts.audit)}"),
-        rows=_rows([*facts.numbers, *map(thrust_curve, vehicle.thrusters)]),
+        judged=escaped(judged(facts)),
+        rows=_rows(facts, vehicle),
     )
     return {path: (remarks(facts.lines(), "% ") + text).encode()}
 

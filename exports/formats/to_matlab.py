@@ -12,6 +12,7 @@ from ..program.array_language import ArrayLanguage
 from ..program.functions import Function
 from ..program.model_program import program_of
 from ..program.printer import wrapped
+from ..program.symbols import COMPARED, INFIX
 from .base import Export, Given
 
 _HEAD = """\
@@ -25,6 +26,7 @@ function model = {name}()
 %
 %   x  = [{state}]'
 %   ui = [{command}]'
+%   Several boats stand side by side, a column each.
 %   model.state, model.command and model.time_step tell the same.
 %
 % SI units, earth NED, body FRD. Where an argument is the velocity of the air (air) or the time since the beginning of
@@ -39,24 +41,25 @@ end
 _TAKEN = """
 break case catch classdef continue do else elseif end endfunction endif endwhile enumeration events for function global
 if methods otherwise parfor persistent properties return spmd switch try unwind_protect until while
-abs cos max min pick sign sin sqrt struct sum
+abs cellfun cos max min pick rows sign sin size sqrt struct sum zeros
 thrust rates derivatives start step
 """
 """What the language keeps for itself, and what the file calls."""
 _SPELLING = {
     **{name: f"{name}({{}})" for name in ("sqrt", "cos", "sin", "abs", "sign")},
     **{name: f"{name}({{}}, {{}})" for name in ("min", "max")},
-    "pow": "({}) ^ ({})",
+    "pow": "({}) .^ ({})",
     "select": "pick({}, {}, {})",
 }
 
 
 @final
 class Matlab(ArrayLanguage):
-    """MATLAB functions on columns."""
+    """MATLAB functions on columns, side by side where there are several boats."""
 
     spelling = _SPELLING
-    item = "{}({})"
+    infix = INFIX | COMPARED | {"mul": ".*", "div": "./"}
+    item = "{}({}, :)"
     between = "; "
     named = "{} = {};"
     first = 1
@@ -66,9 +69,14 @@ class Matlab(ArrayLanguage):
         points = [" ...\n    ".join(wrapped([repr(x) for x in line], 100)) for line in (xs, ys)]
         return (
             f"\nfunction y = {name}(x)\nxs = [{points[0]}];\nys = [{points[1]}];\n"
-            "x = min(max(x, xs(1)), xs(end));\nk = sum(x >= xs(1:end-1));\n"
-            "y = ys(k) + (ys(k + 1) - ys(k)) / (xs(k + 1) - xs(k)) * (x - xs(k));\nend"
+            "x = min(max(x, xs(1)), xs(end));\nk = sum(x >= xs(1:end-1)', 1);\n"
+            "y = ys(k) + (ys(k + 1) - ys(k)) ./ (xs(k + 1) - xs(k)) .* (x - xs(k));\nend"
         )
+
+    def pack(self, texts: Sequence[str], apart: str = " ") -> str:
+        """See `ArrayLanguage.pack`; a number that all boats share is repeated."""
+        shared = any(re.fullmatch(r"-?[\d.]+(e[-+]?\d+)?", text) for text in texts)
+        return f"rows({f',{apart}'.join(texts)})" if shared else f"[{f';{apart}'.join(texts)}]"
 
     def define(self, function: Function, body: Sequence[str], results: Sequence[Sequence[str]]) -> str:
         """See `Language.define`."""
@@ -76,17 +84,25 @@ class Matlab(ArrayLanguage):
         inputs = ", ".join(group.name for group in function.inputs)
         lines = [*(f"% {line}" for line in function.told), *body]
         for (group, _), texts in zip(function.outputs, results, strict=True):
-            lines.append(f"{group.name} = [{(';' + ' ...' + chr(10) + '    ').join(texts)}];")
+            lines.append(f"{group.name} = {self.pack(texts, ' ...' + chr(10) + '    ')};")
         return f"\nfunction [{outputs}] = {function.name}({inputs})\n" + "\n".join(lines) + "\nend"
 
 
+_ROWS = """
+function y = rows(varargin)
+y = zeros(nargin, max(cellfun('size', varargin, 2)));
+for k = 1:nargin
+    y(k, :) = varargin{k};
+end
+end
+"""
 _PICK = """
 function y = pick(chosen, a, b)
-if chosen
-    y = a;
-else
-    y = b;
-end
+whole = zeros(size(chosen + a + b));
+chosen = chosen + whole > 0;
+a = a + whole;
+y = b + whole;
+y(chosen) = a(chosen);
 end
 """
 
@@ -120,7 +136,7 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
         commands=", ".join(f"'{member}'" for member in program.thrust.inputs[0].members),
         states=", ".join(f"'{member}'" for member in program.state),
     )
-    return {path: (head + text + "\n" + _PICK * ("pick(" in text)).encode()}
+    return {path: (head + text + "\n" + _ROWS * ("rows(" in text) + _PICK * ("pick(" in text)).encode()}
 
 
 EXPORT = Export("MATLAB and Octave functions in the style of MSS", ".m", _files, ("% ", ""))

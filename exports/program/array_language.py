@@ -37,10 +37,14 @@ class ArrayLanguage(Language):
         """See `Language.assigned`."""
         return self.named.format(name, text)
 
+    def pack(self, texts: Sequence[str]) -> str:
+        """An array of numbers."""
+        return self.packed.format(self.between.join(texts))
+
     def called(self, function: Function, given: Sequence[str], names: Sequence[str]) -> list[str]:
         """See `Language.called`."""
         arguments = [
-            texts[0] if group.single else self.packed.format(self.between.join(texts))
+            texts[0] if group.single else self.pack(texts)
             for group, texts in zip(function.inputs, function.split(given), strict=True)
         ]
         found = names[0] if len(names) == 1 else self.several.format(", ".join(names))

@@ -7,7 +7,7 @@ Runge-Kutta steps of one length, lag by first-order hold, delayed forces between
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -25,11 +25,11 @@ _MOTION_TOLD = "north, east [m], psi [rad], u, v [m/s], r [rad/s] over ground"
 _AIR = Group("air", "velocity of the air over ground, towards north and east [m/s]", ("air_north", "air_east"))
 _MINUTES = Group("minutes", "time since the beginning of the log [min]", ("minutes",), single=True)
 
-_ADDED = Group(
-    "added",
-    "acceleration beside the model's own, held during the step [m/s^2, m/s^2, rad/s^2]",
-    ("u_dot_added", "v_dot_added", "r_dot_added"),
-)
+ACCELERATIONS = ("u_dot_added", "v_dot_added", "r_dot_added")
+_ADDED = Group("added", "acceleration that is held during the step [m/s^2, m/s^2, rad/s^2]", ACCELERATIONS)
+Corrected = Literal["no", "beside", "in place"]
+_FORCELESS: dict[str, float] = dict.fromkeys(("memory_sway", "memory_yaw", "wind_x", "wind_y", "wind_n"), 0.0)
+"""What a model without physics of its own lacks of what a vehicle's state keeps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,25 +70,33 @@ class _Outside(NamedTuple):
     minutes: Sequence[Symbol]
 
 
-def program_of(vehicle: Vehicle, time_step: float, *, corrected: bool = False) -> Program:
+def program_of(vehicle: Vehicle, time_step: float, *, corrected: Corrected = "no") -> Program:
     """The program of a vehicle, for steps of a length [s].
 
     Parameters
     ----------
-    corrected : `step` takes an acceleration `added` beside the model's own, which is held in it
+    corrected : `step` takes an acceleration `added`, which is held in it, beside that of the forces or in its place
 
     Raises
     ------
     RequestError
         when a delay is a great many steps.
     """
+    if corrected == "in place":
+        vehicle = vehicle.with_values(_FORCELESS)
     equation = ForceEquation(vehicle)
-    thrust, rates = _thrust(vehicle), _rates(equation)
+    thrust, rates = _thrust(vehicle), _coasting() if corrected == "in place" else _rates(equation)
     derivatives = _derivatives(vehicle, thrust, rates)
     late = late_commands(vehicle, time_step)
     start = _start(equation, late)
     return Program(
-        vehicle, time_step, thrust, rates, derivatives, start, _step(equation, late, rates, time_step, corrected)
+        vehicle,
+        time_step,
+        thrust,
+        rates,
+        derivatives,
+        start,
+        _step(equation, late, rates, time_step, corrected != "no"),
     )
 
 
@@ -151,6 +159,15 @@ def _rates(equation: ForceEquation) -> Function:
     about = "Rate of change of the motion under forces of the thrusters."
     inputs = [motion, force, load, _AIR, _MINUTES]
     return function("rates", about, inputs, [(rate, [symbolic(each) for each in found])], labels)
+
+
+def _coasting() -> Function:
+    motion = Group("motion", _MOTION_TOLD, MOTION)
+    psi, u, v, r = motion.symbols[2:]
+    rate = Group("rate", "of change of the motion, per second", tuple(f"{name}_dot" for name in MOTION))
+    found = [*body_to_earth(psi, u, v), r, *[0.0] * 3]  # type: ignore[arg-type]
+    about = "Rate of change of a motion on which no force acts."
+    return function("rates", about, [motion], [(rate, [symbolic(each) for each in found])])
 
 
 def _derivatives(vehicle: Vehicle, thrust: Function, rates: Function) -> Function:

@@ -24,10 +24,12 @@ class Language(ABC):
     Attributes
     ----------
     spelling : of the operations that are no signs between or before, with braces for operands
+    infix : signs between operands
     prefix : of all names that are seen from outside
     """
 
     spelling: Mapping[str, str]
+    infix: Mapping[str, str] = INFIX | COMPARED
 
     def __init__(self, prefix: str, functions: Sequence[Function]) -> None:
         self.prefix = prefix
@@ -125,7 +127,7 @@ class Language(ABC):
             return self.spelling[symbol.operation].format(*(text for text, _ in operands)), _ATOM
         if symbol.operation == "neg":
             return f"-{_within(operands[0], binds + 1)}", binds
-        sign = (INFIX | COMPARED)[symbol.operation]
+        sign = self.infix[symbol.operation]
         # The right side of equal rank keeps its brackets: sums of floating-point numbers depend on their order.
         return f"{_within(operands[0], binds)} {sign} {_within(operands[1], binds + 1)}", binds
 

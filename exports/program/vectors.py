@@ -1,5 +1,6 @@
 """Test vectors: states and commands drawn at random, with what undertow's own simulation says of them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from ...physics.forces import current_at, thrust_left
 from ...physics.frames import Array, earth_to_body
 from ...physics.laws.damping_power import Envelope
 from ...physics.motion import Motion
-from ...physics.simulation import rollout
+from ...physics.simulation import Legs, rollouts
 from ...physics.thrusters import command_of
 from ...physics.vehicle import Vehicle
 from .functions import Function
@@ -78,8 +79,22 @@ def drawn(program: Program, envelope: Envelope, rows: int, seed: int = 0) -> Dra
     return Drawn(inputs, np.column_stack([found[:, :members], *following]))
 
 
-def driven(program: Program, envelope: Envelope, seconds: float, seed: int = 0) -> Driven:
-    """A rollout from a state within an envelope, under commands and wind that change all the time."""
+def driven(program: Program, envelope: Envelope, seconds: float, seeds: Sequence[int] = (0,)) -> list[Driven]:
+    """Rollouts from states within an envelope, under commands and wind that change all the time; one a seed."""
+    asked = [_asked(program, envelope, seconds, seed) for seed in seeds]
+    legs = [(program.vehicle, Legs(one, np.array([0]), one.time.size - 1)) for one in asked]
+    found = []
+    for motion, rolled in zip(asked, rollouts(legs), strict=True):
+        expected, air, clock = rolled.states[0], motion.air, motion.minutes[:, None]
+        assert air is not None
+        groups = {"motion": expected[:1], "command": motion.commands, "air": air, "minutes": clock}
+        steps = groups | {"command": motion.commands[1:], "air": air[1:], "minutes": clock[:-1]}
+        found.append(Driven(_beside(program.start, groups, 0)[0], _beside(program.step, steps, 1), expected))
+    return found
+
+
+def _asked(program: Program, envelope: Envelope, seconds: float, seed: int) -> Motion:
+    """A motion whose first row and whose commands and wind a rollout takes."""
     rng = np.random.default_rng([seed, 2])
     vehicle, step = program.vehicle, program.time_step
     rows = round(seconds / step) + 1
@@ -96,7 +111,7 @@ def driven(program: Program, envelope: Envelope, seconds: float, seed: int = 0) 
     minutes = begun + time / 60.0
     first = rng.uniform(envelope.lower, envelope.upper)
     first[:2] += np.array(_water(vehicle, heading, begun))
-    motion = Motion(
+    return Motion(
         time,
         np.zeros((rows, 2)),
         np.full(rows, heading),
@@ -106,10 +121,6 @@ def driven(program: Program, envelope: Envelope, seconds: float, seed: int = 0) 
         air=air,
         minutes=minutes,
     )
-    expected = rollout(vehicle, motion, np.array([0]), rows - 1).states[0]
-    groups = {"motion": expected[:1], "command": commands, "air": air, "minutes": minutes[:, None]}
-    steps = groups | {"command": commands[1:], "air": air[1:], "minutes": minutes[:-1, None]}
-    return Driven(_beside(program.start, groups, 0)[0], _beside(program.step, steps, 1), expected)
 
 
 def _beside(function: Function, groups: dict[str, Array], skipped: int) -> Array:

@@ -9,7 +9,7 @@ from exported import boat, facts
 
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
-from undertow.exports.known_facts import remarks
+from undertow.exports.known_facts import KnownNumber, remarks
 
 BREAK = "\u2028"
 """What JavaScript holds for the end of a line."""
@@ -19,7 +19,7 @@ ILL = replace(
     source=f"a{BREAK}b",
     envelope_from="c\rd",
     audit=("pass", f"law{BREAK}alert(1): sentence\u2029alert(2) ---> <evil/>"),
-    numbers=("mass = 1 kg; */ int a;\x85int b;",),
+    numbers=(KnownNumber("mass", "1 kg", "1 to\n2", "*/ int a;\x85int b;"),),
 )
 
 

@@ -8,8 +8,9 @@ from exported import facts
 
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
-from undertow.exports.left_out import stated, told, total_thrust
+from undertow.exports.left_out import told, total_thrust
 from undertow.physics.laws.damping_power import Envelope
+from undertow.physics.stated_values import stated
 from undertow.physics.vehicle import Vehicle, load_vehicle
 from undertow.residuals.models.base import VehicleModel
 from undertow.workflows.export import known_facts
@@ -67,7 +68,7 @@ def test_what_one_thruster_has_alone_is_told():
 
 @pytest.mark.parametrize("to", ["sdf", "ardupilot"])
 def test_a_format_without_lag_says_whose_it_leaves_out(to: str):
-    assert "0.4 s (stbd)" in " ".join(known_facts(VehicleModel(one_late(), "late"), None).numbers)
+    assert "0.4 s (stbd)" in " ".join(known_facts(VehicleModel(one_late(), "late"), None).lines())
     sentences = format_named(to).left_out(Given(one_late(), facts("as it is")))
     (sentence,) = [each for each in sentences if "lag" in each]
     assert "(stbd)" in sentence

@@ -3,21 +3,22 @@
 import os
 import subprocess
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from undertow.exports.formats.base import Choices, Given
 from undertow.exports.formats.registry import format_named
-from undertow.exports.known_facts import KnownFacts
+from undertow.exports.known_facts import KnownFacts, KnownNumber
 from undertow.exports.program.functions import Function
 from undertow.exports.program.model_program import Program, program_of
 from undertow.exports.program.vectors import drawn, driven, error
 from undertow.physics.laws.audit.trial import possible_commands, reachable
 from undertow.physics.laws.damping_power import Envelope
-from undertow.physics.vehicle import Vehicle, load_vehicle
+from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 
 EVERYTHING = {
     "fouling_rate": 0.02,
@@ -46,16 +47,29 @@ EVERYTHING = {
     "wind_force_east": -0.5,
 }
 """Of every kind of effect one, and what stands in no catalogue."""
+_WATER = {"delay": 0.1, "current_north": 0.1, "memory_sway": 0.5, "memory_yaw": 0.2}
+_AT_ONCE = {"dead_zone": 0.08, "thrust_exponent": 1.4, "wind_x": 0.2, "wind_force_east": 2.0, "surge:vr": -0.4}
 BOATS: dict[str, Callable[[], Vehicle]] = {
     "as it is": lambda: load_vehicle("blueboat"),
+    **{name: partial(load_vehicle, name) for name in shipped_vehicles() if name != "blueboat"},
     "table, everything": lambda: load_vehicle("otter").with_values(EVERYTHING),
     "propeller, everything": lambda: load_vehicle("blueboat_paper").with_values(EVERYTHING),
-    "delay of whole steps": lambda: load_vehicle("cybership2").with_values({"delay": 0.1, "current_north": 0.1}),
-    "lag alone": lambda: load_vehicle("otter").with_values({"lag": 0.4, "memory_yaw": 3.0}),
+    "delay of whole steps": lambda: load_vehicle("cybership2").with_values(_WATER),
+    "lag alone": lambda: load_vehicle("otter").with_values({"lag": 0.4}),
+    "nothing late": lambda: load_vehicle("blueboat_paper").with_values(_AT_ONCE),
+    "one thruster alone": lambda: _uneven(load_vehicle("blueboat")),
 }
-FEW, MANY = 1, 100
-"""Rollouts: one of 10 s in every run of the tests, and of 30 s with --all."""
+"""Every shipped vehicle, two with effects of every kind, and some that have a few kinds without the others."""
 EXACT, SINGLE = 1e-9, 1e-4
+STATES, _ROLLOUTS, _SECONDS = 1000, 100, 30.0
+"""Random states and commands, rollouts, and length of each [s], in which a boat is compared."""
+
+
+def _uneven(vehicle: Vehicle) -> Vehicle:
+    """A boat whose first thruster alone answers late."""
+    first, *others = vehicle.thrusters
+    late = first.model_copy(update={"lag": 0.3, "delay": 0.12, "thrust_rate": -0.02})
+    return vehicle.model_copy(update={"thrusters": (late, *others)}).checked()
 
 
 @cache
@@ -69,7 +83,7 @@ def envelope(name: str) -> Envelope:
 
 
 def facts(name: str) -> KnownFacts:
-    return KnownFacts(boat(name).name, name, "0", envelope(name), "made up", ("pass",), ("mass = 1 kg",))
+    return KnownFacts(boat(name).name, name, "0", envelope(name), "made up", ("pass",), (KnownNumber("mass", "1 kg"),))
 
 
 def written(name: str, to: str, path: Path, choices: Choices | None = None) -> Path:
@@ -84,31 +98,54 @@ def program(name: str) -> Program:
     return program_of(boat(name), Choices().time_step)
 
 
-Row = Callable[[Function, np.ndarray], np.ndarray]
-"""What a function of the export gives for one row of all its inputs, side by side."""
+Answer = Callable[[Function, np.ndarray], np.ndarray]
+"""What a function of the export gives for rows of all its inputs, side by side."""
 
 
-def compare_states(name: str, answer: Callable[[Function, np.ndarray], np.ndarray], most: float = EXACT) -> None:
-    """1,000 states and commands; `answer` gives the derivatives of inputs (rows, numbers)."""
-    states = drawn(program(name), envelope(name), 1000)
+class Trips(NamedTuple):
+    """Rollouts of a boat.
+
+    Attributes
+    ----------
+    start : what `start` takes, (rollouts, numbers)
+    steps : what `step` takes beside the state, (steps, rollouts, numbers)
+    expected : undertow's own motions, (rollouts, steps + 1, 6)
+    """
+
+    start: np.ndarray
+    steps: np.ndarray
+    expected: np.ndarray
+
+
+@cache
+def trips(name: str) -> Trips:
+    """100 rollouts of 30 s."""
+    rolled = driven(program(name), envelope(name), _SECONDS, range(_ROLLOUTS))
+    parts = [np.array([getattr(one, part) for one in rolled]) for part in ("start", "steps", "expected")]
+    return Trips(parts[0], np.ascontiguousarray(parts[1].swapaxes(0, 1)), parts[2])
+
+
+def compare_states(name: str, answer: Answer, most: float = EXACT) -> None:
+    """1,000 states and commands; `answer` gives the derivatives."""
+    states = drawn(program(name), envelope(name), STATES)
     assert error(answer(program(name).derivatives, states.inputs), states.expected) < most
 
 
-def compare_rollouts(name: str, one: Row, count: int, most: float = EXACT) -> None:
-    """Rollouts, one after the other."""
-    for seed in range(count):
-        rolled = driven(program(name), envelope(name), seconds(count), seed)
-        state = one(program(name).start, rolled.start)
-        found = [state[:6]]
-        for row in rolled.steps:
-            state = one(program(name).step, np.concatenate([state, row]))
-            found.append(state[:6])
-        assert error(np.array(found), rolled.expected) < most
+def compare_rollouts(name: str, found: np.ndarray, most: float = EXACT) -> None:
+    """100 rollouts of 30 s: motions (rollouts, steps + 1, 6)."""
+    expected = trips(name).expected
+    assert found.shape == expected.shape == (_ROLLOUTS, round(_SECONDS / program(name).time_step) + 1, 6)
+    assert max(map(error, found, expected)) < most
 
 
-def seconds(count: int) -> float:
-    """Length of each of so many rollouts [s]."""
-    return 30.0 if count == MANY else 10.0
+def stepped(name: str, answer: Answer) -> np.ndarray:
+    """Motions of all rollouts of a boat side by side, a step at a time."""
+    state = answer(program(name).start, trips(name).start)
+    found = [state[:, :6]]
+    for rows in trips(name).steps:
+        state = answer(program(name).step, np.concatenate([state, rows], axis=1))
+        found.append(state[:, :6])
+    return np.array(found).swapaxes(0, 1)
 
 
 def run(words: Sequence[str | Path], folder: Path) -> str:

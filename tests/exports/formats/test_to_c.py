@@ -9,8 +9,6 @@ import pytest
 from exported import (
     BOATS,
     EXACT,
-    FEW,
-    MANY,
     SINGLE,
     boat,
     compare_rollouts,
@@ -18,6 +16,7 @@ from exported import (
     needed,
     program,
     run,
+    trips,
     written,
 )
 
@@ -29,6 +28,26 @@ COMPILERS = {"gcc": "package gcc", "clang": "package clang"}
 
 def compiler(name: str) -> str:
     return needed(name, shutil.which(name), COMPILERS[name])
+
+
+_ROLLOUTS = """
+void rollouts(const REAL *start, const REAL *steps, REAL *found, int count, int begun, int rows, int given);
+void rollouts(const REAL *start, const REAL *steps, REAL *found, int count, int begun, int rows, int given)
+{
+    int i, k, j;
+    for (i = 0; i < count; i++) {
+        REAL state[STATES + 10], after[STATES];
+        flat_start(start + i * begun, state);
+        for (j = 0; j < 6; j++) *found++ = state[j];
+        for (k = 0; k < rows; k++) {
+            for (j = 0; j < given; j++) state[STATES + j] = *steps++;
+            flat_step(state, after);
+            for (j = 0; j < STATES; j++) state[j] = after[j];
+            for (j = 0; j < 6; j++) *found++ = after[j];
+        }
+    }
+}
+"""
 
 
 class Library:
@@ -50,7 +69,9 @@ class Library:
             lines.append(f"void flat_{function.name}(const {real} *in, {real} *out);")
             lines.append(f"void flat_{function.name}(const {real} *in, {real} *out)")
             lines.append(f"{{ {header.stem}_{function.name}({', '.join(places)}); }}")
-        (folder / "flat.c").write_text("\n".join(lines) + "\n", "utf-8")
+        step = next(function for function in functions if function.name == "step")
+        lines.append(_ROLLOUTS.replace("REAL", f"{header.stem}_real").replace("STATES", str(len(step.results))))
+        (folder / "flat.c").write_text("\n".join(lines), "utf-8")
         run([cc, *STRICT, *flags, "-shared", "-fPIC", "flat.c", "-o", "flat.so", "-lm"], folder)
         self.library = ctypes.CDLL(str(folder / "flat.so"))
 
@@ -64,22 +85,29 @@ class Library:
     def rows(self, function: Function, rows: np.ndarray) -> np.ndarray:
         return np.array([self(function, row) for row in rows])
 
+    def rollouts(self, start: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Motions (rollouts, steps + 1, 6), all in one call."""
+        pointer = ctypes.POINTER(self.kind)
+        given = [np.ascontiguousarray(part, dtype=self.kind) for part in (start, steps.swapaxes(0, 1))]
+        found = np.empty((len(start), len(steps) + 1, 6), dtype=self.kind)
+        sizes = (len(start), start.shape[1], len(steps), steps.shape[2])
+        self.library.rollouts(*(each.ctypes.data_as(pointer) for each in (*given, found)), *sizes)
+        return found.astype(float)
 
-@pytest.fixture(params=[("gcc",), ("gcc", "-DMODEL_FLOAT"), ("clang",)], ids=["gcc", "float", "clang"])
-def how(request: pytest.FixtureRequest) -> tuple[str, tuple[str, ...], float]:
-    """Compiler, flags, and the largest error."""
-    name, *flags = request.param
-    return compiler(name), tuple(flags), SINGLE if flags else EXACT
+
+HOW = {"gcc": ("gcc", (), EXACT), "float": ("gcc", ("-DMODEL_FLOAT",), SINGLE), "clang": ("clang", (), EXACT)}
+"""Compiler, flags, and the largest error."""
+CASES = [(name, how) for how in HOW for name in BOATS if how != "clang" or "everything" in name]
+"""A second compiler sees what has all that is ever printed."""
 
 
-@pytest.mark.parametrize("count", [FEW, MANY], ids=["few", "many"])
-@pytest.mark.parametrize("name", BOATS)
-def test_it_is_undertows_own_simulation(name: str, count: int, how: tuple, tmp_path: Path):
-    cc, flags, most = how
+@pytest.mark.parametrize(("name", "how"), CASES)
+def test_it_is_undertows_own_simulation(name: str, how: str, tmp_path: Path):
+    named, flags, most = HOW[how]
     header = written(name, "c", tmp_path / "model.h")
-    library = Library(tmp_path, header, program(name).functions, cc, *flags)
+    library = Library(tmp_path, header, program(name).functions, compiler(named), *flags)
     compare_states(name, library.rows, most)
-    compare_rollouts(name, library, count, most)
+    compare_rollouts(name, library.rollouts(trips(name).start, trips(name).steps), most)
 
 
 def test_its_own_test_passes_and_notices_a_wrong_number(tmp_path: Path):
@@ -104,7 +132,7 @@ def test_it_is_cplusplus_too(tmp_path: Path):
 
 @pytest.mark.parametrize("name", ["as it is", "table, everything"])
 def test_it_is_small_and_quick(name: str, tmp_path: Path):
-    """Under 20 kB of code, and under a microsecond a step; ten times that is left to a machine that others use."""
+    """Under 20 kB of code, and under a microsecond a step: the best of several, as a machine may have other work."""
     written(name, "c", tmp_path / "model.h")
     asked = program(name)
     groups = [(g.name, len(g.members), g.single) for g in asked.step.inputs]
@@ -121,13 +149,13 @@ int main(void)
     int k, j;
     state[3] = 1.0;
     begun = clock();
-    for (k = 0; k < 200000; k++) {{
+    for (k = 0; k < 50000; k++) {{
         model_step({given}, after);
         for (j = 0; j < {len(asked.state)}; j++) state[j] = after[j];
         sum += state[0];
         if (k % 100 == 0) state[3] = 1.0;
     }}
-    printf("%.9g %g\\n", (double)(clock() - begun) / CLOCKS_PER_SEC / 200000.0, sum);
+    printf("%.9g %g\\n", (double)(clock() - begun) / CLOCKS_PER_SEC / 50000.0, sum);
     return 0;
 }}
 """,
@@ -135,9 +163,9 @@ int main(void)
     )
     cc = compiler("gcc")
     run([cc, "-O2", "step.c", "-o", "step", "-lm"], tmp_path)
-    seconds = min(float(run([tmp_path / "step"], tmp_path).split()[0]) for _ in range(3))
+    seconds = min(float(run([tmp_path / "step"], tmp_path).split()[0]) for _ in range(5))
     print(f"{name}: {seconds * 1e6:.3f} us a step")
-    assert seconds < 10e-6
+    assert seconds < 1e-6
     Library(tmp_path, tmp_path / "model.h", asked.functions, cc)
     run([cc, "-std=c99", "-Os", "-c", "flat.c"], tmp_path)
     code, data = map(int, run(["size", "flat.o"], tmp_path).splitlines()[1].split()[:2])

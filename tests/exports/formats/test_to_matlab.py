@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exported import BOATS, EXACT, FEW, MANY, compare_states, envelope, needed, program, run, seconds, written
+from exported import BOATS, STATES, compare_rollouts, compare_states, envelope, needed, program, run, trips, written
 
 from undertow.exports.program.functions import Function
-from undertow.exports.program.vectors import driven, error
+from undertow.exports.program.vectors import drawn
 from undertow.physics.errors import RequestError
 
 
@@ -17,54 +17,60 @@ def octave(code: str, folder: Path) -> None:
     run([needed("octave", shutil.which("octave"), "package octave"), "--quiet", "--no-gui", "main.m"], folder)
 
 
-def arguments(function: Function, row: str) -> str:
-    """The groups of a function from columns of a row, in Octave."""
+def arguments(function: Function, rows: str, skipped: int = 0) -> str:
+    """The groups of a function from columns of numbers, in Octave; the first few may be there already."""
     found, at = [], 0
-    for group in function.inputs:
+    for group in function.inputs[skipped:]:
         size = len(group.members)
-        found.append(f"{row}({at + 1})" if group.single else f"{row}({at + 1}:{at + size})")
+        found.append(f"{rows}({at + 1}:{at + size}, :)")
         at += size
     return ", ".join(found)
 
 
-def save(path: Path, values: np.ndarray) -> None:
-    np.savetxt(path, np.atleast_2d(values), fmt="%.17g")
+def numbers(name: str, values: np.ndarray) -> str:
+    """A line of Octave that reads columns of numbers from a file."""
+    np.ascontiguousarray(values, dtype=float).tofile(name)
+    return f"{Path(name).name} = fread(fopen('{Path(name).name}'), [{values.shape[-1]} Inf], 'double');\n"
 
 
-@pytest.mark.parametrize("count", [FEW, MANY], ids=["few", "many"])
 @pytest.mark.parametrize("name", BOATS)
-def test_it_is_undertows_own_simulation(name: str, count: int, tmp_path: Path):
+def test_it_is_undertows_own_simulation(name: str, tmp_path: Path):
+    """All states, and all rollouts, side by side in one call of Octave."""
     written(name, "matlab", tmp_path / "model.m")
-    asked = program(name)
-
-    def answer(function: Function, rows: np.ndarray) -> np.ndarray:
-        save(tmp_path / "rows.txt", rows)
-        octave(
-            f"model = model(); rows = load('rows.txt'); found = zeros(size(rows, 1), {len(function.results)});\n"
-            f"for k = 1:size(rows, 1)\n row = rows(k, :)'; found(k, :) = model.derivatives("
-            f"{arguments(function, 'row')})';\nend\ndlmwrite('found.txt', found, 'precision', '%.17g');\n",
-            tmp_path,
-        )
-        return np.loadtxt(tmp_path / "found.txt", delimiter=",")
-
-    compare_states(name, answer)
-    for seed in range(count):
-        rolled = driven(asked, envelope(name), seconds(count), seed)
-        save(tmp_path / "start.txt", rolled.start)
-        save(tmp_path / "steps.txt", rolled.steps)
-        octave(
-            f"""model = model(); row = load('start.txt')'; state = model.start({arguments(asked.start, "row")});
-steps = load('steps.txt'); found = zeros(size(steps, 1) + 1, 6); found(1, :) = state(1:6)';
-for k = 1:size(steps, 1)
-  row = [state; steps(k, :)'];
-  state = model.step({arguments(asked.step, "row")});
-  found(k + 1, :) = state(1:6)';
+    asked, trip = program(name), trips(name)
+    states = drawn(asked, envelope(name), STATES)
+    read = {"drawn": states.inputs, "begun": trip.start, "given": trip.steps}
+    octave(
+        "".join(numbers(str(tmp_path / part), values) for part, values in read.items())
+        + f"""model = model();
+state = model.start({arguments(asked.start, "begun")});
+rates = model.derivatives({arguments(asked.derivatives, "drawn")});
+count = columns(begun);
+found = zeros(6, count, {len(trip.steps)} + 1);
+found(:, :, 1) = state(1:6, :);
+for k = 1:{len(trip.steps)}
+  rows = given(:, (k - 1) * count + 1:k * count);
+  state = model.step(state, {arguments(asked.step, "rows", 1)});
+  found(:, :, k + 1) = state(1:6, :);
 end
-dlmwrite('found.txt', found, 'precision', '%.17g');
+fwrite(fopen('rates', 'w'), rates, 'double');
+fwrite(fopen('found', 'w'), found, 'double');
 """,
-            tmp_path,
-        )
-        assert error(np.loadtxt(tmp_path / "found.txt", delimiter=","), rolled.expected) < EXACT
+        tmp_path,
+    )
+    compare_states(name, lambda function, rows: np.fromfile(tmp_path / "rates").reshape(states.expected.shape))
+    motions = np.fromfile(tmp_path / "found").reshape(len(trip.steps) + 1, len(trip.start), 6)
+    compare_rollouts(name, motions.swapaxes(0, 1))
+
+
+def test_one_boat_is_a_column(tmp_path: Path):
+    written("as it is", "matlab", tmp_path / "model.m")
+    octave(
+        "model = model(); state = model.start([0; 0; 0.1; 1; 0; 0], [1600; 1700]);\n"
+        "state = model.step(state, [1650; 1700]); assert(size(state), [numel(model.state), 1]);\n"
+        "assert(model.time_step, 0.05);\n",
+        tmp_path,
+    )
 
 
 @pytest.mark.parametrize("stem", ["My-Boat", "2boats", "step", "end", "max", "a" * 64])

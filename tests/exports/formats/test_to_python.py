@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exported import BOATS, EXACT, FEW, MANY, compare_states, envelope, program, seconds, written
+from exported import BOATS, EXACT, compare_rollouts, compare_states, program, stepped, trips, written
 
 from undertow.exports.program.functions import Function
-from undertow.exports.program.vectors import driven, error
+from undertow.exports.program.vectors import error
 
 
 def grouped(function: Function, columns: np.ndarray) -> list[np.ndarray]:
@@ -20,34 +20,28 @@ def grouped(function: Function, columns: np.ndarray) -> list[np.ndarray]:
     return [part[0] if group.single else np.array(part) for group, part in parts]
 
 
-@pytest.mark.parametrize("count", [FEW, MANY], ids=["few", "many"])
 @pytest.mark.parametrize("name", BOATS)
-def test_it_is_undertows_own_simulation(name: str, count: int, tmp_path: Path):
+def test_it_is_undertows_own_simulation(name: str, tmp_path: Path):
     module = run_path(str(written(name, "python", tmp_path / "model.py")))
-    asked = program(name)
-    compare_states(name, lambda function, rows: module[function.name](*grouped(function, rows.T)).T)
-    rolled = [driven(asked, envelope(name), seconds(count), seed) for seed in range(2 * count)]
-    state = module["start"](*grouped(asked.start, np.array([one.start for one in rolled]).T))
-    found = [state[:6]]
-    for k in range(len(rolled[0].steps)):
-        rest = np.array([one.steps[k] for one in rolled]).T
-        state = module["step"](*grouped(asked.step, np.concatenate([state, rest])))
-        found.append(state[:6])
-    for one, motions in zip(rolled, np.array(found).transpose(2, 0, 1), strict=True):
-        assert error(motions, one.expected) < EXACT
+
+    def answer(function: Function, rows: np.ndarray) -> np.ndarray:
+        return module[function.name](*grouped(function, rows.T)).T
+
+    compare_states(name, answer)
+    compare_rollouts(name, stepped(name, answer))
 
 
 @pytest.mark.parametrize("name", ["as it is", "table, everything"])
 def test_simulate_goes_through_the_steps(name: str, tmp_path: Path):
     module: dict[str, Any] = run_path(str(written(name, "python", tmp_path / "model.py")))
-    asked, rolled = program(name), driven(program(name), envelope(name), 5.0)
-    motion, command, *rest = grouped(asked.start, rolled.start)
-    later = grouped(asked.step, np.concatenate([np.zeros((len(asked.state), len(rolled.steps))), rolled.steps.T]))
+    asked, start, steps = program(name), trips(name).start[0], trips(name).steps[:, 0]
+    motion, command, *rest = grouped(asked.start, start)
+    later = grouped(asked.step, np.concatenate([np.zeros((len(asked.state), len(steps))), steps.T]))
     commands = np.column_stack([command, later[1]])
     beside = {}
     if rest:
         beside = {"air": np.column_stack([rest[0], later[2]]), "minutes": later[3][0]}
-    assert error(module["simulate"](motion, commands, **beside).T, rolled.expected) < EXACT
+    assert error(module["simulate"](motion, commands, **beside).T, trips(name).expected[0]) < EXACT
 
 
 def test_it_needs_no_undertow(tmp_path: Path):

@@ -1,0 +1,56 @@
+"""What stands beside the equations in LaTeX and MathML alike: units, what acts within factors, and thrust curves."""
+
+from ..physics.forces import CURRENT
+from ..physics.in_words import listing
+from ..physics.momentum_balance import beside_the_balance
+from ..physics.stated_values import stated
+from ..physics.thrusters import Thruster
+from ..physics.vehicle import Vehicle
+from .known_facts import KnownFacts
+
+UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
+WIDE = 3
+"""Terms of an equation in a line."""
+_COMMANDS = {"pwm": " in us", "normalized": "", "rad_s": " in rad/s", "newton": " in N"}
+"""Units of commands."""
+_DIGITS = 12
+"""Of a number: of forces of some hundred newtons, well under a micronewton is lost."""
+
+
+def exact(value: float) -> tuple[str, int]:
+    """Mantissa and power of ten of a number, to twelve digits.
+
+    >>> exact(33.5), exact(-2.5e-13)
+    (('33.5', 0), ('-2.5', -13))
+    """
+    mantissa, _, exponent = f"{value:.{_DIGITS}g}".partition("e")
+    return mantissa, int(exponent or 0)
+
+
+def water_moves(vehicle: Vehicle) -> bool:
+    """Whether there is a current."""
+    return any(vehicle.value(symbol) for symbol in CURRENT)
+
+
+def within_factors(vehicle: Vehicle) -> str:
+    """What acts within a factor: on the thrust, the water, or the memory; empty where nothing does."""
+    symbols = beside_the_balance(vehicle)
+    found = [stated(vehicle, symbol, _DIGITS, vehicle.parameter(symbol).unit) for symbol in symbols]
+    return f"Within the factors act {listing(found)}." if found else ""
+
+
+def judged(facts: KnownFacts) -> str:
+    """Envelope and audit in a line."""
+    return f"{facts.envelope_told} Audit: {' '.join(facts.audit)}"
+
+
+def thrust_curve(thruster: Thruster) -> str:
+    """How the command of a thruster becomes its force, with every number."""
+    curve, unit = thruster.curve, _COMMANDS[thruster.command]
+    if curve.kind == "table":
+        points = [f"{y:.12g} at {x:.12g}" for x, y in zip(curve.command, curve.force, strict=True)]
+        return f"force of {thruster.name} in N at its command{unit}, straight between: {', '.join(points)}"
+    speed = {"pwm": "(command - 1500)/500 scale + offset", "normalized": "command scale + offset"}
+    parts = [f"{name} = {getattr(curve, name):.12g}" for name in ("k_t", "rho", "diameter", "scale", "offset")]
+    law = f"k_t rho diameter^4 n|n| N with n = {speed.get(thruster.command, 'command')}"
+    return f"force of {thruster.name} at its command{unit}: {law}; {', '.join(parts)}"

@@ -1,0 +1,119 @@
+"""The equations of motion in MathML, each term with its number, on a page that browsers show and XML readers read.
+
+No script, no style from elsewhere, and every element closed, so that a formula can be taken out and put into another
+document.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ...physics.momentum_balance import Balance, BalanceTerm, balances
+from ...physics.vehicle import Vehicle
+from ..elements import Html, element, escaped, render, table
+from ..equations_told import UNITS, WIDE, exact, judged, thrust_curve, water_moves, within_factors
+from ..known_facts import CONVENTIONS, KnownFacts, KnownNumber
+from ..mathml import MINUS, product, symbol
+from .base import Export, Given
+
+_HEAD = """\
+<!DOCTYPE html>
+<html lang="en" xmlns="http://www.w3.org/1999/xhtml">
+<head><meta charset="utf-8"/><meta name="viewport" content="width=device-width, initial-scale=1"/>
+<title>{title}</title>
+<style>
+body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }}
+math {{ font-size: 1.15rem; display: block math; margin: 1rem 0; }}
+td math, p math {{ display: inline math; font-size: 1rem; margin: 0; }}
+mtd {{ text-align: left; padding: .25em .2em; }}
+mtd:first-child {{ text-align: right; }}
+.scroll {{ overflow-x: auto; }}
+table {{ border-collapse: collapse; }}
+th, td {{ text-align: left; vertical-align: top; padding: .25rem 1rem .25rem 0; border-bottom: 1px solid #8885; }}
+@media (prefers-color-scheme: dark) {{ html {{ color-scheme: dark; }} }}
+</style></head>
+"""
+_LETTERS = ("u", "v", "r", "T")
+"""What the sentence above the equations explains."""
+
+
+def number(value: float) -> Html:
+    """A number without its sign, to twelve digits."""
+    mantissa, exponent = exact(abs(value))
+    if not exponent:
+        return element("mn", mantissa)
+    power = [element("mo", MINUS)] * (exponent < 0) + [element("mn", str(abs(exponent)))]
+    ten = element("msup", element("mn", "10"), element("mrow", *power))
+    return render(element("mn", mantissa), element("mo", "\N{DOT OPERATOR}"), ten)
+
+
+def term(one: BalanceTerm, first: bool) -> Html:
+    """A summand with its sign."""
+    sign = MINUS if one.coefficient < 0.0 else "" if first else "+"
+    signed = [element("mo", sign, attributes={"form": "prefix" if first else "infix"})] if sign else []
+    size = [] if abs(one.coefficient) == 1.0 and one.factors else [number(one.coefficient)]
+    gap = [element("mspace", attributes={"width": "0.17em"})] if size and one.factors else []
+    return element("mrow", *signed, *size, *gap, product(one.factors))
+
+
+def equation(line: Balance) -> Html:
+    """The balance of an axis, some terms in a line."""
+    left = element("mrow", *(term(one, k == 0) for k, one in enumerate(line.inertia)))
+    parts = [term(one, k == 0) for k, one in enumerate(line.force)] or [element("mn", "0")]
+    lines = [element("mrow", *parts[k : k + WIDE]) for k in range(0, len(parts), WIDE)]
+    unit = element("mtext", f"[{UNITS[line.axis]}]")
+    rows = []
+    for k, each in enumerate(lines):
+        begin, end = ((left, element("mo", "=")), (unit,)) if k == 0 else (("", ""), ("",))
+        rows.append(element("mtr", *(element("mtd", part) for part in (*begin, each, *end))))
+    return element(
+        "math", element("mtable", *rows), attributes={"display": "block", **_NAMESPACE, "alttext": line.axis}
+    )
+
+
+_NAMESPACE = {"xmlns": "http://www.w3.org/1998/Math/MathML"}
+"""Of MathML; browsers need none, readers of XML do."""
+
+
+def _inline(name: str) -> Html:
+    return element("math", symbol(name), attributes=_NAMESPACE)
+
+
+def _row(one: KnownNumber) -> tuple[str, str, str, str]:
+    named = _inline(one.symbol) if ":" not in one.symbol else one.symbol
+    return named, one.amount, one.interval, one.source
+
+
+def page(vehicle: Vehicle, facts: KnownFacts) -> str:
+    """The page: letters, equations, envelope and audit, then the numbers."""
+    u, v, r, force = map(_inline, _LETTERS)
+    water = ", which moves" * water_moves(vehicle)
+    letters = element(
+        *("p", "Velocities ", u, ", ", v, " [m/s] and ", r, " [rad/s] are relative to the water", water, "; "),
+        *(force, " are the forces of the thrusters [N]."),
+    )
+    within = within_factors(vehicle)
+    notes = [*facts.notes, *map(thrust_curve, vehicle.thrusters)]
+    body = element(
+        *("body", element("h1", facts.name), letters),
+        *([element("p", within)] if within else []),
+        *(element("div", equation(line), cls="scroll") for line in balances(vehicle)),
+        element("p", judged(facts)),
+        element("h2", "Numbers"),
+        table(("symbol", "value", "95 % interval", "source"), [_row(one) for one in facts.numbers], "llll"),
+        element("ul", *(element("li", note) for note in notes)),
+        element("h2", "About this file"),
+        *(element("p", line) for line in (facts.origin, CONVENTIONS)),
+    )
+    return f"{_HEAD.format(title=escaped(facts.name))}{body}\n</html>\n"
+
+
+def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
+    return {path: page(given.vehicle, given.facts).encode()}
+
+
+EXPORT = Export(
+    "equations of motion in MathML on a page for browsers, with a table of numbers, intervals and sources",
+    ".html",
+    _files,
+    ("<!-- ", " -->"),
+)
