@@ -1,8 +1,8 @@
-"""What stands beside the equations in LaTeX and MathML alike: units, what acts within factors, and thrust curves."""
+"""What stands beside the equations wherever they are shown: letters, what acts within factors, thrust curves."""
 
 from ..physics.forces import CURRENT
 from ..physics.in_words import listing
-from ..physics.momentum_balance import beside_the_balance
+from ..physics.momentum_balance import balances, beside_the_balance
 from ..physics.stated_values import stated
 from ..physics.thrusters import Thruster
 from ..physics.vehicle import Vehicle
@@ -27,9 +27,22 @@ def exact(value: float) -> tuple[str, int]:
     return mantissa, int(exponent or 0)
 
 
-def water_moves(vehicle: Vehicle) -> bool:
-    """Whether there is a current."""
-    return any(vehicle.value(symbol) for symbol in CURRENT)
+def letters(vehicle: Vehicle) -> str:
+    """What the letters of the balances mean, as far as they stand there."""
+    factors = {name for line in balances(vehicle) for term in line.force for name in term.factors}
+    moving = any(vehicle.value(symbol) for symbol in CURRENT)
+    told = ["u, v: surge and sway speed" + " relative to the water" * bool(moving) + " [m/s]", "r: yaw rate [rad/s]"]
+    if any(name.startswith("T:") for name in factors):
+        told.append("T: force of a thruster [N]")
+    if any(name.endswith("psi") for name in factors):
+        told.append("\N{GREEK SMALL LETTER PSI}: heading [rad]")
+    if "t" in factors:
+        told.append("t: time since the beginning of the log [min]")
+    if factors & {"u_a", "v_a"}:
+        told.append("u_a, v_a, V_a: apparent wind [m/s]")
+    if factors & {"q_v", "q_r"}:
+        told.append("q: a velocity as the water remembers it")
+    return f"{'; '.join(told)}. Coefficients are in SI units."
 
 
 def within_factors(vehicle: Vehicle) -> str:

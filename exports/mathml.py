@@ -1,10 +1,11 @@
 """Formulas as MathML, which browsers typeset without script: factors, symbols and numbers of the momentum balance."""
 
+from ..physics.in_words import MINUS
 from .elements import Html, element, render
 
 GREEK = {"psi": "\N{GREEK SMALL LETTER PSI}"}
 DOT = "\N{DOT ABOVE}"
-MINUS = "\N{MINUS SIGN}"
+"""Not marked as an accent: browsers without a font for mathematics would put it into the letter."""
 
 
 def formula(*parts: Html) -> Html:
@@ -20,11 +21,11 @@ def symbol(name: str) -> Html:
     >>> symbol("X_uu")
     '<msub><mi>X</mi><mi mathvariant="normal">uu</mi></msub>'
     >>> symbol("u_dot")
-    '<mover accent="true"><mi>u</mi><mo>˙</mo></mover>'
+    '<mover><mi>u</mi><mo>˙</mo></mover>'
     """
     stem, _, index = name.partition("_")
     if index == "dot":
-        return element("mover", element("mi", stem), element("mo", DOT), attributes={"accent": "true"})
+        return element("mover", element("mi", stem), element("mo", DOT))
     if index.endswith("dot") and len(index) == 4:
         return element("msub", element("mi", stem), symbol(f"{index[0]}_dot"))
     base = element("mi", GREEK.get(stem, stem))

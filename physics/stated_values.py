@@ -19,7 +19,8 @@ def values_of(vehicle: Vehicle, symbol: str) -> tuple[float, ...]:
 
 def amount(vehicle: Vehicle, symbol: str, digits: int, unit: str = "") -> str:
     """The value of a parameter in words, with the names of thrusters where they differ in it."""
-    own = [f"{value:.{digits}g} {unit}".rstrip() for value in values_of(vehicle, symbol)]
+    behind = "" if unit in ("1", "-") else unit
+    own = [f"{value:.{digits}g} {behind}".rstrip() for value in values_of(vehicle, symbol)]
     if len(own) == 1:
         return own[0]
     return ", ".join(f"{x} ({t.name})" for x, t in zip(own, vehicle.thrusters, strict=True))

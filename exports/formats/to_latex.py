@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...physics.momentum_balance import Balance, BalanceTerm, balances
 from ...physics.vehicle import Vehicle
-from ..equations_told import UNITS, WIDE, exact, judged, thrust_curve, water_moves, within_factors
+from ..equations_told import UNITS, WIDE, exact, judged, letters, thrust_curve, within_factors
 from ..known_facts import KnownFacts, remarks
 from .base import Export, Given
 
@@ -19,6 +19,7 @@ _SPECIAL = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
+    "\N{GREEK SMALL LETTER PSI}": r"$\psi$",
 }
 _HEAD = r"""\documentclass{{article}}
 \usepackage[T1]{{fontenc}}
@@ -27,7 +28,7 @@ _HEAD = r"""\documentclass{{article}}
 \usepackage{{longtable}}
 \begin{{document}}
 \section*{{{name}}}
-Velocities $u$, $v$ [m/s] and $r$ [rad/s] are relative to the water{water}; $T$ are the forces of the thrusters [N].
+{letters}
 {beside}
 {equations}
 
@@ -86,7 +87,7 @@ def equation(line: Balance) -> str:
 
 def escaped(text: str) -> str:
     """Text as TeX has it."""
-    return re.sub(r"[&%$#_{}~^\\<>|]", lambda found: _SPECIAL[found[0]], text)
+    return re.sub("[" + re.escape("".join(_SPECIAL)) + "]", lambda found: _SPECIAL[found[0]], text)
 
 
 def _rows(facts: KnownFacts, vehicle: Vehicle) -> str:
@@ -101,7 +102,7 @@ def _files(given: Given, path: Path) -> Mapping[Path, bytes]:
     vehicle, facts = given.vehicle, given.facts
     text = _HEAD.format(
         name=escaped(facts.name),
-        water=", which moves" * water_moves(vehicle),
+        letters=escaped(letters(vehicle)),
         beside=escaped(within_factors(vehicle)),
         equations="\n".join(equation(line) for line in balances(vehicle)),
         judged=escaped(judged(facts)),

@@ -7,12 +7,13 @@ document.
 from collections.abc import Mapping
 from pathlib import Path
 
+from ...physics.in_words import MINUS, unit_text
 from ...physics.momentum_balance import Balance, BalanceTerm, balances
 from ...physics.vehicle import Vehicle
 from ..elements import Html, element, escaped, render, table
-from ..equations_told import UNITS, WIDE, exact, judged, thrust_curve, water_moves, within_factors
+from ..equations_told import UNITS, WIDE, exact, judged, letters, thrust_curve, within_factors
 from ..known_facts import CONVENTIONS, KnownFacts, KnownNumber
-from ..mathml import MINUS, product, symbol
+from ..mathml import product, symbol
 from .base import Export, Given
 
 _HEAD = """\
@@ -22,18 +23,19 @@ _HEAD = """\
 <title>{title}</title>
 <style>
 body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }}
+p, li {{ overflow-wrap: anywhere; }}
 math {{ font-size: 1.15rem; display: block math; margin: 1rem 0; }}
-td math, p math {{ display: inline math; font-size: 1rem; margin: 0; }}
+td math {{ display: inline math; font-size: 1rem; margin: 0; }}
 mtd {{ text-align: left; padding: .25em .2em; }}
 mtd:first-child {{ text-align: right; }}
 .scroll {{ overflow-x: auto; }}
 table {{ border-collapse: collapse; }}
+th, td:nth-child(-n + 3) {{ white-space: nowrap; }}
+td:last-child {{ min-width: 14rem; }}
 th, td {{ text-align: left; vertical-align: top; padding: .25rem 1rem .25rem 0; border-bottom: 1px solid #8885; }}
 @media (prefers-color-scheme: dark) {{ html {{ color-scheme: dark; }} }}
 </style></head>
 """
-_LETTERS = ("u", "v", "r", "T")
-"""What the sentence above the equations explains."""
 
 
 def number(value: float) -> Html:
@@ -80,21 +82,15 @@ def _inline(name: str) -> Html:
 
 def _row(one: KnownNumber) -> tuple[str, str, str, str]:
     named = _inline(one.symbol) if ":" not in one.symbol else one.symbol
-    return named, one.amount, one.interval, one.source
+    return named, unit_text(one.amount), one.interval, one.source
 
 
 def page(vehicle: Vehicle, facts: KnownFacts) -> str:
     """The page: letters, equations, envelope and audit, then the numbers."""
-    u, v, r, force = map(_inline, _LETTERS)
-    water = ", which moves" * water_moves(vehicle)
-    letters = element(
-        *("p", "Velocities ", u, ", ", v, " [m/s] and ", r, " [rad/s] are relative to the water", water, "; "),
-        *(force, " are the forces of the thrusters [N]."),
-    )
     within = within_factors(vehicle)
     notes = [*facts.notes, *map(thrust_curve, vehicle.thrusters)]
     body = element(
-        *("body", element("h1", facts.name), letters),
+        *("body", element("h1", facts.name), element("p", letters(vehicle))),
         *([element("p", within)] if within else []),
         *(element("div", equation(line), cls="scroll") for line in balances(vehicle)),
         element("p", judged(facts)),

@@ -66,9 +66,9 @@ STATES, _ROLLOUTS, _SECONDS = 1000, 100, 30.0
 
 
 def _uneven(vehicle: Vehicle) -> Vehicle:
-    """A boat whose first thruster alone answers late."""
+    """A boat whose first thruster alone answers late, wears, and loses thrust ahead."""
     first, *others = vehicle.thrusters
-    late = first.model_copy(update={"lag": 0.3, "delay": 0.12, "thrust_rate": -0.02})
+    late = first.model_copy(update={"lag": 0.3, "delay": 0.12, "thrust_rate": -0.02, "advance_loss": 0.4})
     return vehicle.model_copy(update={"thrusters": (late, *others)}).checked()
 
 

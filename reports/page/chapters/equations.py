@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from ....exports import mathml
+from ....exports.equations_told import UNITS, letters
 from ....physics.effects import EFFECTS, PARAMETERS
-from ....physics.forces import CURRENT
 from ....physics.in_words import MINUS, listing, unit_text
 from ....physics.momentum_balance import Balance, BalanceTerm, balances, beside_the_balance
 from ....physics.stated_values import values_of
@@ -15,7 +15,6 @@ from ..coefficients import coefficient_rows, vehicle_value
 from ..markup import Html, element, render, table
 from .base import Chapter, Section
 
-UNITS = {"surge": "N", "sway": "N", "yaw": "N m"}
 Intervals = Mapping[str, tuple[float, float]]
 
 
@@ -32,7 +31,7 @@ def equations(run: RunFolder) -> Section:
     notes = [
         "Blue terms are new or changed." if changed else "The corrected model has the numbers of the nominal one.",
         "Below a term stand symbol and unit of its coefficient and, where it was fitted, the 95 % interval.",
-        _axes_note(run.corrected),
+        letters(run.corrected),
     ]
     if removed:
         notes.append(f"No longer there: {listing(removed)}.")
@@ -137,24 +136,6 @@ def _amount(vehicle: Vehicle, symbol: str) -> str:
     if len(own) == 1:
         return own[0]
     return ", ".join(f"{value} ({t.name})" for value, t in zip(own, vehicle.thrusters, strict=True))
-
-
-def _axes_note(vehicle: Vehicle) -> str:
-    """What the letters mean, as far as they stand there."""
-    factors = {name for line in balances(vehicle) for term in line.force for name in term.factors}
-    moving = any(vehicle.value(symbol) for symbol in CURRENT)
-    told = ["u, v: surge and sway speed" + " relative to the water" * bool(moving) + " [m/s]", "r: yaw rate [rad/s]"]
-    if any(name.startswith("T:") for name in factors):
-        told.append("T: force of a thruster [N]")
-    if any(name.endswith("psi") for name in factors):
-        told.append("\N{GREEK SMALL LETTER PSI}: heading [rad]")
-    if "t" in factors:
-        told.append("t: time since the beginning of the log [min]")
-    if factors & {"u_a", "v_a"}:
-        told.append("u_a, v_a, V_a: apparent wind [m/s]")
-    if factors & {"q_v", "q_r"}:
-        told.append("q: a velocity as the water remembers it")
-    return f"{'; '.join(told)}. Coefficients are in SI units."
 
 
 def _moved(run: RunFolder, symbol: str, after: float) -> bool:

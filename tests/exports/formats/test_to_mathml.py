@@ -80,7 +80,7 @@ def test_the_table_has_a_row_for_every_number(tmp_path: Path):
     root = ElementTree.fromstring(content)
     rows = [["".join(cell.itertext()) for cell in row] for row in root.findall(f".//{HTML}tbody/{HTML}tr")]
     assert rows == [
-        ["Xuu", "-8.1 N s^2/m^2", "-8.3 to -7.9", "a log <b>"],
+        ["Xuu", "-8.1 N s\N{SUPERSCRIPT TWO}/m\N{SUPERSCRIPT TWO}", "-8.3 to -7.9", "a log <b>"],
         ["yaw:u|v|", "1 N", "", ""],
     ]
     said = "".join(root.itertext())
@@ -93,4 +93,5 @@ def test_what_acts_within_a_factor_stands_on_the_page(tmp_path: Path):
     said = "".join(page(written("table, everything", "mathml", tmp_path / "boat.html")).itertext())
     assert "dead_zone = 0.05" in said
     assert "lag = 0.3 s" in said
-    assert "relative to the water, which moves" in said
+    assert "relative to the water [m/s]" in said
+    assert "t: time since the beginning of the log [min]" in said
