@@ -159,7 +159,8 @@ def _numbers(model: Model, intervals: Mapping[str, tuple[float, float]]) -> tupl
     Of a vehicle whose physics a network replaces, these are the thrusters and the current, which the network sees.
     """
     vehicle, found, notes = model.vehicle, list[KnownNumber](), list[str]()
-    sources = dict(vehicle.sources)
+    kept = (ALL, "thrusters") if model.kind == "network" else tuple(vehicle.sources)
+    sources = {key: text for key, text in vehicle.sources.items() if key in kept}
     for symbol in vehicle.values:
         parameter = vehicle.parameter(symbol)
         seen = model.kind != "network" or parameter.section == "thrusters" or symbol in CURRENT[:2]

@@ -6,10 +6,12 @@ from xml.etree import ElementTree
 
 import pytest
 from exported import boat, facts
+from networks import learnt
 
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
 from undertow.exports.known_facts import KnownNumber, remarks
+from undertow.workflows.export import known_facts
 
 BREAK = "\u2028"
 """What JavaScript holds for the end of a line."""
@@ -60,3 +62,15 @@ def test_the_comment_of_gazebos_file_is_closed_once():
 
 def test_a_backslash_does_not_make_a_remark_of_the_next_line():
     assert remarks(["of a\\", "of b??/", "of c"], "// ") == "// of a\\.\n// of b??/.\n// of c\n"
+
+
+def test_of_a_pure_network_only_what_it_sees_of_the_vehicle_is_told():
+    model = learnt("mlp", {"units": 8}, False, True)
+    told = known_facts(model, None)
+    assert {one.symbol for one in told.numbers} == {"lag", "delay", "thrust_rate", "current_north"}
+    assert "in the place of the vehicle's physics: 75 learnt numbers" in told.notes[-1]
+    assert not [note for note in told.notes if note.startswith("source of damping")]
+    beside = known_facts(learnt("mlp", {"units": 8}, False, False), None)
+    assert {"mass", "X_u", "lag"} <= {one.symbol for one in beside.numbers}
+    assert [note for note in beside.notes if note.startswith("source of damping")]
+    assert "in the place" not in beside.notes[-1]
