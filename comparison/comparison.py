@@ -90,7 +90,7 @@ def calibrated_model(
         basis = basis if judged != "validation" else None
         fitted, symbols = calibrate_once(motions, inputs.vehicle, basis=basis, folds=folds)
     except RequestError as error:
-        return [], [f"there is no {CALIBRATED} model: {str(error).removeprefix('fit: ')}"]
+        return [], [f"there is no {CALIBRATED} model: {error.typed.removeprefix('fit: ')}"]
     vehicle, seconds = fitted.lawful.vehicle, perf_counter() - begun
     return [VehicleModel(vehicle, CALIBRATED, "physics", len(symbols), seconds, fitted.unseen)], notes
 

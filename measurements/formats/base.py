@@ -229,7 +229,7 @@ def in_file(path: Path) -> Iterator[None]:
     try:
         yield
     except LogError as error:
-        told = str(error)
+        told = error.typed
         raise LogError(told if told.startswith(str(path)) else f"{path}: {told}") from error
 
 

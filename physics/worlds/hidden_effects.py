@@ -100,7 +100,7 @@ def apply_effects(vehicle: Vehicle, effects: Mapping[str, Values]) -> Vehicle:
             _check_limits(vehicle, symbol, value)
         return vehicle.with_values(changes).checked()
     except VehicleError as error:
-        raise RequestError(f"effects {', '.join(effects)}: the vehicle would not be sound: {error}") from None
+        raise RequestError(f"effects {', '.join(effects)}: the vehicle would not be sound: {error.typed}") from None
 
 
 def _check_limits(vehicle: Vehicle, symbol: str, value: float) -> None:

@@ -172,7 +172,7 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
     try:
         vehicle = vehicle_from_dict(settings.vehicle, f"{source / SETTINGS}: vehicle")
     except VehicleError as error:
-        raise RequestError(str(error)) from None
+        raise RequestError(error.typed) from None
     names = tuple(column.name for column in settings.inputs)
     mean, scale = (np.array([getattr(column, key) for column in settings.inputs]) for key in ("mean", "scale"))
     scaling = scaling_of(vehicle, Standardisation(names, mean, scale), np.array(settings.output_scale))
@@ -291,7 +291,7 @@ def _network(settings: _Settings, scaling: "Scaling", weights: "dict[str, Tensor
         with torch.device("meta"):
             wanted = build(settings.network, scaling, settings.options).state_dict()
     except RequestError as error:
-        raise RequestError(f"{source / SETTINGS}: {error}") from None
+        raise RequestError(f"{source / SETTINGS}: {error.typed}") from None
     if wanted.keys() != weights.keys():
         lacking = listed(sorted(wanted.keys() - weights.keys())) or "none"
         beyond = listed(sorted(weights.keys() - wanted.keys())) or "none"

@@ -1,12 +1,15 @@
 """Remedies name options where they are typed, and arguments where they are read in Python."""
 
+import ast
 import pickle
 from pathlib import Path
 
 import pytest
+from sources import parsed, source_files
 from verbs import refused
 
 import undertow
+from undertow.measurements.formats.base import in_file
 from undertow.physics.cards import Card
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.spoken import in_python
@@ -57,3 +60,29 @@ def test_one_refusal_is_said_for_both(tmp_path: Path, monkeypatch: pytest.Monkey
         undertow.init(log, progress=None)
     said = refused("init", log, match="--map")
     assert "Reading(" not in str(said)  # nor is the way across, which this log does not show, a number that is none
+
+
+def test_what_is_refused_inside_a_file_is_passed_on_with_its_options() -> None:
+    with pytest.raises(LogError) as told, in_file(Path("x.csv")):
+        raise LogError("expected a channel map (--map map.yaml)")
+    assert told.value.typed == "x.csv: expected a channel map (--map map.yaml)"
+
+
+def test_no_refusal_is_passed_on_in_the_words_of_python() -> None:
+    """What is caught here and told again keeps its options; arguments of Python are put in their place last."""
+    ours, wrong = {"LogError", "RequestError", "VehicleError"}, []
+    for path in source_files():
+        for caught in ast.walk(parsed(path)):
+            if not isinstance(caught, ast.ExceptHandler) or caught.type is None or caught.name is None:
+                continue
+            if ours & {name.id for name in ast.walk(caught.type) if isinstance(name, ast.Name)}:
+                wrong += [f"{path}:{caught.lineno}" for said in ast.walk(caught) if _says(said, caught.name)]
+    assert wrong == []
+
+
+def _says(node: ast.AST, name: str) -> bool:
+    """Whether a part of the code is `str(name)`, or `{name}` in a text."""
+    said = node.value if isinstance(node, ast.FormattedValue) else None
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "str" and node.args:
+        said = node.args[0]
+    return isinstance(said, ast.Name) and said.id == name

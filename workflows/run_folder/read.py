@@ -164,7 +164,7 @@ def _vehicle(content: bytes, path: Path) -> Vehicle:
     try:
         return vehicle_from_dict(parse_yaml(text_of(content)), str(path))
     except VehicleError as error:
-        raise RequestError(f"{error}; {REMEDY}") from None
+        raise RequestError(f"{error.typed}; {REMEDY}") from None
     except ValueError as error:
         raise RequestError(f"{path} is not valid YAML ({error}); {REMEDY}") from None
 

@@ -116,7 +116,7 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> list[str
     try:
         require_mcap()
     except RequestError as error:
-        return [f"{path.name} is left out: {error}"]
+        return [f"{path.name} is left out: {error.typed}"]
     found, parts = run.discovery, run.inputs.parts
     forces = found_forces(found.nominal, found.corrected, parts, [label for label, _ in found.steps])
     told = (
