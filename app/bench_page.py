@@ -46,16 +46,16 @@ class Page:
         self._place = ui.element("main").classes("bench")
         ui.keyboard(on_key=self._key)
         watching(session, self._place, self._refresh)
-        if first is not None and session.source is None:
+        if first is not None and session.shown.source is None:
             ui.timer(0.05, lambda: session.open(first), once=True)
 
     def _refresh(self) -> None:
         session = self._session
-        kind = "bench" if session.opened is not None else "opening"
-        opened = session.opened
-        self._what.set_text("" if opened is None else session.named(f"{opened.log} with {opened.vehicle}"))
-        if session.source != self._source:
-            self._source = session.source
+        opened, source = session.shown.opened, session.shown.source
+        kind = "bench" if opened is not None else "opening"
+        self._what.set_text("" if opened is None else session.names.told(f"{opened.log} with {opened.vehicle}"))
+        if source != self._source:
+            self._source = source
             ui.run_javascript("window.scrollTo({top: 0})")
         if kind != self._kind:
             self._kind = kind
@@ -68,7 +68,7 @@ class Page:
                 else:
                     self._bench()
         if kind == "bench":
-            history = session.history
+            history = session.shown.history
             self._undo.set_enabled(history is not None and history.can_undo)
             self._redo.set_enabled(history is not None and history.can_redo)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
 from ..physics.effects import EFFECTS
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, VehicleError
 from ..physics.in_words import unit_text, words
 from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
@@ -91,14 +91,21 @@ class Desk:
         folder : private to the page; a vehicle and a map made of the log are written there
         """
         self._kept.clear()
-        return self.turn_to(source, folder, say)
+        return self.turn_to(source, folder, say=say)
 
-    def turn_to(self, source: Source, folder: str, say: Say | None = None) -> Opened:
-        """The same where what was open may be asked for again, which is then there as it was left."""
+    def turn_to(self, source: Source, folder: str, searched: Searched | None = None, say: Say | None = None) -> Opened:
+        """The same where what was open may be asked for again, which is then there as it was left.
+
+        Parameters
+        ----------
+        searched : what was found in it, perhaps by another worker; see `Workbench.resume`
+        """
         kept = self._kept.pop(source, None)
         if kept is None:
             kept = self._read_in(source, Path(folder), say)
         self._kept[source] = self._read = kept
+        if searched is not None:
+            self._open_bench.resume(searched)
         if len(self._kept) > _KEPT:
             del self._kept[next(iter(self._kept))]
         return self.opened(())
@@ -110,7 +117,7 @@ class Desk:
         reading = Reading(found.frame or None, mapped, None, found.as_is)
         if found.wires:
             wired = _fresh(folder, "wired.yaml")
-            reading = replace(reading, channel_map=write_rewired(wired, found.logs[0], reading, vehicle, found.wires))
+            reading = replace(reading, channel_map=write_rewired(wired, found.logs, reading, vehicle, found.wires))
         inputs = read_inputs(list(found.logs), vehicle, reading, progress=say)
         made = not source.vehicle and bool(source.logs)
         doubt = doubt or next((text for text in inputs.warnings if text == UNPROVEN), "")
@@ -122,10 +129,6 @@ class Desk:
         read = self._open
         opened = read.log.opened() if read.bench is None and not left else self._open_bench.opened(left)
         return replace(opened, doubt=read.doubt)
-
-    def resume(self, hidden: tuple[float, float, float] | None) -> Opened:
-        """See `Workbench.resume`."""
-        return replace(self._open_bench.resume(hidden), doubt=self._open.doubt)
 
     def search(self, say: Say | None = None) -> Searched:
         """See `Workbench.search`."""
@@ -183,8 +186,8 @@ class Desk:
         try:
             put_right(vehicle, changed, places)
             check_wires(vehicle, wires)
-        except ValueError as error:
-            return str(error)
+        except (RequestError, VehicleError) as error:
+            return error.typed
         return ""
 
     def take(self, what: str, stand: Stand, folder: str, say: Say | None = None) -> str:
@@ -226,10 +229,9 @@ class Desk:
         from ..exports.formats.registry import format_named
         from ..workflows.export import export
 
-        try:  # a run of no effects is that of the search, which is not what is shown
-            model = self._run(stand, target, say) if stand.names else self._model(stand, target)
-        except RequestError:
-            model = self._model(stand, target)
+        # A run of no effects is that of the search, which is not what is shown.
+        held = stand.names and not self._open_bench.no_run(stand)
+        model = self._run(stand, target, say) if held else self._model(stand, target)
         there = target / "exported"
         if there.exists():
             shutil.rmtree(there)

@@ -1,6 +1,7 @@
 """What the worker of a tab is asked: what goes on meanwhile, and what went wrong."""
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -56,20 +57,28 @@ class Errands:
         if name:
             self.work = Work(name, None, monotonic())
             self._audience.tell()
+        with self.telling():
+            try:
+                return await self.worker.ask(what, *given, say=self._tell if name else None)
+            finally:
+                if name:
+                    self.work = None
+                    self._audience.tell()
+        return None
+
+    @contextmanager
+    def telling(self) -> Iterator[None]:
+        """Put what is refused here into `trouble`, in words, and tell everybody."""
         try:
-            return await self.worker.ask(what, *given, say=self._tell if name else None)
+            yield
+            return
         except WorkerLostError:
             self.lost, self.trouble = True, LOST
         except (LogError, RequestError, VehicleError) as error:
             self.trouble = error.typed
         except RuntimeError as error:
             self.trouble = f"undertow has a fault: {error}. Please report it"
-        finally:
-            if name:
-                self.work = None
-                self._audience.tell()
         self._audience.tell()
-        return None
 
     async def open(self, source: Source, folder: Path) -> Opened | None:
         """Read a log, or take what the spare worker has read of it already."""

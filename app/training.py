@@ -4,7 +4,8 @@ import asyncio
 from collections.abc import Callable
 from pathlib import Path
 
-from ..workflows.workbench_facts import Searched, Source, Stand, Trained
+from ..workflows.workbench_facts import Searched, Trained
+from .undo import Step
 from .worker import Worker, WorkerLostError
 
 
@@ -17,13 +18,12 @@ class Training:
     async def run(
         self,
         network: tuple[str, int],
-        stand: Stand,
-        source: Source,
+        step: Step,
         searched: Searched | None,
         folder: Path,
         told: Callable[[object], None],
     ) -> Trained | None:
-        """Train a network beside the model of a stand; None where it was stopped.
+        """Train a network beside the model of a step; None where it was stopped.
 
         Parameters
         ----------
@@ -40,11 +40,9 @@ class Training:
         try:
             own = folder / "training"  # two processes may not write one file
             own.mkdir(exist_ok=True)
-            await self._worker.ask("open", source, str(own))
-            if searched is not None and searched.hidden is not None:
-                await self._worker.ask("resume", searched.hidden)
+            await self._worker.ask("turn_to", step.source, str(own), searched)
             name, epochs = network
-            return await self._worker.ask("train", name, stand, epochs, say=told)
+            return await self._worker.ask("train", name, step.stand, epochs, say=told)
         except (asyncio.CancelledError, WorkerLostError):
             return None
         finally:

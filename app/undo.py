@@ -83,7 +83,9 @@ class History:
         return self.at + 1 < len(self.steps)
 
     def then(self, step: Step) -> "History":
-        """A step more; those that were taken back are forgotten, and the eldest where there are too many."""
+        """A step more, if it is one; those that were taken back are forgotten, and the eldest of too many."""
+        if step == self.now:
+            return self
         kept = (*self.steps[: self.at + 1], step)[-_KEPT:]
         return History(kept, len(kept) - 1)
 

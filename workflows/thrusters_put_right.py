@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..measurements.channels.channel_map import Entry, map_text
+from ..measurements.channels.channel_map import Entry, map_text, read_channel_map
+from ..measurements.collection import find_logs
 from ..measurements.log import read_log
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
@@ -91,10 +92,36 @@ def rewired(entries: Mapping[str, Entry], vehicle: Vehicle, wires: Sequence[Wire
     return found
 
 
-def write_rewired(path: Path, log: str, reading: Reading, vehicle: Vehicle, wires: Sequence[Wire]) -> Path:
-    """Write the channel map of a log as it is read, with the thrusters driven as somebody says; see `rewired`."""
-    read = read_log(log, reading)
-    return write_text(path, map_text(rewired(read.entries, vehicle, wires), read.unused))
+def write_rewired(path: Path, logs: Sequence[str], reading: Reading, vehicle: Vehicle, wires: Sequence[Wire]) -> Path:
+    """Write the channel map by which logs are read with the thrusters driven as somebody says; see `rewired`.
+
+    All other channels are left to what reads each log: logs may record them in streams of different names.
+
+    Raises
+    ------
+    RequestError
+        as `rewired` does, and for logs that record a command in different ways, which one map cannot put right.
+    """
+    names, _ = find_logs(logs)
+    known, *others = (read_log(name, reading).entries for name in names)
+    for command in (thruster.channel for thruster in vehicle.thrusters):
+        for name, entries in zip(names[1:], others, strict=True):
+            if entries.get(command) != known.get(command):
+                raise RequestError(
+                    f"expected logs that record {command} alike, got {_told(known.get(command))} in "
+                    f"{Path(names[0]).name} and {_told(entries.get(command))} in {Path(name).name}; open them one by "
+                    "one to exchange or reverse thrusters"
+                )
+    given = {} if reading.channel_map is None else read_channel_map(Path(reading.channel_map))
+    found = rewired(known, vehicle, wires)
+    return write_text(path, map_text({**given, **{t.channel: found[t.channel] for t in vehicle.thrusters}}))
+
+
+def _told(entry: Entry | None) -> str:
+    if entry is None:
+        return "nothing"
+    scaled = f" times {entry.scale:g}" if entry.scale != 1.0 else ""
+    return f"{entry.source}{scaled}{f' plus {entry.offset:g}' if entry.offset else ''}"
 
 
 def _turned(entry: Entry, thruster: Thruster) -> Entry:

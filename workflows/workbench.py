@@ -39,6 +39,7 @@ class Workbench:
     def __init__(self, log: OpenedLog, *, refit: bool = False) -> None:
         self._settings = DiscoverySettings(refit=refit)
         self._run: Run | None = None
+        self._found: tuple[str, ...] | None = None
         self._hidden: HiddenErrors | None = None
         self._whole = log.whole
         self._weighed: dict[tuple[Stand, str], Card] = {}
@@ -50,16 +51,13 @@ class Workbench:
 
     def search(self, progress: Say | None = None) -> Searched:
         """Search for what is missing, as `discover` does; cards for all that was tried."""
-        self._weighed.clear()
-        self._run = run = discover(self._whole, self._settings, progress=progress)
-        self._hidden = run.discovery.hidden
-        found = LogOnBench(OpenedLog(run.inputs, cut=True), self._settings, basis=run.discovery.basis)
-        self._readings, findings = {(): found}, run.findings
+        run = self._discover(progress)
+        findings, found = run.findings, self._readings[()]
         return Searched(
             findings.verdict,
             findings.headline,
             tuple(opening(findings, run.comparison))[1:],
-            _found(run),
+            self._found or (),
             effect_cards(findings, found),
             sensor_cards(findings),
             tuple((one.manoeuvre, one.why) for one in findings.advice),
@@ -67,12 +65,14 @@ class Workbench:
             None if self._hidden is None else (self._hidden.arm_x, self._hidden.arm_y, self._hidden.compass),
         )
 
-    def resume(self, hidden: tuple[float, float, float] | None) -> Opened:
-        """Go on from a search, which may have been made elsewhere, see `Searched.hidden`."""
-        if hidden is not None and self._hidden is None:
-            self._hidden = HiddenErrors(*hidden)
+    def resume(self, searched: Searched) -> None:
+        """Go on from a search that was made elsewhere; its run is made again when somebody asks for it."""
+        if self._found is not None:
+            return
+        self._found = searched.found
+        if searched.hidden is not None:
+            self._hidden = HiddenErrors(*searched.hidden)
             self._readings = {(): LogOnBench(OpenedLog(self.inputs(())), self._settings)}
-        return self.opened()
 
     @single_threaded
     def fit(self, stand: Stand) -> Fit:
@@ -96,40 +96,49 @@ class Workbench:
         """See `LogOnBench.way`."""
         return self._read(stand.left).way(stand, time)
 
+    def no_run(self, stand: Stand) -> str:
+        """Why no verb makes a run of a model, and what to do; empty where one does."""
+        names = stand.names
+        if stand.moved:
+            return (
+                "numbers were moved by hand, and no run holds them; take model.yaml, which has them, or set "
+                "the fitted values first"
+            )
+        if stand.left:
+            return (
+                f"no run is made of a log whose sensors are not corrected ({listing([words(e) for e in stand.left])}); "
+                "take model.yaml, which was fitted to it, or add the correction again"
+            )
+        if self._is_found(names):
+            return ""
+        if not names:
+            return "nothing was searched and no effect is added, so there is no run; search first, or add an effect"
+        if OWN_NUMBERS in names:
+            return (
+                "no run holds the model's own numbers fitted beside effects that are not all that the search found; "
+                "take model.yaml, which has them as they are, or leave the own numbers out"
+            )
+        if self._hidden is not None:
+            return (
+                "no verb adds effects to a log whose sensors only its forces show to be wrong, other than those that "
+                "the search found; take model.yaml, which was fitted to the corrected log, or add what was found"
+            )
+        return ""
+
     def run(self, stand: Stand, progress: Say | None = None) -> Run:
         """The run of some effects, as `add` makes it; that of the search where they are what it found, or none.
 
         Raises
         ------
         RequestError
-            when no verb makes such a run: numbers were moved by hand, a correction of the sensors was taken out, or the
-            model's own numbers are fitted beside effects that are not those of the search; when nothing was searched
-            and no effect is asked for.
+            where no verb makes such a run, see `no_run`.
         """
-        if stand.moved:
-            raise RequestError(
-                "numbers were moved by hand, and no run holds them; take model.yaml, which has them, or set "
-                "the fitted values first"
-            )
-        if stand.left:
-            raise RequestError(
-                f"no run is made of a log whose sensors are not corrected ({listing([words(e) for e in stand.left])}); "
-                "take model.yaml, which was fitted to it, or add the correction again"
-            )
-        found, names = self._run, stand.names
-        if found is not None and (not names or set(names) == set(_found(found))):
-            return found
-        if OWN_NUMBERS in names:
-            raise RequestError(
-                "no run holds the model's own numbers fitted beside effects that are not all that the search found; "
-                "take model.yaml, which has them as they are, or leave the own numbers out"
-            )
-        if self._hidden is not None:
-            raise RequestError(
-                "no verb adds effects to a log whose sensors only its forces show to be wrong, other than those that "
-                "the search found; take model.yaml, which was fitted to the corrected log, or add what was found"
-            )
-        return add(list(names), self._whole, progress=progress)
+        refusal = self.no_run(stand)
+        if refusal:
+            raise RequestError(refusal)
+        if self._is_found(stand.names):
+            return self._run or self._discover(progress)
+        return add(list(stand.names), self._whole, progress=progress)
 
     def write(self, stand: Stand, folder: PathLike, progress: Say | None = None) -> None:
         """Write the run folder of some effects; see `run`."""
@@ -154,6 +163,19 @@ class Workbench:
         """
         inputs = (among or self._whole).leaving(left)
         return inputs if self._hidden is None else inputs.mapped(self._hidden.leaving(left).corrected)
+
+    def _discover(self, progress: Say | None) -> Run:
+        """Search, and go on from what was found."""
+        self._run = run = discover(self._whole, self._settings, progress=progress)
+        self._weighed.clear()
+        self._found, self._hidden = _found(run), run.discovery.hidden
+        found = OpenedLog(run.inputs, cut=True)
+        self._readings = {(): LogOnBench(found, self._settings, basis=run.discovery.basis)}
+        return run
+
+    def _is_found(self, names: Sequence[str]) -> bool:
+        """Whether a model is what the search found, or has nothing beside what the search began with."""
+        return self._found is not None and (not names or set(names) == set(self._found))
 
     def _read(self, left: tuple[str, ...]) -> LogOnBench:
         found = self._readings.pop(left, None)

@@ -33,14 +33,15 @@ def hero(session: Session) -> None:
     trouble = ui.element("div").classes("card trouble flow").props('role="alert"')
 
     def refresh() -> None:
-        searched, opened = session.searched, session.opened
+        searched, opened = session.shown.searched, session.shown.opened
         long = searched is not None and len(searched.headline) > _LONG
         headline.classes(add="long" if long else None, remove=None if long else "long")
-        host.set_visibility(opened is not None or session.work is not None)
+        host.set_visibility(opened is not None or session.errands.work is not None)
         if searched is not None:
-            headline.set_text(session.named(searched.headline))
+            headline.set_text(session.names.told(searched.headline))
         elif opened is not None:
-            headline.set_text(session.named(f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"))
+            text = f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"
+            headline.set_text(session.names.told(text))
         _show_count(session, count)
         by_axis.set_text(_by_axis(session))
         told.set_text(_told(session))
@@ -48,9 +49,9 @@ def hero(session: Session) -> None:
         _show_work(session, work)
         stairs.show(session)
         trouble.clear()
-        trouble.set_visibility(bool(session.trouble))
+        trouble.set_visibility(bool(session.errands.trouble))
         with trouble:
-            line(session.named(session.trouble))
+            line(session.names.told(session.errands.trouble))
             if session.errands.lost:
                 button("Start again", session.again, lead=True)
             elif session.refused is not None:
@@ -61,25 +62,26 @@ def hero(session: Session) -> None:
 
     watching(session, host, refresh)
     with host:
-        ui.timer(0.5, lambda: _show_work(session, work) if session.work else None)
+        ui.timer(0.5, lambda: _show_work(session, work) if session.errands.work else None)
 
 
 def _show_count(session: Session, place: ui.element) -> None:
     place.clear()
-    if session.opened is None or session.fit is None:
+    opened, fit = session.shown.opened, session.shown.fit
+    if opened is None or fit is None:
         return
-    before, now = session.opened.nominal.error.get("position"), session.fit.error.get("position")
+    before, now = opened.nominal.error.get("position"), fit.error.get("position")
     with place:
         line(number_in(before, "m"), "was", tag="b")
-        if session.fit is not session.opened.nominal:
+        if fit is not opened.nominal:
             line("\N{RIGHTWARDS ARROW}", tag="i")
-            line("runs away" if session.fit.lost else number_in(now, "m"), "now", tag="b").mark("now")
-        line(f"position error of {session.opened.horizon:g} s predictions", "muted", tag="span")
+            line("runs away" if fit.lost else number_in(now, "m"), "now", tag="b").mark("now")
+        line(f"position error of {opened.horizon:g} s predictions", "muted", tag="span")
 
 
 def _by_axis(session: Session) -> str:
     """The errors of the speeds, before and now."""
-    fit, opened = session.fit, session.opened
+    fit, opened = session.shown.fit, session.shown.opened
     if fit is None or opened is None or fit.lost:
         return ""
     units, told = {"surge": "m/s", "sway": "m/s", "yaw": "rad/s"}, []
@@ -95,10 +97,11 @@ def _by_axis(session: Session) -> str:
 
 
 def _told(session: Session) -> str:
-    if session.fit is None or session.opened is None:
+    opened, fit = session.shown.opened, session.shown.fit
+    if opened is None or fit is None:
         return ""
-    told = _how_well(session, session.opened, session.fit)
-    left = session.named(listing([words(name) for name in session.stand.left]))
+    told = _how_well(session, opened, fit)
+    left = listing([words(name) for name in session.shown.stand.left])
     return f"Read without the correction of {left}; headline and cards are of the log with it. {told}" if left else told
 
 
@@ -111,8 +114,9 @@ def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
         change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
         how = "every row predicted by a model that was fitted without it" if fit.unseen else "moved by hand"
         return f"{change} than the model as it was; {how}."
-    if session.searched is not None and not session.stand.left:
-        return " ".join(session.searched.told)
+    searched, stand = session.shown.searched, session.shown.stand
+    if searched is not None and not stand.left:
+        return " ".join(searched.told)
     seconds = opened.seconds
     return f"{seconds:.0f} s of measurement, predicted open loop again and again from what was measured."
 
@@ -120,17 +124,17 @@ def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
 def _show_doubt(session: Session, place: ui.element) -> None:
     """What everything rests on and the log does not show, with the way to put it right."""
     place.clear()
-    text = "" if session.opened is None else session.opened.doubt
+    text = "" if session.shown.opened is None else session.shown.opened.doubt
     place.set_visibility(bool(text))
     if text:
         with place:
-            line(session.named(text), tag="span").style("flex: 1 1 220px")
+            line(session.names.told(text), tag="span").style("flex: 1 1 220px")
             button("Thrusters", lambda: vehicle_form(session), label="Look at sides and directions of the thrusters")
 
 
 def _show_work(session: Session, place: ui.element) -> None:
     place.clear()
-    work = session.work
+    work = session.errands.work
     if work is None:
         return
     behind = work.behind
@@ -152,7 +156,7 @@ class _Stairs:
 
     def show(self, session: Session) -> None:
         """Bring the bars up to date."""
-        stairs = [fit for fit in session.stairs if fit.error.get("position") is not None]
+        stairs = [fit for fit in session.shown.stairs if fit.error.get("position") is not None]
         first = stairs[0].error["position"] if stairs else 1.0
         while len(self._rows) > len(stairs):
             self._rows.pop().delete()

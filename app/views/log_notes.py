@@ -15,12 +15,12 @@ def log_notes(session: Session) -> None:
     shown: list[object] = []
 
     def refresh() -> None:
-        if shown == [session.opened]:
+        opened, source = session.shown.opened, session.shown.source
+        if shown == [opened]:
             return
-        shown[:] = [session.opened]
+        shown[:] = [opened]
         place.clear()
-        opened = session.opened
-        repaired = session.source is not None and session.source.original is not None
+        repaired = source is not None and source.original is not None
         if opened is None or not (repaired or opened.warnings or opened.checks or opened.notes):
             return
         with place, ui.element("div").classes("card stack"):
@@ -30,7 +30,7 @@ def log_notes(session: Session) -> None:
                     line("This is the repaired log.", tag="span")
                     button("Back to the log as it was", session.unrepair, label="Go back to the log before its repair")
             for warning in opened.warnings:
-                line(session.named(warning), "trouble small").style("padding-left: 10px; margin: 0")
+                line(session.names.told(warning), "trouble small").style("padding-left: 10px; margin: 0")
             bad = [check for check in opened.checks if check.verdict in _OPEN]
             for check in bad:
                 with ui.element("div").classes("check-note small"):
@@ -39,18 +39,14 @@ def log_notes(session: Session) -> None:
                     line(" ".join(map(_sentence, parts)), tag="span")
                     if check.mends:
                         line(f"Safe repair: {check.mends}", "muted")
-            if (
-                any(check.mends for check in opened.checks)
-                and session.source is not None
-                and len(session.source.logs) == 1
-            ):
+            if any(check.mends for check in opened.checks) and source is not None and len(source.logs) == 1:
                 button("Make the safe repairs", session.repair, label="Repair the log and open it again")
             rest = [check.sentence for check in opened.checks if check not in bad]
             if rest or opened.notes:
                 with ui.element("details").classes("small"):
                     line(f"{len(rest) + len(opened.notes)} notes", tag="summary")
                     for text in (*rest, *opened.notes):
-                        line(session.named(text), "muted")
+                        line(session.names.told(text), "muted")
 
     watching(session, place, refresh)
 

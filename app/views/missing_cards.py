@@ -47,15 +47,15 @@ class MissingCards:
 
     def _left(self) -> Sequence[str]:
         """What was found and is not in the model."""
-        searched = self._session.searched
-        return [] if searched is None else [name for name in searched.found if name not in self._session.stand.names]
+        searched, names = self._session.shown.searched, self._session.shown.stand.names
+        return [] if searched is None else [name for name in searched.found if name not in names]
 
     def _refresh(self) -> None:
         session = self._session
-        searched, busy = session.searched, session.work is not None
+        searched, stand, busy = session.shown.searched, session.shown.stand, session.errands.work is not None
         self._waits.set_visibility(searched is None)
         self._waits.set_text("The search goes on." if busy else "Nothing was searched yet.")
-        self._search.set_visibility(searched is None and not busy and session.opened is not None)
+        self._search.set_visibility(searched is None and not busy and session.shown.opened is not None)
         self._all.set_visibility(len(self._left()) > 1)
         if searched is not self._searched:
             self._searched = searched
@@ -66,9 +66,9 @@ class MissingCards:
             if searched is not None:
                 with self._body:
                     self._build(searched)
-        for name in session.stand.names:
+        for name in stand.names:
             if searched is not None and (name not in self._cards or name in self._by_name):
-                card = session.by_hand.get(name, Card(name, words(name), "", "Added by name.", ""))
+                card = session.shown.by_hand.get(name, Card(name, words(name), "", "Added by name.", ""))
                 if self._by_name.get(name) != card:
                     if name in self._by_name:
                         self._cards[name].delete()
@@ -76,11 +76,11 @@ class MissingCards:
                     with self._typed:
                         self._card(card)
         for name, shown in self._cards.items():
-            shown.set_in(name in session.stand.names)
+            shown.set_in(name in stand.names)
         for name, card in self._sensors.items():
-            card.set_in(name not in session.stand.left)
+            card.set_in(name not in stand.left)
         if self._sensors:
-            left = listing([words(name) for name in session.stand.left])
+            left = listing([words(name) for name in stand.left])
             self._corrected.set_text(f"Now the log is read without the correction of {left}." if left else _CORRECTED)
 
     def _build(self, searched: Searched) -> None:

@@ -65,8 +65,8 @@ class MotionView:
             self._forces = TimePlots(_MISSING)
             self._forces.set_visibility(False)
             for plots in (self._speeds, self._forces):
-                plots.on_brush(lambda begin, end: self._session.select(((begin, end),)))
-            self._none = button("Clear selection", lambda: self._session.select(()))
+                plots.on_brush(lambda begin, end: self._session.shown.select(((begin, end),)))
+            self._none = button("Clear selection", lambda: self._session.shown.select(()))
 
     def _track_card(self) -> None:
         with ui.element("section").classes("card").props('aria-label="Track on the water"'):
@@ -91,7 +91,7 @@ class MotionView:
 
     def _refresh(self) -> None:
         session = self._session
-        opened, fit = session.opened, session.fit
+        opened, fit = session.shown.opened, session.shown.fit
         if opened is None or fit is None:
             return
         if opened is not self._opened:
@@ -101,7 +101,7 @@ class MotionView:
             self._speeds.show(table["time"], columns | _drawn(opened, first, "before", _STATES) | self._after(_STATES))
             self._forces.show(table["time"], _drawn(opened, first, "before", tuple(AXES)) | self._after(tuple(AXES)))
             self._track.show(table["time"], table["north"], table["east"])
-            logs = [(session.named(log.name), log.begin, log.end) for log in opened.logs]
+            logs = [(session.names.told(log.name), log.begin, log.end) for log in opened.logs]
             for view in (self._speeds, self._forces, self._track):
                 view.divide(logs)
             self._predict()
@@ -112,15 +112,16 @@ class MotionView:
             self._forces.change(self._after(tuple(AXES)))
             self._predict()
             self._map_of()
-        if session.selected != self._marked:
-            self._marked = session.selected
+        marked = session.shown.selected
+        if marked != self._marked:
+            self._marked = marked
             for view in (self._speeds, self._forces, self._track):
-                view.mark(session.selected)
-        self._none.style(f"visibility: {'visible' if session.selected else 'hidden'}")  # its place stays
+                view.mark(marked)
+        self._none.style(f"visibility: {'visible' if marked else 'hidden'}")  # its place stays
 
     def _after(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """The present model's columns; nothing to draw while it is the nominal one."""
-        opened, fit = self._session.opened, self._session.fit
+        opened, fit = self._session.shown.opened, self._session.shown.fit
         assert opened is not None, "what is drawn is open"
         assert fit is not None, "what is drawn is open"
         if fit is opened.nominal or not (fit.names or not fit.unseen):
@@ -128,7 +129,7 @@ class MotionView:
         return _drawn(opened, fit, "after", names)
 
     def _predict(self) -> None:
-        opened, fit = self._session.opened, self._session.fit
+        opened, fit = self._session.shown.opened, self._session.shown.fit
         assert opened is not None, "what is drawn is open"
         assert fit is not None, "what is drawn is open"
         after = [] if fit is opened.nominal else _pieces(opened, fit)
@@ -136,8 +137,9 @@ class MotionView:
         self._track.path(np.zeros(0))  # what was predicted from a place was of another model
 
     async def _way(self, time: float) -> None:
-        way, plain = await self._session.way(time), self._session.fit is self._session.opened.nominal  # type: ignore[union-attr]
-        if way is not None:
+        way, shown = await self._session.way(time), self._session.shown
+        if way is not None and shown.opened is not None:
+            plain = shown.fit is shown.opened.nominal
             self._track.path(way.time, (*way.measured.T,), (*way.before.T,), None if plain else (*way.after.T,))
 
     def _switched(self) -> None:
@@ -146,7 +148,7 @@ class MotionView:
         self._forces.set_visibility(forces)
 
     def _map_of(self, axis: str = "", over: str = "") -> None:
-        opened, fit = self._session.opened, self._session.fit
+        opened, fit = self._session.shown.opened, self._session.shown.fit
         self._axis, self._over = axis or self._axis, over or self._over
         if opened is None or fit is None:
             return
@@ -164,9 +166,9 @@ class MotionView:
         self._map.show(Cells(*found.edges, "surge speed [m/s]", up_label, error, seconds, f"{unit} in {name}", top))
 
     def _picked(self, cells: list[tuple[int, int]]) -> None:
-        opened = self._session.opened
+        opened = self._session.shown.opened
         if opened is not None:
-            self._session.select(self._sorted[self._over].stretches(opened.table["time"], cells))
+            self._session.shown.select(self._sorted[self._over].stretches(opened.table["time"], cells))
 
 
 def _drawn(opened: Opened, fit: Fit, role: str, names: tuple[str, ...]) -> dict[str, np.ndarray]:

@@ -29,7 +29,7 @@ class Networks:
         self._session = session
         self._epochs: list[tuple[float, float, float]] = []
         self._trained: Trained | None = None
-        self._source = session.source
+        self._source = session.shown.source
         self._task: asyncio.Task[Any] | None = None
         host = ui.element("section").classes("card stack").props('aria-label="Networks"')
         with host:
@@ -53,15 +53,16 @@ class Networks:
         watching(session, host, self._refresh)
 
     def _refresh(self) -> None:
-        if self._session.source != self._source:  # another log, or another reading of it: nothing was trained on that
-            self._source, self._trained, self._epochs = self._session.source, None, []
+        source = self._session.shown.source
+        if source != self._source:  # another log, or another reading of it: nothing was trained on that
+            self._source, self._trained, self._epochs = source, None, []
             self._table.clear()
             self._told.set_text("")
         going = self._task is not None and not self._task.done()
-        self._start.set_enabled(self._session.opened is not None and not going)
+        self._start.set_enabled(self._session.shown.opened is not None and not going)
         self._stop.set_enabled(going)
         self._curve.set_visibility(bool(self._epochs))
-        self._beside.set_text("" if self._trained is None else _beside(self._trained.stand, self._session.stand))
+        self._beside.set_text("" if self._trained is None else _beside(self._trained.stand, self._session.shown.stand))
 
     def _train(self) -> None:
         self._epochs, client = [], ui.context.client
@@ -94,7 +95,7 @@ class Networks:
         self._task = None
         self._refresh()
         if done is None:
-            self._told.set_text(self._session.trouble or "Stopped. Nothing was kept.")
+            self._told.set_text(self._session.errands.trouble or "Stopped. Nothing was kept.")
             return
         self._trained = done
         self._refresh()

@@ -21,9 +21,9 @@ def numbers_view(session: Session) -> None:
     sliders: dict[str, tuple[ui.element, TextElement]] = {}
 
     def refresh() -> None:
-        fit = session.fit
+        fit, stand = session.shown.fit, session.shown.stand
         symbols = [] if fit is None else [value.symbol for value in fit.values]
-        now: list[object] = [symbols, session.stand.names, bool(session.stand.moved)]
+        now: list[object] = [symbols, stand.names, bool(stand.moved)]
         if now == shown and fit is not None:
             for value in fit.values:  # the sliders stay under the hand that moves one
                 slider, told = sliders[value.symbol]
@@ -40,10 +40,10 @@ def numbers_view(session: Session) -> None:
 
 
 def _numbers(session: Session, sliders: dict[str, tuple[ui.element, TextElement]]) -> None:
-    fit = session.fit
+    fit = session.shown.fit
     with ui.element("div").classes("flow"):
         line("The corrected model", tag="h2").style("margin: 0; flex: 1")
-        if session.stand.moved:
+        if session.shown.stand.moved:
             button("Fitted values", session.unmove, label="Set all numbers to their fitted values")
     if fit is None or not fit.values:
         line(
@@ -58,7 +58,7 @@ def _numbers(session: Session, sliders: dict[str, tuple[ui.element, TextElement]
             line(text, tag="span")
     for value in fit.values:
         _row(session, value, sliders)
-    if session.stand.moved:
+    if session.shown.stand.moved:
         line(
             "Numbers were moved by hand: the error is on rows that the fit has seen, and no interval holds.",
             "muted small",

@@ -125,7 +125,7 @@ class Opening:
             return
         target = self._session.folder / stored_as(name, next(_COUNT))
         await event.file.save(target)
-        self._session.names[target.name] = name
+        self._session.names.call(target, name)
         self._files[target] = name
         self._told.set_text("")
         self._list()
@@ -148,8 +148,8 @@ class Opening:
         """Leave the dialog, if this is one, when the log is open; say what went wrong where it is not."""
         if self._told.is_deleted:
             return
-        self._told.set_text(self._session.named(self._session.trouble))
-        if not self._session.trouble and self._leave is not None:
+        self._told.set_text(self._session.names.told(self._session.errands.trouble))
+        if not self._session.errands.trouble and self._leave is not None:
             self._leave()
 
     def _of(self, kind: str) -> list[str]:

@@ -25,7 +25,7 @@ def side_by_side(session: Session) -> None:
     shown: list[Searched | None] = [None]
 
     def refresh() -> None:
-        searched = session.searched
+        searched = session.shown.searched
         place.set_visibility(searched is not None and bool(searched.rivals))
         if searched is shown[0]:
             return

@@ -31,7 +31,7 @@ def taking_away(session: Session) -> None:
 async def _take(session: Session, what: str) -> None:
     path = await session.take(what)
     if path is None:
-        ui.notify(session.trouble, type="warning", multi_line=True)
+        ui.notify(session.errands.trouble, type="warning", multi_line=True)
         return
     ui.download.content(path.read_bytes(), path.name)
 
@@ -40,7 +40,7 @@ async def _for_another(session: Session) -> None:
     """A dialog of the formats of exports, each with what it is."""
     formats = dict(await session.ask("formats") or ())
     if not formats:
-        ui.notify(session.trouble, type="warning", multi_line=True)
+        ui.notify(session.errands.trouble, type="warning", multi_line=True)
         return
     with ui.dialog() as dialog, ui.element("div").classes("card stack"):
         line("The model for another program", tag="h2")

@@ -5,7 +5,7 @@ from dataclasses import replace
 from nicegui import ui
 
 from ...physics.in_words import number
-from ...workflows.workbench_facts import Field, Form
+from ...workflows.workbench_facts import Field, Form, Source
 from ..session import Session
 from .thruster_rows import ThrusterRows
 from .words import button, line
@@ -14,17 +14,17 @@ from .words import button, line
 async def vehicle_form(session: Session) -> None:
     """A dialog; what is changed is read anew with the log."""
     form = await session.ask("form")
-    if form is not None and session.source is not None:
-        _VehicleForm(session, form)
+    source = session.shown.source
+    if form is not None and source is not None:
+        _VehicleForm(session, form, source)
 
 
 class _VehicleForm:
     """The dialog while it is open."""
 
-    def __init__(self, session: Session, form: Form) -> None:
-        assert session.source is not None, "a log is open"
-        self._session, self._source, self._told = session, session.source, ""
-        self._changed: dict[str, float] = dict(session.source.changed)
+    def __init__(self, session: Session, form: Form, source: Source) -> None:
+        self._session, self._source, self._told = session, source, ""
+        self._changed: dict[str, float] = dict(source.changed)
         with ui.dialog() as self._dialog, ui.element("div").classes("card stack").style("max-width: min(96vw, 900px)"):
             line("The vehicle", tag="h2").style("margin: 0")
             self._wrong = line("", "trouble small").props('role="alert"')

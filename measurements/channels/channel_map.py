@@ -146,24 +146,26 @@ def map_dict(entries: Mapping[str, Entry]) -> dict[str, dict[str, str | float]]:
     return found
 
 
-def map_text(entries: Mapping[str, Entry], unused: Sequence[str] = ()) -> str:
+def map_text(entries: Mapping[str, Entry | None], unused: Sequence[str] = ()) -> str:
     """Write a channel map that `read_channel_map` reads back to the same entries.
 
     Parameters
     ----------
-    entries : by channel, as `Log.entries`
+    entries : by channel, as `Log.entries`; None for a channel that is left out
     unused : streams that became no channel, named in comments, so that they are at hand for an edit
 
     Examples
     --------
-    >>> print(map_text({"u": Entry("/odom:twist.linear.x", frame="enu"), "pwm_port": Entry("left")}), end="")
-    u: {from: '/odom:twist.linear.x', frame: enu}
+    >>> print(map_text({"u": Entry("/odom:speed", frame="enu"), "pwm_port": Entry("left"), "r": None}), end="")
+    u: {from: '/odom:speed', frame: enu}
     pwm_port: {from: left}
+    r: null
     """
-    lines = [
-        f"{name}: {yaml_text(parts, default_flow_style=True, width=math.inf)}"
-        for name, parts in map_dict(entries).items()
-    ]
+    lines = []
+    for name, entry in entries.items():
+        parts = None if entry is None else map_dict({name: entry})[name]
+        told = "null\n" if parts is None else yaml_text(parts, default_flow_style=True, width=math.inf)
+        lines.append(f"{name}: {told}")
     if unused:
         lines.append("# Not used:\n" + "".join(f"#   {shown(name, _LONGEST)}\n" for name in unused[:_MOST_UNUSED]))
     if len(unused) > _MOST_UNUSED:

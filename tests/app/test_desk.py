@@ -1,5 +1,7 @@
 """What a worker answers: a network beside the model of the present step, and readings that one goes back to."""
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -58,6 +60,44 @@ def test_a_reading_is_there_as_it_was_left(log: Path, tmp_path: Path):
     assert desk.fit(Stand((DRAG,))) is fit
     desk.open(source, str(tmp_path))
     assert desk.fit(Stand((DRAG,))) is not fit
+
+
+def test_the_run_of_a_search_is_made_again_where_its_reading_is_no_longer_kept(log: Path, tmp_path: Path):
+    desk, source = Desk(), Source((str(log),), "blueboat")
+    desk.open(source, str(tmp_path))
+    searched = desk.search()
+    stand = Stand(searched.found)
+    first = json.loads(Path(desk.take("findings", stand, str(tmp_path))).read_text("utf-8"))
+    for mass in (23.0, 24.0, 25.0):
+        desk.turn_to(replace(source, changed=(("mass", mass),)), str(tmp_path))
+    desk.turn_to(source, str(tmp_path), searched)
+    assert desk.fit(stand).names == stand.names
+    again = json.loads(Path(desk.take("findings", stand, str(tmp_path))).read_text("utf-8"))
+    assert again == first
+
+
+def test_an_export_is_the_model_alone_where_no_run_holds_it(log: Path, tmp_path: Path):
+    desk = Desk()
+    desk.open(Source((str(log),), "blueboat"), str(tmp_path))
+    run, alone = (
+        Path(desk.take("python", stand, str(tmp_path))).read_text("utf-8")
+        for stand in (Stand((DRAG,)), Stand((DRAG,), (("X_uu", -40.0),)))
+    )
+    assert "from run (" in run
+    assert "from run (" not in alone
+    with pytest.raises(RequestError, match="surge_quadratic_dampin"):
+        desk.take("python", Stand(("surge_quadratic_dampin",)), str(tmp_path))
+
+
+def test_what_is_wrong_with_a_vehicle_is_told_in_the_words_of_the_page(log: Path, tmp_path: Path, monkeypatch):
+    desk = Desk()
+    desk.open(Source((str(log),), "blueboat"), str(tmp_path))
+
+    def refuse(*_: object) -> None:
+        raise RequestError("say --as-is")
+
+    monkeypatch.setattr("undertow.app.desk.put_right", refuse)
+    assert desk.try_form({}, (), ()) == "say --as-is"
 
 
 def test_nothing_is_asked_before_a_log_is_open():

@@ -9,20 +9,20 @@ import numpy as np
 import pandas as pd
 import pytest
 from places import ROOT
+from tabs import DEMO, fit_of, history_of, opened, worker_of
 from verbs import done
 
 from undertow.app import worker
 from undertow.app.errands import LOST
 from undertow.app.same_commands import same_commands
 from undertow.app.session import Session
-from undertow.app.undo import History
+from undertow.app.undo import History, Step
 from undertow.app.views.opening import stored_as
 from undertow.workflows.init import Doubt
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import OWN_NUMBERS, Card, Fit, Place, Searched, Source, Stand, Wire
+from undertow.workflows.workbench_facts import OWN_NUMBERS, Card, Place, Searched, Source, Stand, Wire
 
-DEMO = Source()
 DEMO_LOG = ROOT / "data" / "gazebo_blueboat.csv.gz"
 FIRST, SECOND = "surge_quadratic_damping", "yaw_quadratic_damping"
 
@@ -32,63 +32,32 @@ def prepared() -> None:
     worker.prepare()
 
 
-async def opened() -> Session:
-    """A session with the demo open and not searched, which is what takes long."""
-    session = Session()
-    session.search = _nothing  # type: ignore[method-assign]
-    await session.open(DEMO)
-    assert session.trouble == ""
-    return session
-
-
-def fit_of(session: Session) -> Fit:
-    """The model of the present step."""
-    assert session.fit is not None
-    return session.fit
-
-
-def history_of(session: Session) -> History:
-    """The steps of a session."""
-    assert session.history is not None
-    return session.history
-
-
-def worker_of(session: Session) -> worker.Worker:
-    """The process that computes for a session."""
-    assert session.errands.worker is not None
-    return session.errands.worker
-
-
-async def _nothing() -> None:
-    """Instead of a search."""
-
-
 def test_steps_are_added_taken_back_and_taken_again():
     async def story() -> None:
         session = await opened()
         try:
-            assert session.opened is not None
-            before = session.opened.nominal.error["position"]
+            assert session.shown.opened is not None
+            before = session.shown.opened.nominal.error["position"]
             await session.add(FIRST)
             first = fit_of(session)
             await session.add(SECOND)
-            assert session.stand.names == (FIRST, SECOND)
-            assert [stair.names for stair in session.stairs] == [(), (FIRST,), (FIRST, SECOND)]
+            assert session.shown.stand.names == (FIRST, SECOND)
+            assert [stair.names for stair in session.shown.stairs] == [(), (FIRST,), (FIRST, SECOND)]
             assert fit_of(session).error["position"] < before
             assert fit_of(session).verdict == "pass"
             assert {value.symbol for value in fit_of(session).values} == {"X_uu", "N_rr"}
             await session.undo()
             assert fit_of(session).error == first.error
             await session.redo()
-            assert session.stand.names == (FIRST, SECOND)
+            assert session.shown.stand.names == (FIRST, SECOND)
             await session.remove(FIRST)
-            assert session.stand.names == (SECOND,)
+            assert session.shown.stand.names == (SECOND,)
             await session.move("N_rr", -3.0)
             await session.move("N_rr", -4.0)
             assert fit_of(session).values[0].after == -4.0
             assert not fit_of(session).unseen
             await session.undo()  # one way of a slider is one step
-            assert session.stand.moved == ()
+            assert session.shown.stand.moved == ()
             assert history_of(session).can_redo
         finally:
             session.close()
@@ -102,11 +71,11 @@ def test_an_effect_that_cannot_be_added_leaves_the_model_as_it_was():
         session = await opened()
         try:
             await session.add("surge_quadratic_dampin")
-            assert "did you mean" in session.trouble
-            assert session.stand.names == ()
+            assert "did you mean" in session.errands.trouble
+            assert session.shown.stand.names == ()
             assert not history_of(session).can_undo
             await session.add(FIRST)
-            assert session.trouble == ""
+            assert session.errands.trouble == ""
         finally:
             session.close()
 
@@ -117,16 +86,16 @@ def test_what_is_added_by_name_is_weighed_with_every_step():
     async def story() -> None:
         session = await opened()
         try:
-            session.searched = Searched("undecided", "", (), (), (Card(FIRST, "", "", "", ""),))
+            session.shown.searches[DEMO] = Searched("undecided", "", (), (), (Card(FIRST, "", "", "", ""),))
             await session.add(FIRST)
-            assert session.by_hand == {}  # the search has weighed it
+            assert session.shown.by_hand == {}  # the search has weighed it
             await session.add("yaw:u|r|")
-            alone = session.by_hand["yaw:u|r|"]
+            alone = session.shown.by_hand["yaw:u|r|"]
             assert "95 %" in alone.numbers[0]
             assert "rows that" in alone.sentence
             await session.add(SECOND)
-            assert set(session.by_hand) == {"yaw:u|r|", SECOND}
-            assert session.by_hand["yaw:u|r|"] != alone
+            assert set(session.shown.by_hand) == {"yaw:u|r|", SECOND}
+            assert session.shown.by_hand["yaw:u|r|"] != alone
         finally:
             session.close()
 
@@ -143,8 +112,8 @@ def test_a_killed_worker_is_told_and_another_goes_on():
             worker_of(session).process.join()
             await session.add(SECOND)
             assert session.errands.lost
-            assert session.trouble == LOST
-            assert session.stand.names == (FIRST,)
+            assert session.errands.trouble == LOST
+            assert session.shown.stand.names == (FIRST,)
             await session.again()
             assert not session.errands.lost
             assert fit_of(session).error == pytest.approx(error)
@@ -162,8 +131,8 @@ def test_a_log_that_cannot_be_read_is_told_in_the_words_of_the_command_line(tmp_
         session = Session()
         try:
             await session.open(Source(logs=(str(broken),), vehicle="blueboat"))
-            assert session.opened is None
-            return session.trouble
+            assert session.shown.opened is None
+            return session.errands.trouble
         finally:
             session.close()
 
@@ -183,18 +152,18 @@ def test_a_log_is_repaired_and_opened_again(tmp_path):
         session = await opened()
         try:
             await session.open(Source(logs=(str(spoilt),), vehicle="blueboat"))
-            assert "degrees" in session.trouble or "degrees" in str(session.opened)
+            assert "degrees" in session.errands.trouble or "degrees" in str(session.shown.opened)
             await session.repair()
-            assert session.source is not None
-            assert session.named(session.source.logs[0]).endswith("repaired.csv")
-            assert session.opened is not None
-            assert session.trouble == ""
+            assert session.shown.source is not None
+            assert session.names.told(session.shown.source.logs[0]).endswith("repaired.csv")
+            assert session.shown.opened is not None
+            assert session.errands.trouble == ""
             assert session.commands().splitlines()[0] == "undertow inspect log.csv --fix repaired.csv"
-            repaired = session.source
+            repaired = session.shown.source
             await session.undo()  # to what was refused: it is told why, and the repaired log stays
-            assert "degrees" in session.trouble
+            assert "degrees" in session.errands.trouble
             assert session.refused == repaired.original
-            assert (session.source, history_of(session).now.source) == (repaired, repaired)
+            assert (session.shown.source, history_of(session).now.source) == (repaired, repaired)
         finally:
             session.close()
 
@@ -211,29 +180,29 @@ def test_a_repair_is_taken_back_and_made_again(tmp_path):
         session = await opened()
         try:
             await session.open(Source(logs=(str(tmp_path / "log.csv"),), vehicle="blueboat", as_is=True))
-            assert session.opened is not None
-            assert session.trouble == ""
-            assert any(check.mends for check in session.opened.checks)
+            assert session.shown.opened is not None
+            assert session.errands.trouble == ""
+            assert any(check.mends for check in session.shown.opened.checks)
             await session.add(FIRST)
-            first, source = fit_of(session), session.source
+            first, source = fit_of(session), session.shown.source
             await session.repair()
-            assert session.trouble == ""
-            assert session.source is not None
-            assert session.source.original == source
-            assert not session.source.as_is
-            assert session.stand.names == ()
+            assert session.errands.trouble == ""
+            assert session.shown.source is not None
+            assert session.shown.source.original == source
+            assert not session.shown.source.as_is
+            assert session.shown.stand.names == ()
             repaired = fit_of(session).error
             await session.undo()
-            assert session.source == source
-            assert session.stand.names == (FIRST,)
+            assert session.shown.source == source
+            assert session.shown.stand.names == (FIRST,)
             assert fit_of(session).error == first.error
             await session.redo()
-            assert session.source.original == source
+            assert session.shown.source.original == source
             assert fit_of(session).error == repaired
             await session.unrepair()
-            assert (session.source, session.stand.names) == (source, ())
+            assert (session.shown.source, session.shown.stand.names) == (source, ())
             await session.undo()
-            assert session.source.original == source
+            assert session.shown.source.original == source
         finally:
             session.close()
 
@@ -266,7 +235,7 @@ def test_exchanged_and_reversed_thrusters_are_put_right(tmp_path):
             assert await session.ask("try_form", {}, form.places, form.wires) == ""
             wires = (Wire(one, other, turned=True), Wire(other, one))
             await session.open(replace(spoilt, wires=wires, as_is=False))
-            assert session.trouble == ""
+            assert session.errands.trouble == ""
             assert fit_of(session).error["position"] == pytest.approx(right, rel=1e-6)
             assert (await session.ask("form")).wires == wires
             assert f"{one} from {other}, turned round" in session.commands()
@@ -288,17 +257,17 @@ def test_sides_that_a_log_does_not_show_are_told_until_a_person_says_them(tmp_pa
     async def story() -> None:
         session = await opened()
         try:
-            assert session.opened is not None
-            assert session.opened.doubt == ""
+            assert session.shown.opened is not None
+            assert session.shown.opened.doubt == ""
             source = Source(logs=(str(tmp_path / "log.csv"),))
             await session.open(source)
-            assert session.opened.doubt == Doubt.SIDES.value
+            assert session.shown.opened.doubt == Doubt.SIDES.value
             await session.add("surge_linear_damping")
-            assert session.opened.doubt == Doubt.SIDES.value
+            assert session.shown.opened.doubt == Doubt.SIDES.value
             form = await session.ask("form")
             await session.open(replace(source, places=tuple(replace(p, y=-p.y) for p in form.places)))
-            assert session.trouble == ""
-            assert session.opened.doubt == ""
+            assert session.errands.trouble == ""
+            assert session.shown.opened.doubt == ""
             assert (await session.ask("form")).places[0].y == -form.places[0].y
         finally:
             session.close()
@@ -311,10 +280,10 @@ def test_a_sound_log_needs_no_repair():
         session = await opened()
         try:
             await session.open(Source(logs=(str(DEMO_LOG),), vehicle=str(ROOT / "data" / "demo.yaml")))
-            before = session.opened
+            before = session.shown.opened
             await session.repair()
-            assert "nothing" in session.trouble
-            assert session.opened is before
+            assert "nothing" in session.errands.trouble
+            assert session.shown.opened is before
         finally:
             session.close()
 
@@ -337,8 +306,8 @@ def test_two_sessions_know_nothing_of_each_other():
         one, other = await opened(), Session()
         try:
             await one.add(FIRST)
-            assert other.opened is None
-            assert other.stand.names == ()
+            assert other.shown.opened is None
+            assert other.shown.stand.names == ()
             assert one.folder != other.folder
             assert one.folder.stat().st_mode & 0o077 == 0
         finally:
@@ -359,7 +328,8 @@ def test_a_name_from_the_browser_never_becomes_a_path(name):
 def test_commands_do_the_same():
     session = Session()
     try:
-        session.source = Source(logs=("/tmp/x/my log.bin",), hull=(("mass", 22.0),))
+        source = Source(logs=("/tmp/x/my log.bin",), hull=(("mass", 22.0),))
+        session.shown.history = History((Step(source),))
         assert session.commands() == (
             "undertow init 'my log.bin' --mass 22 --out vehicle.yaml --channels channels.yaml\n"
             "undertow discover 'my log.bin' --vehicle vehicle.yaml --map channels.yaml --refit --out run"
@@ -398,14 +368,14 @@ def test_a_correction_of_a_sensor_is_taken_out_and_made_again(tmp_path):
         session = await opened()
         try:
             await session.open(Source(logs=(str(tmp_path / "log.csv"),), vehicle="blueboat"))
-            assert session.trouble == ""
+            assert session.errands.trouble == ""
             await session.add(FIRST)
-            corrected, fit = session.opened, fit_of(session)
+            corrected, fit = session.shown.opened, fit_of(session)
             assert corrected is not None
             await session.leave("gyro_scale")
-            assert session.opened is not None
-            np.testing.assert_allclose(session.opened.table["r"], 0.95 * corrected.table["r"], atol=2e-3)
-            assert session.stairs[0] is session.opened.nominal
+            assert session.shown.opened is not None
+            np.testing.assert_allclose(session.shown.opened.table["r"], 0.95 * corrected.table["r"], atol=2e-3)
+            assert session.shown.stairs[0] is session.shown.opened.nominal
             assert fit_of(session).names == (FIRST,)
             assert fit_of(session).error != fit.error
             worker_of(session).process.kill()
@@ -413,14 +383,14 @@ def test_a_correction_of_a_sensor_is_taken_out_and_made_again(tmp_path):
             await session.add(SECOND)
             assert session.errands.lost
             await session.again()
-            assert session.stand.left == ("gyro_scale",)
-            np.testing.assert_allclose(session.opened.table["r"], 0.95 * corrected.table["r"], atol=2e-3)
+            assert session.shown.stand.left == ("gyro_scale",)
+            np.testing.assert_allclose(session.shown.opened.table["r"], 0.95 * corrected.table["r"], atol=2e-3)
             assert await session.take("page") is None
-            assert "gyro scale" in session.trouble
+            assert "gyro scale" in session.errands.trouble
             await session.undo()
-            assert session.stand == Stand((FIRST,))
+            assert session.shown.stand == Stand((FIRST,))
             assert fit_of(session).error == pytest.approx(fit.error)
-            np.testing.assert_allclose(session.opened.table["r"], corrected.table["r"])
+            np.testing.assert_allclose(session.shown.opened.table["r"], corrected.table["r"])
         finally:
             session.close()
 
@@ -434,12 +404,12 @@ def test_no_run_is_written_that_does_not_hold_what_is_shown():
             await session.add(FIRST)
             await session.move("X_uu", -3.0)
             assert await session.take("page") is None
-            assert "moved by hand" in session.trouble
+            assert "moved by hand" in session.errands.trouble
             assert await session.take("model") is not None
             await session.unmove()
             await session.add(OWN_NUMBERS)
             assert await session.take("run") is None
-            assert "own numbers" in session.trouble
+            assert "own numbers" in session.errands.trouble
         finally:
             session.close()
 
@@ -519,16 +489,16 @@ def test_a_step_to_another_reading_waits_for_a_search():
         try:
             heavier = replace(DEMO, changed=(("mass", 33.0),))
             await session.change(heavier)
-            assert session.source == heavier
+            assert session.shown.source == heavier
             del session.search  # type: ignore[attr-defined]
             searching = asyncio.create_task(session.search())
-            while session.work is None:
+            while session.errands.work is None:
                 await asyncio.sleep(0.01)
             await session.undo()
             await searching
-            assert session.trouble == ""
-            assert history_of(session).now.source == session.source == DEMO
-            assert session.searched is None or session.searched.cards
+            assert session.errands.trouble == ""
+            assert history_of(session).now.source == session.shown.source == DEMO
+            assert session.shown.searched is None or session.shown.searched.cards
         finally:
             session.close()
 

@@ -18,7 +18,7 @@ from undertow.physics.worlds.world import simulate_world
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.opened_log import OpenedLog
 from undertow.workflows.workbench import Workbench
-from undertow.workflows.workbench_facts import Searched, Stand
+from undertow.workflows.workbench_facts import OWN_NUMBERS, Searched, Stand
 
 HULL = load_vehicle("blueboat")
 DRAG = "surge_quadratic_damping"
@@ -90,6 +90,17 @@ def test_no_run_is_made_of_a_log_without_a_correction(bench: Workbench, searched
     assert bench.run(Stand(searched.found)).findings.missing == (DRAG,)
 
 
+def test_why_there_is_no_run_is_known_before_one_is_asked_for(bench: Workbench, searched: Searched, log: Path):
+    for stand in (Stand(searched.found), Stand(), Stand((DRAG, "yaw_quadratic_damping"))):
+        assert bench.no_run(stand) == ""
+    assert "moved by hand" in bench.no_run(Stand(searched.found, (("X_uu", -3.0),)))
+    assert "own numbers" in bench.no_run(Stand((OWN_NUMBERS, "sway_lift")))
+    fresh = Workbench(OpenedLog(read_inputs(log, HULL, progress=None)))
+    assert "search first, or add an effect" in fresh.no_run(Stand())
+    with pytest.raises(RequestError, match="search first, or add an effect"):
+        fresh.run(Stand())
+
+
 def test_what_only_forces_show_is_left_by_its_name(bench: Workbench, log: Path):
     errors, motion = HiddenErrors(0.4, -0.3, 0.1), read_inputs(log, HULL, progress=None).fitting[0]
     for left, rest in (((ARM,), HiddenErrors(0.0, 0.0, 0.1)), ((COMPASS,), HiddenErrors(0.4, -0.3, 0.0))):
@@ -98,7 +109,9 @@ def test_what_only_forces_show_is_left_by_its_name(bench: Workbench, log: Path):
     assert named == {ARM, COMPASS}
     assert errors.leaving(tuple(named)).findings == ()
     other = Workbench(OpenedLog(read_inputs(log, HULL, progress=None)))
-    before, resumed = other.opened(), other.resume((0.4, -0.3, 0.0))
+    before = other.opened()
+    other.resume(Searched("undecided", "", (), (), (), hidden=(0.4, -0.3, 0.0)))
+    resumed = other.opened()
     assert np.abs(resumed.table["north"] - before.table["north"]).max() == pytest.approx(0.5, abs=0.05)
     np.testing.assert_allclose(other.opened((ARM,)).table["north"], before.table["north"], atol=1e-9)
 

@@ -1,12 +1,18 @@
 """Thrusters put right by a person: a channel map that turns and swaps commands, and places in the vehicle."""
 
+from pathlib import Path
+
 import numpy as np
+import pandas as pd
 import pytest
+from verbs import done
 
 from undertow.measurements.channels.channel_map import Entry
+from undertow.measurements.log import read_log
+from undertow.measurements.log_options import Reading
 from undertow.physics.errors import RequestError, VehicleError
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.workflows.thrusters_put_right import check_wires, placed, put_right, rewired, wires_of
+from undertow.workflows.thrusters_put_right import check_wires, placed, put_right, rewired, wires_of, write_rewired
 from undertow.workflows.workbench_facts import Place, Wire
 
 OTTER = load_vehicle("otter")
@@ -41,6 +47,48 @@ def test_what_cannot_be_wired_is_refused():
     with pytest.raises(RequestError, match=f"no stream of the log is {other}: expected one of"):
         rewired({one: Entry("a")}, HULL, [])
     assert wires_of(HULL, ()) == (Wire(one, one), Wire(other, other))
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> tuple[Path, Path]:
+    """Two short logs of one boat that record alike."""
+    found = tmp_path / "one.csv", tmp_path / "two.csv"
+    for seed, path in enumerate(found):
+        done("simulate", "-v", "blueboat", "--duration", "40", "--seed", str(seed), "--out", str(path))
+    return found
+
+
+def renamed(path: Path, names: dict[str, str]) -> None:
+    """Give streams of a log other topics."""
+    table = pd.read_csv(path, comment="#")
+    for field, topic in names.items():
+        table.loc[table["field"] == field, "topic"] = topic
+    table.to_csv(path, index=False)
+
+
+def test_thrusters_of_several_logs_are_exchanged_whatever_else_each_calls_its_streams(logs: tuple[Path, Path]):
+    one, other = (t.channel for t in HULL.thrusters)
+    renamed(logs[1], {"r": "/another/gyro"})
+    given = Reading(channel_map=logs[0].parent / "given.yaml")
+    (logs[0].parent / "given.yaml").write_text(f"{one}: '{one}'\npsi: null\n")
+    names, wires = [str(log.parent) + "/*.csv" for log in logs[:1]], (Wire(one, other, turned=True), Wire(other, one))
+    mapped = write_rewired(logs[0].parent / "wired.yaml", names, given, HULL, wires)
+    for log in logs:
+        before, after = read_log(log), read_log(log, Reading(channel_map=mapped))
+        np.testing.assert_array_equal(after.channels[one].value, -before.channels[other].value)
+        np.testing.assert_array_equal(after.channels[other].value, before.channels[one].value)
+        np.testing.assert_array_equal(after.channels["r"].value, before.channels["r"].value)
+        assert "psi" not in after.channels  # as the map of the user has it
+
+
+def test_thrusters_of_logs_that_record_them_in_two_ways_are_not_exchanged(logs: tuple[Path, Path]):
+    one = HULL.thrusters[0].channel
+    renamed(logs[1], {one: "/to_the_left"})
+    told = rf"expected logs that record .* alike, got .* in one.csv and /to_the_left:{one} in two.csv; open them one by"
+    with pytest.raises(RequestError, match=told):
+        write_rewired(
+            logs[0].parent / "w.yaml", [str(p) for p in logs], Reading(), HULL, (Wire(one, one, turned=True),)
+        )
 
 
 def test_a_thruster_is_moved_and_no_other():
