@@ -123,6 +123,29 @@ def test_a_compass_deviation_is_measured_and_taken_away(nominal: Vehicle) -> Non
     assert after < 0.4 * before
 
 
+def test_a_deviation_on_few_headings_is_taken_away_there_and_estimated_elsewhere() -> None:
+    """Out and back ten times, so that ten of twelve sectors are seen in turns alone."""
+    rng, left = np.random.default_rng(0), []
+    for _ in range(24):
+        time = 0.1 * np.arange(2000)
+        turned = np.cumsum(np.where(time % 20.0 > 20.0 - np.pi / 0.3, 0.3 * 0.1, 0.0))
+        heading, speed = rng.uniform(0.0, 6.0) + turned, 1.5 + 0.5 * np.sin(0.2 * time)
+        rate = np.gradient(heading, time)
+        sway = 0.1 * speed * rate + 0.015 * rng.standard_normal(time.size)
+        zeros = np.zeros((time.size, 2))
+        true = Motion(time, zeros, heading, np.column_stack([speed, sway, rate]), zeros, ("port", "stbd"))
+        measured = deviated(true, *(rng.standard_normal(3) * [2.0, 6.0, 6.0]))
+        compass = compass_of([measured])
+        if compass.plain and not compass.curve_known:
+            straight = np.abs(rate) < 0.1
+            before, after = (np.abs(m.heading - heading) for m in (measured, corrected(measured, compass)))
+            left.append([np.median(after[rows]) / np.median(before[rows]) for rows in (straight, ~straight)])
+    assert len(left) > 12
+    known, elsewhere = np.median(left, axis=0)
+    assert known < 0.1
+    assert elsewhere < 0.5
+
+
 def test_false_fixes_do_not_hide_a_compass_deviation(nominal: Vehicle) -> None:
     logs = [deviated(white(driven(nominal, 10.0, seed, both=True), 5), 1.0, 3.0, 7.0) for seed in (5, 6, 7, 8)]
     velocity = logs[0].velocity.copy()

@@ -57,6 +57,7 @@ class Deviation(Check):
                     parts=parts,
                 )
             ]
+        by = "this curve" if compass.curve_known else "the curve through these headings"
         fast = max(float(np.abs(s.motion.velocity[:, 0]).max()) for record in having for s in record.stretches)
         return [
             Finding(
@@ -69,7 +70,7 @@ class Deviation(Check):
                 channels=channels,
                 consequence=f"false sway of up to {fast * np.sin(compass.size):.2f} m/s at {fast:.1f} m/s; no "
                 "force in sway can be learned",
-                remedy="calibrate the compass; discover corrects the heading by this curve and judges no sway force",
+                remedy=f"calibrate the compass; discover corrects the heading by {by} and judges no sway force",
                 parts=parts if compass.curve_known else {},
                 short=f"the compass deviates by {size:.0f} degrees",
             )

@@ -158,7 +158,9 @@ def test_a_deviation_seen_on_few_headings_is_told_without_a_curve():
     part = {n: Channel(n, c.time[:800], c.value[:800], n) for n, c in log.channels.items()}
     found = only(examine(Log(log.path, part)).findings, "compass")
     assert found.verdict == "defect"
-    assert "too few to tell the curve" in found.sentence
+    assert "on others, which these are too few to tell, the deviation is an estimate" in found.sentence
+    assert "by the curve through these headings" in found.remedy
+    assert found.parts == {}
 
 
 def test_late_fixes_are_put_back_to_a_few_millimetres(study: ModuleType, autopilot: Log):
