@@ -115,8 +115,8 @@ class Compass:
             return "the boat turns too slowly for its drift in a turn to be told from a deviation of the compass"
         if self.plain and not self.curve_known:
             return (
-                f"on the headings of its straight runs, the boat goes {size:.1f} degrees beside its heading; on others, "
-                "which these are too few to tell, the deviation is an estimate"
+                f"on the headings of its straight runs, the boat goes {size:.1f} degrees beside its heading; on "
+                "others, which these are too few to tell, the deviation is an estimate"
             )
         if self.plain:
             a, b, c = (float(np.degrees(x)) for x in (self.constant, self.sine, self.cosine))

@@ -127,14 +127,14 @@ def test_a_deviation_on_few_headings_is_taken_away_there_and_estimated_elsewhere
     """Out and back ten times, so that ten of twelve sectors are seen in turns alone."""
     rng, left = np.random.default_rng(0), []
     for _ in range(24):
-        time = 0.1 * np.arange(2000)
+        time = 0.1 * np.arange(2000, dtype=float)
         turned = np.cumsum(np.where(time % 20.0 > 20.0 - np.pi / 0.3, 0.3 * 0.1, 0.0))
         heading, speed = rng.uniform(0.0, 6.0) + turned, 1.5 + 0.5 * np.sin(0.2 * time)
         rate = np.gradient(heading, time)
         sway = 0.1 * speed * rate + 0.015 * rng.standard_normal(time.size)
         zeros = np.zeros((time.size, 2))
         true = Motion(time, zeros, heading, np.column_stack([speed, sway, rate]), zeros, ("port", "stbd"))
-        measured = deviated(true, *(rng.standard_normal(3) * [2.0, 6.0, 6.0]))
+        measured = deviated(true, rng.normal(0.0, 2.0), rng.normal(0.0, 6.0), rng.normal(0.0, 6.0))
         compass = compass_of([measured])
         if compass.plain and not compass.curve_known:
             straight = np.abs(rate) < 0.1
