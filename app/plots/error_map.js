@@ -18,7 +18,7 @@ const CSS = `
 .undertow-map text.label { fill: var(--ink); font-size: 13px; }
 .undertow-map .scale { display: flex; flex-wrap: wrap; align-items: center; gap: 4px 10px; font-size: 12px; color: var(--muted); padding-left: 64px; margin-top: 2px; }
 .undertow-map .scale span { display: inline-flex; }
-.undertow-map .scale i { width: 30px; height: 10px; display: block; }
+.undertow-map .scale i { width: 20px; height: 10px; display: block; }
 .undertow-map .told { padding-left: 64px; font-size: 12px; line-height: 1.5; min-height: 3em; color: var(--muted); }
 ${HEAT.map((k) => `.undertow-map .heat${k} { fill: var(--heat${k}); background: var(--heat${k}); }`).join("\n")}
 @media (max-width: 560px) { .undertow-map .scale, .undertow-map .told { padding-left: 0; } }

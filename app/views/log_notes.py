@@ -2,6 +2,7 @@
 
 from nicegui import ui
 
+from ...measurements.canonical import is_canonical
 from ..session import Session
 from .words import button, line, watching
 
@@ -54,5 +55,5 @@ def log_notes(session: Session) -> None:
 def _sentence(text: str) -> str:
     """A part of what a check says as a sentence; the name of a channel keeps its small letter."""
     first = text.split(" ", 1)[0]
-    begun = text if "_" in first or len(first) == 1 else f"{text[0].upper()}{text[1:]}"
+    begun = text if is_canonical(first) else f"{text[0].upper()}{text[1:]}"
     return f"{begun.rstrip('.')}."
