@@ -20,7 +20,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from measured import Figures
@@ -37,15 +37,15 @@ STAIRS = "() => [...document.querySelectorAll('.stairs .name')].map(e => e.inner
 
 
 @contextmanager
-def serving(*words: str) -> Iterator[tuple[str, subprocess.Popen[bytes], float]]:
-    """A workbench, its address, its process, and when it was started."""
+def serving(*words: str, told: IO[str] | None = None) -> Iterator[tuple[str, subprocess.Popen[bytes], float]]:
+    """A workbench, its address, its process, and when it was started; its errors go to a file, where one is given."""
     with closing(socket.create_server(("127.0.0.1", 0))) as free:
         port = free.getsockname()[1]
     command = [sys.executable, "-m", "undertow", "app", *words, "--no-browser", "--port", str(port)]
     begun = time.perf_counter()
     # As for a user, whose Python keeps what it has compiled.
     env = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True, env=env) as server:
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=told, start_new_session=True, env=env) as server:
         try:
             while server.poll() is None:
                 try:

@@ -102,7 +102,10 @@ class Opening:
                         name: ui.number(label=told, min=0).props("outlined dense").style("width: 172px")
                         for name, told in _HULL.items()
                     }
-                    line("What you leave empty is taken as typical of a hull of that length, and marked so.", "muted small")
+                    line(
+                        "What you leave empty is typical of a hull of that length, and marked so.",
+                        "muted small",
+                    )
                 self._choice.on_value_change(lambda e: self._hull.set_visibility(e.value == _MADE))
                 line(
                     "or drop your own vehicle.yaml, and a channel map called channels.yaml, beside the log.",

@@ -55,6 +55,6 @@ async def _for_another(session: Session) -> None:
 def _commands(session: Session) -> None:
     with ui.dialog() as dialog, ui.element("div").classes("card stack"):
         line("The same on the command line", tag="h2")
-        ui.code(session.commands(), language="bash").style("max-width: min(90vw, 900px)")
+        ui.code(session.commands(), language="bash").classes("commands")
         button("Close", dialog.close)
     dialog.open()
