@@ -13,18 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
-from ..physics.effects import EFFECTS
 from ..physics.errors import RequestError, VehicleError
-from ..physics.in_words import unit_text, words
 from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
 from ..workflows.first_vehicle import Hull
 from ..workflows.inputs import read_inputs
 from ..workflows.opened_log import OpenedLog
 from ..workflows.soundness import UNPROVEN
-from ..workflows.thrusters_put_right import check_wires, put_right, wires_of, write_rewired
+from ..workflows.thrusters_put_right import check_wires, put_right, write_rewired
 from ..workflows.workbench_facts import (
     Card,
-    Field,
     Fit,
     Form,
     Opened,
@@ -36,6 +33,7 @@ from ..workflows.workbench_facts import (
     Way,
     Wire,
 )
+from .vehicle_numbers import form_of
 
 if TYPE_CHECKING:
     from ..workflows.workbench import Workbench
@@ -46,17 +44,8 @@ _BESIDE = "the model it learnt beside"
 _KEPT = 3
 """Readings that one can go back to at once: as recorded, repaired, and with other numbers of the vehicle."""
 
-_RIGID_BODY = (
-    ("mass", "mass with payload", "kg"),
-    ("inertia_z", "inertia about the body origin", unit_text("kg m^2")),
-    ("x_g", "centre of gravity, ahead of the origin", "m"),
-)
-"""What a scale and a drawing tell: symbol, meaning, unit."""
-_APART = ("mass", "inertia_z", "x_g", "y_g")
 _OF_A_RUN = {"page": "report.html", "findings": "findings.json", "run": ""}
 """What a run folder holds, and where."""
-_ALWAYS = ("added_mass", "damping")
-"""Sections of the vehicle file that are shown whole: what stands at zero there is what may be missing."""
 
 
 @dataclass(slots=True)
@@ -148,18 +137,7 @@ class Desk:
 
     def form(self) -> Form:
         """The numbers of the vehicle with their units and sources, and its thrusters."""
-        vehicle = self._open.inputs.vehicle
-        meant = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
-        fields = [Field(s, told, unit, vehicle.value(s), _source(vehicle, s)) for s, told, unit in _RIGID_BODY]
-        for symbol, value in vehicle.values.items():
-            if symbol in _APART:
-                continue
-            parameter = vehicle.parameter(symbol)
-            if value != parameter.null or parameter.section in _ALWAYS:
-                named = meant.get(symbol, words(symbol))
-                fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
-        places = tuple(Place(t.name, t.x, t.y, t.angle) for t in vehicle.thrusters)
-        return Form(tuple(fields), places, wires_of(vehicle, self._open.source.wires))
+        return form_of(self._open.inputs.vehicle, self._open.source.wires)
 
     def repair(self, source: Source, folder: str, say: Say | None = None) -> str:
         """Write the log with the repairs that are safe, as `inspect --fix` does, and give its path.
@@ -308,14 +286,3 @@ def _of_demo(source: Source, folder: Path) -> Source:
     for path in paths:
         path.write_bytes((data / path.name).read_bytes())
     return replace(source, logs=(str(paths[0]),), vehicle=str(paths[1]))
-
-
-def _source(vehicle: Vehicle, symbol: str) -> str:
-    """What the vehicle file says of where a number is from."""
-    section = vehicle.sources.get(_section(vehicle, symbol))
-    said = section.get(symbol) if isinstance(section, dict) else section
-    return str(vehicle.sources.get(symbol) or said or vehicle.sources.get("all") or "")
-
-
-def _section(vehicle: Vehicle, symbol: str) -> str:
-    return symbol if symbol in _APART else vehicle.parameter(symbol).section

@@ -43,8 +43,8 @@ def main() -> int:
         logs = [_log(Path(folder) / f"otter-{seed}.csv", seed) for seed in (1, 2)]
         with serving(told=told) as (address, server, _), sync_playwright() as driver:
             browser = driver.chromium.launch(executable_path=str(find_browser()), args=["--disable-gpu"])
-            page = browser.new_page(viewport={"width": 1280, "height": 900}, accept_downloads=True)
-            _click(page, address, server, asked, logs, figures)
+            context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+            _click(context.new_page(), address, server, asked, logs, figures)
             browser.close()
         told.seek(0)
         figures.tell("tracebacks of the server", float(told.read().count("Traceback")), 1.0, "")

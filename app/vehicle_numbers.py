@@ -1,0 +1,45 @@
+"""The numbers of a vehicle as a form has them: each with its meaning, its unit, and where it is from."""
+
+from collections.abc import Sequence
+
+from ..physics.effects import EFFECTS
+from ..physics.in_words import unit_text, words
+from ..physics.vehicle import Vehicle
+from ..workflows.thrusters_put_right import wires_of
+from ..workflows.workbench_facts import Field, Form, Place, Wire
+
+_RIGID_BODY = (
+    ("mass", "mass with payload", "kg"),
+    ("inertia_z", "inertia about the body origin", unit_text("kg m^2")),
+    ("x_g", "centre of gravity, ahead of the origin", "m"),
+)
+"""What a scale and a drawing tell: symbol, meaning, unit."""
+_APART = ("mass", "inertia_z", "x_g", "y_g")
+_ALWAYS = ("added_mass", "damping")
+"""Sections of the vehicle file that are shown whole: what stands at zero there is what may be missing."""
+
+
+def form_of(vehicle: Vehicle, wires: Sequence[Wire]) -> Form:
+    """The numbers of a vehicle that are set or may be missing, and its thrusters with what drives them."""
+    meant = {p.symbol: words(effect.name) for effect in reversed(EFFECTS) for p in effect.parameters}
+    fields = [Field(s, told, unit, vehicle.value(s), _source(vehicle, s)) for s, told, unit in _RIGID_BODY]
+    for symbol, value in vehicle.values.items():
+        if symbol in _APART:
+            continue
+        parameter = vehicle.parameter(symbol)
+        if value != parameter.null or parameter.section in _ALWAYS:
+            named = meant.get(symbol, words(symbol))
+            fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
+    places = tuple(Place(t.name, t.x, t.y, t.angle) for t in vehicle.thrusters)
+    return Form(tuple(fields), places, wires_of(vehicle, wires))
+
+
+def _source(vehicle: Vehicle, symbol: str) -> str:
+    """What the vehicle file says of where a number is from."""
+    section = vehicle.sources.get(_section(vehicle, symbol))
+    said = section.get(symbol) if isinstance(section, dict) else section
+    return str(vehicle.sources.get(symbol) or said or vehicle.sources.get("all") or "")
+
+
+def _section(vehicle: Vehicle, symbol: str) -> str:
+    return symbol if symbol in _APART else vehicle.parameter(symbol).section
