@@ -11,6 +11,7 @@ PATIENCE = 120_000
 AT_REST = "() => !document.querySelector('.work span')"
 OPEN = "() => document.querySelectorAll('.undertow-time canvas').length > 0"
 STAIRS = "() => [...document.querySelectorAll('.stairs .name')].map(e => e.innerText).join('|')"
+LABELS = "() => [...document.querySelectorAll('.stairs .name, article button')].map(e => e.innerText).join('|')"
 
 
 class StepFailedError(Exception):
@@ -29,7 +30,7 @@ class Clicks:
 
     def __init__(self, page: Page, draw: random.Random, logs: list[Path]) -> None:
         self._page, self._draw, self._logs = page, draw, logs
-        self.sessions = 1
+        self.sessions, self.doing = 1, ""
         self.acts: dict[Callable[[], None], int] = {
             self.add: 20,
             self.remove: 10,
@@ -58,9 +59,10 @@ class Clicks:
         """
         acts, weights = zip(*self.acts.items(), strict=True)
         act = self._draw.choices(acts, weights)[0]
+        self.doing = act.__name__
         act()
         self.rest()
-        return act.__name__
+        return self.doing
 
     def rest(self) -> None:
         """Wait until nothing goes on."""
@@ -111,7 +113,10 @@ class Clicks:
         cards = self._page.locator("section.cards > .stack > article button:visible")
         for k in self._draw.sample(range(cards.count()), min(2, cards.count())):
             cards.nth(k).evaluate("button => button.click()")
-        self._page.wait_for_timeout(1500)
+        before = None
+        while (now := self._page.evaluate(LABELS)) != before:  # a click that waits turns a button that is pressed next
+            before = now
+            self._page.wait_for_timeout(2000)
 
     def select(self) -> None:
         """Pick a cell of the map, and let go of it."""
@@ -216,13 +221,14 @@ class Clicks:
         page.close()
 
     def _press(self, begins: str, becomes: str) -> None:
-        """Press the button of a card that is in sight, and wait until it says the other."""
+        """Press the button of a card that is in sight, and wait until it says the other, or the page why not."""
         buttons = self._page.locator(f"section.cards article > .head > button[aria-label^='{begins}']:visible")
         if not buttons.count():
             return
         name = str(self._any(buttons).get_attribute("aria-label")).removeprefix(begins)
         self._page.get_by_role("button", name=f"{begins}{name}", exact=True).click()
-        self._page.get_by_role("button", name=f"{becomes}{name}", exact=True).wait_for()
+        turned = self._page.get_by_role("button", name=f"{becomes}{name}", exact=True)
+        turned.or_(self._page.locator(".trouble[role=alert]")).filter(visible=True).first.wait_for()
 
     def _button(self, name: str) -> None:
         """Press a button, if it can be pressed now."""

@@ -72,11 +72,10 @@ def _click(page: Page, address: str, server: Any, asked: Any, logs: list[Path], 
             warm = memory(server), processes(server)
         try:
             done[clicks.step()] += 1
-            for alert in page.locator("[role=alert]:visible").all_inner_texts():
-                if alert.strip():
-                    refused[alert.strip().splitlines()[0]] += 1
+            for alert in page.locator(".trouble[role=alert]:visible").all_inner_texts():
+                refused[alert.strip().splitlines()[0]] += 1
         except (StepFailedError, Error, AssertionError) as error:
-            failed.append(str(error).splitlines()[0])
+            failed.append(f"{clicks.doing}: {' '.join(str(error).split())[:300]}")
             print(f"failed: {failed[-1]}", flush=True)
             clicks.recover()
     time.sleep(min(70.0, seconds))  # a closed tab is kept for a minute, for a connection that was lost
