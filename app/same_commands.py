@@ -25,9 +25,11 @@ def same_commands(source: Source, stand: Stand, found: Sequence[str]) -> str:
     told = [shlex.join(line) for line in lines]
     effects = [name for name in stand.names if name != OWN_NUMBERS]
     if set(stand.names) != set(found) and effects:
-        told.append(shlex.join(["undertow", "add", *effects, "--run", run, "--out", "model.yaml"]))
-    if OWN_NUMBERS in stand.names and set(stand.names) != set(found):
-        told.append("# No command fits the model's own numbers beside these effects.")
+        as_run, own = bool(source.logs) and not source.vehicle, OWN_NUMBERS in stand.names
+        other = [] if own == as_run else ["--refit" if own else "--no-refit"]
+        told.append(shlex.join(["undertow", "add", *effects, "--run", run, *other, "--out", "model.yaml"]))
+    elif OWN_NUMBERS in stand.names and set(stand.names) != set(found):
+        told.append("# No command adds the model's own numbers alone; undertow fit calibrates them.")
     told += _put_right(source)
     if stand.left:
         left = ", ".join(words(name) for name in stand.left)

@@ -42,6 +42,10 @@ def add(
     vehicle: Annotated[str | None, typer.Option("--vehicle", "-v", help="Nominal vehicle, with a log.")] = None,
     log: RunLogs = None,
     out: VehicleOut = None,
+    refit: Annotated[
+        bool | None,
+        typer.Option("--refit/--no-refit", help="Calibrate the model's own parameters beside them; else as the run."),
+    ] = None,
     force: ForceOption = False,
     frame: FrameOption = None,
     channels: MapOption = None,
@@ -51,6 +55,7 @@ def add(
 ) -> None:
     """Add effects by name, refit, and print the error before and after."""
     with failing_clearly():
+        from ..discovery.settings import DiscoverySettings
         from ..physics.errors import RequestError
         from ..workflows.discover_and_add import add as add_named
         from ..workflows.run_folder.moved_files import Moved
@@ -75,13 +80,14 @@ def add(
             record = read_run_inputs(run, Moved(tuple(log or ()), channels))
             names, paths, nominal = record.as_found(effects), record.logs, record.vehicle
             reading = replace(record.reading, as_is=as_is or record.reading.as_is)
+            refit = record.refit if refit is None else refit
         else:
             reading = Reading(frame, channels, namespace, as_is)
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
         inputs = read_logs(paths, nominal, reading)
-        found = add_named(names, inputs, progress=progress)
+        found = add_named(names, inputs, DiscoverySettings(refit=bool(refit)), progress=progress)
         if out is not None:
             found.discovery.corrected.save(out, by="add")
         tell_replaced(earlier)
@@ -91,11 +97,19 @@ def add(
             wanted = {key: content[key] for key in ("warnings", "steps", "candidates", "unnamed")}
             print_json({"schema": "undertow.added/1", **wanted})
             return
-        from ..reports.terminal.findings_screen import added_table, energy_text, unnamed_table
+        from ..reports.terminal.findings_screen import (
+            added_table,
+            calibrated_table,
+            energy_text,
+            left_list,
+            unnamed_table,
+        )
 
         say("")
         warn(findings.warnings)
         prose(findings.headline)
+        if findings.calibrated:
+            show(calibrated_table(findings.calibrated), left_list(findings.left, findings.absorbed))
         tables = [added_table(findings.candidates)] if findings.candidates else []
         show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
         show_steps(findings.steps, findings.candidates, found.comparison.best.horizon)

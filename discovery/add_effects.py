@@ -1,6 +1,7 @@
 """The verb `add` on motions: effects that somebody chose, fitted in the order given, and judged like those found."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,14 +10,18 @@ from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import rollouts_object
 from .basis import Basis, choose
+from .calibration.beside_effects import with_calibration
+from .candidates.nuisance import CALIBRATED
 from .discover import Discovery
 from .evidence.disagreements import disagreements
 from .evidence.record_errors import record_errors
 from .evidence.verdicts import Grounds, conclude
 from .evidence.weighing import modest, weigh
 from .fold_findings import Folds
-from .in_order import fit_in_order, named_candidates
+from .in_order import fit_named, own_numbers
+from .kept_effects import without_offset
 from .search.floating import Search
+from .selection import base
 from .settings import DiscoverySettings
 
 _KEPT = "the nominal model's own parameters stay as its file has them: none is calibrated beside the effects"
@@ -33,7 +38,7 @@ def add_effects(
     """Add effects in the order given, all fitted together under their physical limits and the law of dissipation.
 
     Where the force balance errs by more than white noise, they are fitted to open-loop rollouts, as in discovery. The
-    nominal model's own parameters stay as they are, whatever `settings.refit` says.
+    nominal model's own parameters stay as they are, or are fitted beside them with `settings.refit`.
 
     Parameters
     ----------
@@ -47,9 +52,16 @@ def add_effects(
         cannot show because its compass is not trusted, or none at all.
     """
     basis = basis or choose(motions, nominal, settings)
-    fitted = fit_in_order(basis, named_candidates(basis, names))
+    free = own_numbers(basis) if settings.refit else None
+    fitted = fit_named(basis, names, free)
     search, state, lawful = fitted.search, fitted.state, fitted.lawful
-    form, corrected, notes = search.balance, lawful.vehicle, (*basis.told, _KEPT)
+    form, corrected, notes = search.balance, lawful.vehicle, basis.told
+    if free is None:
+        notes = (*notes, _KEPT)
+    elif free.symbols:
+        first, *later = fitted.steps
+        calibration = (CALIBRATED, without_offset(base(search, state)))
+        fitted = replace(fitted, steps=(first, calibration, *later))
     evidence = weigh(search, state, settings.seed)
     error, noise, by = np.sqrt(state.fit.held_out), search.noise_error, ""
     if basis.rolls:
@@ -67,6 +79,10 @@ def add_effects(
     findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
     sensors = record_errors(search, state.vehicle, state.active, told)
     unseen = fitted.unseen()
+    if free is not None:
+        findings = with_calibration(findings, free, nominal, lawful, told)
     findings = findings.but(folds=Folds(count=len(unseen.folds)))
-    findings = findings.but(headline=f"Added by name: {', '.join(order)}{by}.", sensors=sensors)
+    named = ", ".join(label for label in order if label != CALIBRATED)
+    beside = ", beside the model's own numbers" if free is not None and free.symbols else ""
+    findings = findings.but(headline=f"Added by name: {named}{by}{beside}.", sensors=sensors)
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)

@@ -5,15 +5,11 @@ from dataclasses import dataclass
 
 from ..measurements.preparation.held_out import Fold, folds_of
 from ..measurements.statistics.single_threaded import single_threaded
-from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
 from .basis import Basis
-from .calibration.beside_effects import Freed, freed
-from .candidates.candidate import Candidate, Kind, part_by_sight
-from .in_order import Ordered, fit_in_order, named_candidates
+from .in_order import Ordered, fit_named, own_numbers
 from .lawful.passivity import Passivity
 from .search.bootstrap import Interval
-from .selection import slender
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +43,7 @@ class Bench:
 
     def __init__(self, basis: Basis, *, own: bool = False) -> None:
         self.basis = basis
-        self._free = _own_numbers(basis) if own else None
+        self._free = own_numbers(basis) if own else None
         self.folds = folds_of(basis.forces.motions)
         self._ordered: dict[tuple[str, ...], Ordered] = {}
         self._known: dict[tuple[str, ...], ByHand] = {}
@@ -68,15 +64,7 @@ class Bench:
         return self._known[asked]
 
     def _fitted(self, names: tuple[str, ...]) -> ByHand:
-        free = () if self._free is None else self._free.pool
-        told = [name for name in names if self._free is not None and name in self._free.absorbed]
-        if told:
-            raise RequestError(f"add {told[0]}: the model's own numbers, which are fitted, would explain the same")
-        nuisances = [candidate for candidate in free if candidate.kind is Kind.NUISANCE]
-        groups = named_candidates(self.basis, names) if names else []
-        if self._free is not None:
-            groups = [_kept(name, group, free) for name, group in zip(names, groups, strict=True)]
-        fitted = fit_in_order(self.basis, groups, self._begun(names), nuisances)
+        fitted = fit_named(self.basis, names, self._free, self._begun(names))
         self._ordered[names] = fitted.ordered
         unseen = fitted.unseen(last=True)
         apart = tuple(zip(unseen.folds, unseen.steps[0], strict=True))
@@ -86,21 +74,3 @@ class Bench:
         """The longest beginning of the names that was fitted before."""
         longest = next((n for n in range(len(names) - 1, 0, -1) if names[:n] in self._ordered), 0)
         return self._ordered[names[:longest]] if longest else None
-
-
-def _own_numbers(basis: Basis) -> Freed:
-    """The model's own numbers that the log identifies, and the effects that are more than these."""
-    weak = basis.cleared_forces() if basis.rolls else basis.forces
-    found = freed(weak, basis.nominal, basis.pool, basis.settings.search)
-    if not basis.rolls:
-        return found
-    return found.seen(part_by_sight(slender(found.pool, basis.nominal), basis.blind)[0])
-
-
-def _kept(name: str, group: Sequence[Candidate], free: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates of a name as they are beside the model's own numbers."""
-    keys = {candidate.key for candidate in group}
-    found = [candidate for candidate in free if candidate.key in keys] or (list(group) if ":" in name else [])
-    if not found:
-        raise RequestError(f"add {name}: it is one of the model's own numbers, which are fitted already")
-    return found

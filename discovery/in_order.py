@@ -10,7 +10,8 @@ from ..physics.errors import RequestError
 from ..physics.vehicle import Vehicle
 from .balance.base import Balance
 from .basis import Basis
-from .candidates.candidate import Candidate, candidates, measurable, part_by_sight
+from .calibration.beside_effects import Freed, freed
+from .candidates.candidate import Candidate, Kind, candidates, measurable, part_by_sight
 from .candidates.linearisation import Option
 from .candidates.nuisance import command_timing
 from .candidates.unnamed_terms import term_candidate
@@ -96,6 +97,46 @@ def named_candidates(basis: Basis, names: Sequence[str]) -> list[list[Candidate]
     if len(set(names)) < len(names):
         raise RequestError(f"add: an effect is given twice in {', '.join(names)}; give each once")
     return _visible(basis, names, groups) if basis.rolls else groups
+
+
+def own_numbers(basis: Basis) -> Freed:
+    """The model's own numbers that the log identifies, and the effects that are more than these."""
+    weak = basis.cleared_forces() if basis.rolls else basis.forces
+    found = freed(weak, basis.nominal, basis.pool, basis.settings.search)
+    if not basis.rolls:
+        return found
+    return found.seen(part_by_sight(slender(found.pool, basis.nominal), basis.blind)[0])
+
+
+def fit_named(basis: Basis, names: Sequence[str], free: Freed | None, begun: Ordered | None = None) -> Fitted:
+    """Fit effects by name, in the order given; see `named_candidates` and `fit_in_order`.
+
+    Parameters
+    ----------
+    free : the model's own numbers that are fitted beside them, where they are; without any effect, they alone
+
+    Raises
+    ------
+    RequestError
+        for an effect that the model's own numbers would explain as well.
+    """
+    groups = named_candidates(basis, names) if names or free is None else []
+    if free is None:
+        return fit_in_order(basis, groups, begun)
+    told = [name for name in names if name in free.absorbed]
+    if told:
+        raise RequestError(f"add {told[0]}: the model's own numbers, which are fitted, would explain the same")
+    groups = [_kept(name, group, free.pool) for name, group in zip(names, groups, strict=True)]
+    return fit_in_order(basis, groups, begun, [c for c in free.pool if c.kind is Kind.NUISANCE])
+
+
+def _kept(name: str, group: Sequence[Candidate], free: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates of a name as they are beside the model's own numbers."""
+    keys = {candidate.key for candidate in group}
+    found = [candidate for candidate in free if candidate.key in keys] or (list(group) if ":" in name else [])
+    if not found:
+        raise RequestError(f"add {name}: it is one of the model's own numbers, which are fitted already")
+    return found
 
 
 def fit_in_order(

@@ -77,6 +77,7 @@ def discover(inputs: Inputs, settings: DiscoverySettings | None = None, *, progr
 def add(
     effects: Sequence[str],
     inputs: Inputs,
+    settings: DiscoverySettings | None = None,
     *,
     progress: Say | None = SHOWN,
 ) -> Run:
@@ -85,6 +86,8 @@ def add(
     Parameters
     ----------
     effects : names of the catalogue (`thruster_asymmetry[port]` chooses the thruster), or terms such as `yaw:u|r|`
+    settings : of the run to which they are added, such as `run.settings`: with `refit` the model's own numbers are
+        fitted beside the effects
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
@@ -92,13 +95,15 @@ def add(
     RequestError
         for an unknown effect, naming the nearest.
     """
+    chosen = settings or DiscoverySettings()
+    expect("add: settings", chosen, DiscoverySettings, "give those of a run, as run.settings")
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
-    settings, inputs = DiscoverySettings(), inputs.whole()
-    basis = choose(inputs.fitting, inputs.vehicle, settings)
+    inputs = inputs.whole()
+    basis = choose(inputs.fitting, inputs.vehicle, chosen)
     inputs, folds = _in_folds(inputs, basis)
-    found = add_effects(inputs.fitting, inputs.vehicle, effects, settings, basis)
-    run = assess(inputs, found, settings, partial(references, inputs, basis, folds), progress)
+    found = add_effects(inputs.fitting, inputs.vehicle, effects, chosen, basis)
+    run = assess(inputs, found, chosen, partial(references, inputs, basis, folds), progress)
     return replace(run, verb=("add", *effects))
 
 

@@ -1,6 +1,7 @@
 """The workbench: a log and a model that a person corrects step by step, each step fitted and judged at once."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ..comparison.facts import ComparedModel
 from ..discovery.hidden_sensors import HiddenErrors
@@ -113,10 +114,10 @@ class Workbench:
             return ""
         if not names:
             return "nothing was searched and no effect is added, so there is no run; search first, or add an effect"
-        if OWN_NUMBERS in names:
+        if names == (OWN_NUMBERS,):
             return (
-                "no run holds the model's own numbers fitted beside effects that are not all that the search found; "
-                "take model.yaml, which has them as they are, or leave the own numbers out"
+                "the model's own numbers alone are no run of effects; take model.yaml, which has them as they are, or "
+                "add an effect beside them"
             )
         if self._hidden is not None:
             return (
@@ -138,7 +139,9 @@ class Workbench:
             raise RequestError(refusal)
         if self._is_found(stand.names):
             return self._run or self._discover(progress)
-        return add(list(stand.names), self._whole, progress=progress)
+        effects = [name for name in stand.names if name != OWN_NUMBERS]
+        settings = replace(self._settings, refit=OWN_NUMBERS in stand.names)
+        return add(effects, self._whole, settings, progress=progress)
 
     def write(self, stand: Stand, folder: PathLike, progress: Say | None = None) -> None:
         """Write the run folder of some effects; see `run`."""

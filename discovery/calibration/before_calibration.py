@@ -14,7 +14,7 @@ from ..candidates.nuisance import calibratable, nuisance_candidates
 from ..identifiability.identifiable_parameters import Identified, identified
 from ..search.output_error import polish
 from ..settings import DiscoverySettings
-from .beside_effects import BLIND
+from .beside_effects import why_unseen
 
 ROLLOUTS = ShootingSettings(step=0.05)
 """Rollouts of the output-error step; no log is thinned, lest thinning biases the masses."""
@@ -67,7 +67,7 @@ def groundwork(
     if basis.rolls and visible:
         about = polish(basis.motions, nominal, visible, ROLLOUTS, blind=basis.blind).vehicle
         known = identified(basis.balance(about, ROLLOUTS), about, visible, settings.search)
-    known = replace(known, reasons={s: BLIND for c in unseen for s in c.symbols} | known.reasons)
+    known = replace(known, reasons={s: why_unseen(s) for c in unseen for s in c.symbols} | known.reasons)
     if not known.symbols:
         raise RequestError(f"fit: this log identifies none of the parameters of {nominal.name}: {_listed(known)}")
     return Groundwork(basis, weak, known)

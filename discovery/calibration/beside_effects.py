@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from ...physics.vehicle import Vehicle
 from ..balance.weak_form import WeakForm
 from ..candidates.at_limit import limit_at
-from ..candidates.candidate import Candidate, Kind
+from ..candidates.candidate import NEEDS_SWAY, Candidate, Kind
 from ..candidates.nuisance import beside, calibratable, nuisance_candidates
 from ..findings import Calibrated, Findings, Left
 from ..identifiability.identifiable_parameters import identified
@@ -14,7 +14,8 @@ from ..lawful.passivity import Lawful
 from ..search.bootstrap import Interval
 from ..search.floating import SearchSettings
 
-BLIND = "it acts on an axis of which the sensors of this log show too little"
+_BLIND = "it acts on an axis of which the sensors of this log show too little"
+_BY_SWAY = "only its force in sway tells it from a scale of thrust and drag, and of sway the sensors show too little"
 _MASSES = ("X_udot", "Y_vdot", "N_rdot")
 _THRUST = "thrust_scale"
 
@@ -47,7 +48,12 @@ class Freed:
     def seen(self, pool: Sequence[Candidate]) -> "Freed":
         """The same for a log that can judge a part of the pool only."""
         lost = [s for s in self.symbols if s not in {s for c in pool for s in c.symbols}]
-        return replace(self, pool=tuple(pool), reasons={**self.reasons, **dict.fromkeys(lost, BLIND)})
+        return replace(self, pool=tuple(pool), reasons={**self.reasons, **{s: why_unseen(s) for s in lost}})
+
+
+def why_unseen(symbol: str) -> str:
+    """Why a log with blind axes does not show a parameter; the axis along which a mass is measured may be seen."""
+    return _BY_SWAY if symbol in NEEDS_SWAY and symbol != "Y_vdot" else _BLIND
 
 
 def freed(weak: WeakForm, nominal: Vehicle, pool: Sequence[Candidate], settings: SearchSettings) -> Freed:

@@ -10,7 +10,8 @@ from ...physics.vehicle import Vehicle
 
 _LIGHTEST = 0.2
 """Share of a vehicle's mass that is looked for at least: who is five times wrong has taken another unit."""
-_NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass")
+NEEDS_SWAY = ("X_udot", "Y_vdot", "x_g", "y_g", "mass")
+"""What is told from a scale of thrust and drag by forces in sway, or of it, alone."""
 
 
 class Kind(Enum):
@@ -108,6 +109,6 @@ def part_by_sight(pool: Sequence[Candidate], blind: Sequence[bool]) -> tuple[lis
 
 def _blinded(parameter: Parameter) -> bool:
     """True for a parameter that acts in sway, multiplies the sway velocity, or is told apart by such a force only."""
-    if parameter.symbol in (*_NEEDS_SWAY, "memory_sway"):
+    if parameter.symbol in (*NEEDS_SWAY, "memory_sway"):
         return True
     return parameter.axis == 1 or "v" in parameter.form

@@ -341,9 +341,12 @@ def test_commands_do_the_same():
 def test_what_no_command_does_is_said():
     stand = Stand((OWN_NUMBERS, FIRST), (("X_uu", -3.0),))
     told = same_commands(Source(), stand, (SECOND,)).splitlines()
-    assert told[:2] == ["undertow demo", f"undertow add {FIRST} --run undertow-demo --out model.yaml"]
-    assert "own numbers" in told[2]
-    assert "X_uu = -3" in told[3]
+    assert told[:2] == ["undertow demo", f"undertow add {FIRST} --run undertow-demo --refit --out model.yaml"]
+    assert "X_uu = -3" in told[2]
+    alone = same_commands(Source(), Stand((OWN_NUMBERS,)), (SECOND,)).splitlines()
+    assert "undertow fit" in alone[1]
+    made = Source(logs=("a.csv",), hull=(("mass", 22.0),))
+    assert "--no-refit" in same_commands(made, Stand((FIRST,)), (OWN_NUMBERS, SECOND))
 
 
 def test_what_the_files_must_have_is_said():
@@ -407,6 +410,7 @@ def test_no_run_is_written_that_does_not_hold_what_is_shown():
             assert "moved by hand" in session.errands.trouble
             assert await session.take("model") is not None
             await session.unmove()
+            await session.remove(FIRST)
             await session.add(OWN_NUMBERS)
             assert await session.take("run") is None
             assert "own numbers" in session.errands.trouble

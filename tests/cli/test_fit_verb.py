@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from verbs import call, done, strict
+from verbs import call, done, refused, strict
 
 import undertow
 from undertow.discovery.lawful.price_of_law import MostPower, Passivity
@@ -118,6 +118,22 @@ def test_refit_is_told_in_the_run_folder_and_on_the_page(place: Path) -> None:
     page = (place / "run" / "report.html").read_text()
     for text in ("Calibrated parameters", "Energy: the damping takes energy out", "Calibrating its parameters and"):
         assert text in page
+
+
+def test_add_fits_the_own_numbers_as_the_run_did(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a number that is wrong in the file takes what the effect was found to do beside it."""
+    told = " ".join(done("add", "munk_moment", "--run", place / "run", "--out", tmp_path / "with_it.yaml").split())
+    for text in ("beside the model's own numbers", "Calibrated parameters", "own numbers fitted", "+ munk moment"):
+        assert text in told
+    found, added = load_vehicle(place / "run" / "model.yaml"), load_vehicle(tmp_path / "with_it.yaml")
+    for symbol in ("N_uv", "X_u", "N_r", "N_rdot"):
+        assert added.value(symbol) == pytest.approx(found.value(symbol), rel=0.02), symbol
+    done("add", "munk_moment", "--run", place / "run", "--no-refit", "--out", tmp_path / "without.yaml")
+    assert load_vehicle(tmp_path / "without.yaml").value("X_u") == -9.0
+    monkeypatch.chdir(tmp_path)
+    refused("add", "thrust_scale", "--run", place / "run", match="would explain the same")
 
 
 def test_a_run_without_refit_says_nothing_of_calibration(place: Path) -> None:

@@ -94,7 +94,9 @@ def test_why_there_is_no_run_is_known_before_one_is_asked_for(bench: Workbench, 
     for stand in (Stand(searched.found), Stand(), Stand((DRAG, "yaw_quadratic_damping"))):
         assert bench.no_run(stand) == ""
     assert "moved by hand" in bench.no_run(Stand(searched.found, (("X_uu", -3.0),)))
-    assert "own numbers" in bench.no_run(Stand((OWN_NUMBERS, "sway_lift")))
+    assert "own numbers" in bench.no_run(Stand((OWN_NUMBERS,)))
+    run = bench.run(Stand((OWN_NUMBERS, "sway_lift")))
+    assert {step.added for step in run.findings.steps} == {None, "calibrated", "sway_lift"}
     fresh = Workbench(OpenedLog(read_inputs(log, HULL, progress=None)))
     assert "search first, or add an effect" in fresh.no_run(Stand())
     with pytest.raises(RequestError, match="search first, or add an effect"):

@@ -53,6 +53,7 @@ class RunRecord:
     ----------
     logs, reading : the logs where they are now, and how they were read
     vehicle : the nominal one
+    refit : its search fitted the model's own numbers
     folds : that judged it; none where a test part did
     on_thrusters : effects of one thruster that it added, each with its thruster
     """
@@ -60,6 +61,7 @@ class RunRecord:
     logs: list[str]
     reading: Reading
     vehicle: Vehicle
+    refit: bool = False
     folds: tuple[FoldRecord, ...] = ()
     on_thrusters: tuple[tuple[str, str], ...] = ()
 
@@ -235,7 +237,8 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
     there = logs_now(folder, made_logs(record), moved)
     map_there = map_now(folder, made_map(record), moved.channel_map)
     reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
-    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), *_found(folder / "findings.json"))
+    vehicle, refit = load_vehicle(folder / "nominal.yaml"), record.get("refit") is True
+    return RunRecord(there, reading, vehicle, refit, *_found(folder / "findings.json"))
 
 
 def _found(path: Path) -> tuple[tuple[FoldRecord, ...], tuple[tuple[str, str], ...]]:
