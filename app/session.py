@@ -155,8 +155,15 @@ class Session:
 
     async def move(self, symbol: str, value: float) -> None:
         """Set a number of the model by hand; one way of a slider is one step, and of what waits the last is shown."""
-        self._moving[symbol] = value
-        await self._go(self._moved)
+        moving = self._moving
+        moving[symbol] = value
+
+        def onward(history: History) -> History:
+            values = dict(moving)
+            moving.clear()
+            return history.moving(values)
+
+        await self._go(onward, moving=moving)
 
     async def unmove(self) -> None:
         """Set all numbers that were moved by hand to their fitted values again."""
@@ -170,20 +177,20 @@ class Session:
         """Take the step again that was taken back."""
         await self._go(History.forth)
 
-    def _moved(self, history: History) -> History:
-        """The history with what sliders have moved since they were last asked."""
-        values, self._moving = self._moving, {}
-        along = values.keys() <= dict(history.now.stand.moved).keys() and not history.can_redo
-        step = history.now.moving(values)
-        return history.instead(step) if along else history.then(step)
-
-    async def _go(self, onward: Callable[[History], History], begun: History | None = None) -> None:
+    async def _go(
+        self,
+        onward: Callable[[History], History],
+        begun: History | None = None,
+        moving: dict[str, float] | None = None,
+    ) -> None:
         """Take a step from what is shown when its turn has come; where it cannot be shown, all stays as it was.
 
         Parameters
         ----------
         begun : steps from which to go on, instead of those that are shown
+        moving : what sliders have moved since anything else was asked for
         """
+        self._moving = {} if moving is None else moving
         async with self._turn:
             before, open_before = begun or self.shown.history, self.shown.source
             history = None if before is None else onward(before)

@@ -93,6 +93,12 @@ class History:
         """Another step in the place of the last one."""
         return History((*self.steps[:-1], step), self.at)
 
+    def moving(self, values: Mapping[str, float]) -> "History":
+        """Some numbers set by hand: a step, or another last one where the same were moved already."""
+        step = self.now.moving(values)
+        along = values.keys() <= dict(self.now.stand.moved).keys() and not self.can_redo
+        return self.instead(step) if along else self.then(step)
+
     def back(self) -> "History":
         """One step back, or the same at the first."""
         return replace(self, at=max(self.at - 1, 0))

@@ -6,12 +6,13 @@ from pathlib import Path
 
 from playwright.sync_api import Locator, Page
 
-PATIENCE = 120_000
+PATIENCE = 60_000
 """Milliseconds that anything may take, a search among them."""
 AT_REST = "() => !document.querySelector('.work span')"
 OPEN = "() => document.querySelectorAll('.undertow-time canvas').length > 0"
 STAIRS = "() => [...document.querySelectorAll('.stairs .name')].map(e => e.innerText).join('|')"
-LABELS = "() => [...document.querySelectorAll('.stairs .name, article button')].map(e => e.innerText).join('|')"
+SEEN = """() => [...document.querySelectorAll('.trouble, .count, .stairs, [aria-label="The corrected model"]')]
+  .map(e => e.innerText).join('|') + [...document.querySelectorAll('article button')].map(e => e.innerText)"""
 
 
 class StepFailedError(Exception):
@@ -65,8 +66,12 @@ class Clicks:
         return self.doing
 
     def rest(self) -> None:
-        """Wait until nothing goes on."""
-        self._page.wait_for_function(AT_REST)
+        """Wait until nothing goes on, and what was pressed before has turned all buttons that it turns."""
+        before = None
+        while (now := self._page.evaluate(SEEN)) != before:
+            before = now
+            self._page.wait_for_timeout(600)
+            self._page.wait_for_function(AT_REST)
 
     def demo(self) -> None:
         """Open the demo, and wait for what is found."""
@@ -113,10 +118,6 @@ class Clicks:
         cards = self._page.locator("section.cards > .stack > article button:visible")
         for k in self._draw.sample(range(cards.count()), min(2, cards.count())):
             cards.nth(k).evaluate("button => button.click()")
-        before = None
-        while (now := self._page.evaluate(LABELS)) != before:  # a click that waits turns a button that is pressed next
-            before = now
-            self._page.wait_for_timeout(2000)
 
     def select(self) -> None:
         """Pick a cell of the map, and let go of it."""

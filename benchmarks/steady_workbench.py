@@ -19,7 +19,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from clicks import PATIENCE, Clicks, StepFailedError
+from clicks import PATIENCE, SEEN, Clicks, StepFailedError
 from measured import Figures
 from playwright.sync_api import Error, Page, sync_playwright
 from workbench import memory, processes, serving
@@ -75,7 +75,8 @@ def _click(page: Page, address: str, server: Any, asked: Any, logs: list[Path], 
             for alert in page.locator(".trouble[role=alert]:visible").all_inner_texts():
                 refused[alert.strip().splitlines()[0]] += 1
         except (StepFailedError, Error, AssertionError) as error:
-            failed.append(f"{clicks.doing}: {' '.join(str(error).split())[:300]}")
+            seen = " ".join(page.evaluate(SEEN).split())
+            failed.append(f"{clicks.doing}: {' '.join(str(error).split())[:300]}; on the page: {seen[:600]}")
             print(f"failed: {failed[-1]}", flush=True)
             clicks.recover()
     time.sleep(min(70.0, seconds))  # a closed tab is kept for a minute, for a connection that was lost

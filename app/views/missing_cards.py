@@ -87,7 +87,7 @@ class MissingCards:
         found = [card for card in searched.cards if card.verdict != "no evidence"]
         rest = [card for card in searched.cards if card.verdict == "no evidence"]
         if any(card.numbers for card in found):
-            line("The values are those with all that was found in the model.", "muted small")
+            line("Values are with all found effects added.", "muted small")
         for card in found[:_OPEN]:
             self._card(card, opened=card is found[0])
         if found[_OPEN:]:

@@ -83,6 +83,23 @@ def test_of_a_slider_in_a_hurry_the_last_place_is_shown():
     asyncio.run(story())
 
 
+def test_a_slider_that_is_moved_after_its_fitted_value_was_asked_for_stays_moved():
+    async def story() -> None:
+        session = await opened()
+        try:
+            await session.add(FIRST)
+            await asyncio.gather(
+                session.add(SECOND), session.move("X_uu", -3.0), session.unmove(), session.move("X_uu", -4.0)
+            )
+            assert session.shown.stand.moved == (("X_uu", -4.0),)
+            await session.undo()
+            assert session.shown.stand == Stand((FIRST, SECOND))
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
 def test_nothing_is_taken_of_a_log_that_is_not_shown_any_more():
     async def story() -> None:
         session = await opened()
