@@ -298,7 +298,7 @@ class Findings(Card, Drawn, Record):
     @property
     def added(self) -> tuple[FoundEffect, ...]:
         """The effects that stand in the corrected model, sure or not."""
-        return tuple(c for c in self.candidates if any(term.in_model is not None for term in c.terms))
+        return tuple(c for c in self.candidates if c.in_model)
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

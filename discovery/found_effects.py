@@ -102,6 +102,11 @@ class FoundEffect(Record):
         return f"{self.effect}[{self.thrusters[0]}]" if self.thrusters else self.effect
 
     @property
+    def in_model(self) -> bool:
+        """Whether it stands in the corrected model, sure or not; a file of an earlier version tells it of sure ones."""
+        return self.verdict == "missing" or any(term.in_model is not None for term in self.terms)
+
+    @property
     def rank(self) -> int:
         """Place of its verdict among all, the best first."""
         return get_args(Verdict).index(self.verdict)

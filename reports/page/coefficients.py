@@ -23,12 +23,12 @@ class CoefficientRow:
 
 
 def coefficient_rows(
-    candidates: Sequence[FoundEffect], missing: Sequence[str], nominal: Vehicle, corrected: Vehicle
+    candidates: Sequence[FoundEffect], names: Sequence[str], nominal: Vehicle, corrected: Vehicle
 ) -> list[CoefficientRow]:
-    """The coefficients of the missing effects; an interval of an added amount is shifted by the nominal value."""
+    """The coefficients of some effects; an interval of an added amount is shifted by the nominal value."""
     rows = []
     for candidate in candidates:
-        if candidate.effect not in missing:
+        if candidate.effect not in names:
             continue
         effect = BY_NAME.get(candidate.effect)
         for term in candidate.terms:

@@ -112,6 +112,7 @@ figure.card:has(> .plots.one) {{ grid-template-columns: repeat(auto-fit, minmax(
 .scroll + h3, .facts + h3 {{ margin-top: 1.6em; }}
 .columns > .card:only-child svg {{ max-width: 560px; }}
 .effect {{ border-left: 5px solid var(--after); }}
+.effect.doubted {{ border-left-style: dashed; }}
 .equation {{
   display: inline-block; font-family: var(--mono); font-size: .95rem; background: var(--tint); border-radius: 7px;
   padding: 5px 11px; margin: 5px 0; overflow-wrap: anywhere;

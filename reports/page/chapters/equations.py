@@ -47,7 +47,7 @@ def equations(run: RunFolder) -> Section:
 def intervals_of(run: RunFolder) -> dict[str, tuple[float, float]]:
     """The 95 % interval of the value in the corrected vehicle, by symbol, for every number that was fitted."""
     findings = run.findings
-    rows = coefficient_rows(findings.candidates, findings.missing, run.nominal, run.corrected)
+    rows = coefficient_rows(findings.candidates, [c.effect for c in findings.added], run.nominal, run.corrected)
     found = {row.symbol: row.interval for row in rows if row.interval[0] < row.interval[1]}
     told = [(item.symbol, item.ci95) for item in findings.calibrated]
     told += [(term.symbol or f"{term.axis}:{term.form}", term.ci95) for term in findings.unnamed]

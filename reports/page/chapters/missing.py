@@ -15,8 +15,9 @@ from .base import Chapter, Section
 def missing_effects(run: RunFolder) -> Section:
     """The effects to add as sentences with equations, the ranking of all candidates, and terms without a name."""
     findings = run.findings
-    candidates, missing, unnamed = findings.candidates, findings.missing, findings.unnamed
-    chosen = [item for item in candidates if item.effect in missing]
+    candidates, unnamed = findings.candidates, findings.unnamed
+    chosen = findings.added
+    doubted = [item for item in chosen if item.verdict != "missing"]
     undecided = (
         "What may be missing" if findings.verdict == "undecided" else "Nothing is missing that this log can show"
     )
@@ -25,10 +26,11 @@ def missing_effects(run: RunFolder) -> Section:
     if candidates:
         caption = (
             "The share of held-out error that each effect removes beside the others, on the axis where that is most, "
-            "and how sure that is. Blue effects were added."
+            "and how sure that is. Blue effects are in the corrected model"
+            + (", those with a rim alone are in it without being certain." if doubted else ".")
         )
         drawings.append(figure([ranked_effects(candidates)], caption))
-    rows = coefficient_rows(candidates, missing, run.nominal, run.corrected)
+    rows = coefficient_rows(candidates, [item.effect for item in chosen], run.nominal, run.corrected)
     if rows:
         caption = (
             "From the nominal value (ring) to the corrected one (dot) with its 95 % interval (band). Each row has its "
@@ -40,7 +42,7 @@ def missing_effects(run: RunFolder) -> Section:
         parts.append(folded("Every effect that was tried, best first", *_tried(candidates)))
     if unnamed:
         parts.append(element("div", *_unnamed(unnamed), cls="card"))
-    return Section("What is missing" if chosen else undecided, render(*parts))
+    return Section("What is missing" if len(chosen) > len(doubted) else undecided, render(*parts))
 
 
 def _effect(item: FoundEffect) -> Html:
@@ -58,7 +60,7 @@ def _effect(item: FoundEffect) -> Html:
             "p", f"Removes {removed} of an axis's held-out error, beside the others; confidence {sure}.", cls="facts"
         ),
         *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
-        cls="card effect",
+        cls="card effect" if item.verdict == "missing" else "card effect doubted",
     )
 
 

@@ -180,11 +180,15 @@ def ranked_effects(candidates: Sequence[FoundEffect], most: int = 12) -> Html:
     with matplotlib.rc_context(STYLE):
         figure = canvas(width, height)
         axes = panel(figure, left, 30, width - left - 112, height - 34)
+        doubted = [item.in_model and item.verdict != "missing" for item in shown]
         fill = [colours.get(item.verdict, ROLES["grid"]) for item in shown]
-        axes.barh(np.arange(len(shown)), np.maximum(drops, 0.0), height=0.56, color=fill)
+        fill = [ROLES["surface"] if open_ else colour for open_, colour in zip(doubted, fill, strict=True)]
+        rim = [ROLES["after"] if open_ else colour for open_, colour in zip(doubted, fill, strict=True)]
+        bars = np.arange(len(shown)), np.maximum(drops, 0.0)
+        axes.barh(*bars, height=0.56, color=fill, edgecolor=rim, linewidth=1.6)
         for index, item in enumerate(shown):
             edge: Look = {**BESIDE, "xycoords": axes.get_yaxis_transform(), "ha": "right"}
-            bold: Look = {**edge, "weight": "bold" if item.verdict == "missing" else "normal"}
+            bold: Look = {**edge, "weight": "bold" if item.in_model else "normal"}
             axes.annotate(words(item.effect), (0, index), (-8, 0), **bold)
             axes.annotate(share_removed(drops[index]), (1, index), (48, 0), **bold)
             sure = percent(item.confidence, blank="")

@@ -87,8 +87,9 @@ class Plots:
         return axes
 
     def coefficients(self, ax: "Axes | None" = None) -> "Axes":
-        """The coefficients of the missing effects before and after, each over its value after, with 95 % intervals."""
-        rows = coefficient_rows(self.findings.candidates, self.findings.missing, self.nominal, self.corrected)
+        """The coefficients of effects in the model before and after, each over its value after, with 95 % intervals."""
+        added = [effect.effect for effect in self.findings.added]
+        rows = coefficient_rows(self.findings.candidates, added, self.nominal, self.corrected)
         return draw_coefficients(rows, ax)
 
     def failures(self, axis: str = "surge", model: str = "before", ax: "Axes | None" = None) -> "Axes":
