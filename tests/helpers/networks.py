@@ -25,8 +25,8 @@ NETWORKS = [
     ("mlp", {"units": 16, "layers": 2}, True, False),
     ("lstm", {"units": 8, "layers": 2}, False, False),
     ("lstm", {"units": 8}, True, True),
-    ("tcn", {"units": 6, "layers": 3}, False, False),
-    ("tcn", {"units": 6, "layers": 2, "kernel": 2}, True, True),
+    ("tcn", {"units": 6, "layers": 2}, False, False),
+    ("tcn", {"units": 6, "layers": 1, "kernel": 2}, True, True),
     ("dissipative", {"units": 12}, True, False),
     ("dissipative", {"units": 12, "layers": 2}, False, True),
 ]
