@@ -11,7 +11,8 @@ from networks import learnt
 from undertow.exports.formats.base import Given
 from undertow.exports.formats.registry import format_named
 from undertow.exports.known_facts import KnownNumber, remarks
-from undertow.workflows.export import known_facts
+from undertow.physics.errors import RequestError
+from undertow.workflows.export import export, known_facts
 
 BREAK = "\u2028"
 """What JavaScript holds for the end of a line."""
@@ -62,6 +63,16 @@ def test_the_comment_of_gazebos_file_is_closed_once():
 
 def test_a_backslash_does_not_make_a_remark_of_the_next_line():
     assert remarks(["of a\\", "of b??/", "of c"], "// ") == "// of a\\.\n// of b??/.\n// of c\n"
+
+
+@pytest.mark.parametrize("to", ["casadi", "onnx"])
+def test_a_network_is_exported_and_other_formats_say_who_takes_one(to: str, tmp_path: Path):
+    pytest.importorskip(to, reason="what exports networks: pip install '.[export]'")
+    model = learnt("mlp", {"units": 8}, False, True)
+    done = export(model, to, tmp_path / f"net{format_named(to).suffix}")
+    assert all(path.is_file() for path in done.files)
+    with pytest.raises(RequestError, match="casadi and onnx take a network that undertow trained as it is"):
+        export(model, "c", tmp_path / "net.h")
 
 
 def test_of_a_pure_network_only_what_it_sees_of_the_vehicle_is_told():

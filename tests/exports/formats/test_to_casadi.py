@@ -78,6 +78,26 @@ def test_a_network_rolls_out_as_its_own(kind: str, options: dict, heading: bool,
     compare_network(model, (start, step), answer)
 
 
+@pytest.mark.parametrize(("kind", "options", "heading", "pure"), NETWORKS)
+def test_a_network_alone_says_and_remembers_the_same_row_by_row(
+    kind: str, options: dict, heading: bool, pure: bool, tmp_path: Path
+):
+    model = learnt(kind, options, heading, pure)
+    said = functions(exported(model, "casadi", tmp_path / "model.json"))["correction"]
+    rows = model.tensor(np.random.default_rng(2).normal(0.0, 10.0, (40, 1, 1, model.network.width)))
+    with torch.inference_mode():
+        _, memory = model.network(rows[0])
+        for row in rows[1:]:
+            before = [np.concatenate([part.numpy().ravel() for part in memory])] if memory else []
+            expected, memory = model.network(row, memory)
+            found = said(row.numpy().ravel(), *before)
+            told, *after = found if memory else (found,)
+            np.testing.assert_allclose(told.full().ravel(), expected.numpy().ravel(), rtol=1e-12, atol=1e-14)
+            for part in after:
+                kept = np.concatenate([each.numpy().ravel() for each in memory])
+                np.testing.assert_allclose(part.full().ravel(), kept, rtol=1e-12, atol=1e-14)
+
+
 def test_what_a_network_says_is_differentiated(tmp_path: Path):
     """Exactly, by CasADi: compared with differences of what PyTorch says."""
     model = learnt("mlp", {"units": 16, "layers": 2}, True, False)

@@ -66,12 +66,12 @@ class Slave:
         # Arrays are handed over where they lie, as a list a step would take most of the time.
         into, asking = ((c_uint * len(x))(*x) for x in (self.inputs, self.outputs))
         given, taken = (c_double * len(x) for x in (into, asking))
-        told = *(byref(c_bool()) for _ in range(3)), byref(c_double())  # events and early returns: there are none
+        event, end, early, until = *(byref(c_bool()) for _ in range(3)), byref(c_double())
         for k in range(len(later)):
             row = given.from_buffer(later.data, k * sizeof(given))
             motion = taken.from_buffer(found.data, (k + 1) * sizeof(taken))
             slave.fmi3SetFloat64(slave.component, into, len(into), row, len(into))
-            slave.fmi3DoStep(slave.component, k * length, length, True, *told)
+            slave.fmi3DoStep(slave.component, k * length, length, True, event, end, early, until)
             slave.fmi3GetFloat64(slave.component, asking, len(asking), motion, len(asking))
         slave.reset()
         return found
