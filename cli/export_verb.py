@@ -36,6 +36,8 @@ def export(
         done = write(model, to, out, chosen(time_step, gz, added_mass), force=force)
         tell_replaced(earlier)
         say(f"{to}: {', '.join(map(str, done.files))}")
+        if done.facts.found:
+            prose(f"Found: {done.facts.found}")
         prose(f"Audit: {done.facts.audit[0]} {done.facts.envelope_told}")
         for each in done.facts.left_out:
             prose(f"Not expressed: {each}")

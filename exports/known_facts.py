@@ -48,6 +48,7 @@ class KnownFacts:
     numbers : each number with its unit, its interval and its source, where they are known
     notes : what else is known, such as where the thrusters are, and the sources of whole sections
     left_out : what the format does not express, in newtons
+    found : of a run what it found, and which model it says to trust; empty for others
     """
 
     name: str
@@ -59,6 +60,7 @@ class KnownFacts:
     numbers: tuple[KnownNumber, ...]
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    found: str = ""
 
     def without(self, left_out: Sequence[str]) -> "KnownFacts":
         """The same of a format that does not express some things."""
@@ -83,6 +85,7 @@ class KnownFacts:
             self.origin,
             CONVENTIONS,
             "",
+            *([f"Found. {self.found}"] if self.found else []),
             f"Envelope. {self.envelope_told} Beyond it nobody has looked.",
             f"Audit. {self.audit[0]}",
             *(f"- {each}" for each in self.audit[1:]),

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..comparison.facts import AuditRecord
+from ..comparison.facts import AuditRecord, Comparison
 from ..comparison.models_by_name import MODEL_CURE, load_model
 from ..discovery.findings import Findings
 from ..exports.formats.base import Choices, Given
@@ -54,7 +54,8 @@ class Exported(Card):
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
         files = ", ".join(map(str, self.files))
-        return [("files", files), ("audit", self.facts.audit[0]), ("left out", "; ".join(self.facts.left_out))]
+        told = (("found", self.facts.found), ("audit", self.facts.audit[0]))
+        return [("files", files), *told, ("left out", "; ".join(self.facts.left_out))]
 
 
 def export(
@@ -118,8 +119,12 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
     own = own_run(run) if run is not None and run.is_dir() else set()
     intervals: dict[str, tuple[float, float]] = {}
     audit: AuditRecord | None = None
+    said: list[str] = []
     if run is not None and {"model.yaml", "findings.json"} <= own:
-        intervals = _intervals(read_record(read_bytes(run / "findings.json"), Findings, run / "findings.json"))
+        findings = read_record(read_bytes(run / "findings.json"), Findings, run / "findings.json")
+        intervals, said = _intervals(findings), [findings.headline]
+    if run is not None and {"model.yaml", "comparison.json"} <= own:
+        said.append(read_record(read_bytes(run / "comparison.json"), Comparison, run / "comparison.json").best.sentence)
     if run is not None and {"model.yaml", "audit.json"} <= own:
         audit = read_record(read_bytes(run / "audit.json"), AuditRecord, run / "audit.json")
     if audit is None:
@@ -142,6 +147,7 @@ def known_facts(model: Model, path: Path | None) -> KnownFacts:
         audit=(told, *(f"{law.law}: {law.sentence}" for law in broken)),
         numbers=numbers,
         notes=(*notes, *_learnt(model)),
+        found=one_line(" ".join(said)),
     )
 
 

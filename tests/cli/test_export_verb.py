@@ -28,6 +28,9 @@ def test_a_run_brings_its_audit_its_intervals_and_its_sources(here: Path):
     assert (here / "boat_test.c").is_file()
     assert "c: boat.h, boat_test.c" in shown
     assert "Audit. pass: of 10 laws" in text
+    assert "// Found. Added by name: " in text
+    assert "Found: Added by name: " in shown
+    assert "Trust " in " ".join(shown.split("Audit:")[0].split())
     (drag,) = [line for line in text.splitlines() if line.startswith("// - X_uu = ")]
     assert "95 % interval" in drag
     assert f"{found.value('X_uu'):.9g} N s^2/m^2" in drag
