@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WrapSerializer, computed_field
 
-from ..physics.cards import Card, Drawn
+from ..physics.cards import Card, Drawn, each
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import AXES
 from ..physics.in_words import number, unit_text
@@ -310,6 +310,7 @@ class Findings(Card, Drawn, Record):
         ]
         possible = [c.effect for c in self.candidates if c.verdict == "possible" and not c.cannot_tell]
         return [
+            *each("warnings", self.warnings),
             ("verdict", self.verdict),
             ("headline", self.headline),
             ("missing", ", ".join(self.missing)),

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field, field_serializer
 
-from ..physics.cards import Card
+from ..physics.cards import Card, each
 from ..physics.errors import LogError
 from ..physics.file_records import Flag, Number, Record, Whole, absent
 from ..physics.frames import earth_to_body
@@ -111,7 +111,7 @@ class Inspection(Card, Record):
         return [
             ("log", self.path),
             ("verdict", self.verdict),
-            *((one.verdict, one.sentence) for one in worst[:_TOLD]),
+            *(line for one in worst[:_TOLD] for line in each(one.verdict, _told(one))),
             ("more", f"{len(worst) - _TOLD} more in .quality" if len(worst) > _TOLD else ""),
             ("channels", ", ".join(channel.name for channel in self.channels)),
             ("missing", "; ".join(self.plan.missing)),
@@ -149,6 +149,12 @@ class Inspections(Card, Record):
     @field_serializer("logs")
     def _each_with_its_schema(self, logs: tuple[Inspection, ...]) -> list[Any]:
         return [inspection.to_dict() for inspection in logs]
+
+
+def _told(finding: Finding) -> list[str]:
+    """What was found and what follows, and what to do about it."""
+    by_itself = " ('undertow inspect LOG --fix OUT.csv' does it)" if finding.fix else ""
+    return [finding.told, *([f"> {finding.cure}{by_itself}."] if finding.cure else [])]
 
 
 def inspect_log(

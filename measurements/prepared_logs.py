@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..physics.cards import Card
+from ..physics.cards import Card, each
 from ..physics.errors import RequestError
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
@@ -107,7 +107,7 @@ class Inputs(Card):
             ("vehicle", self.vehicle.name),
             ("to fit", f"{seconds:.0f} s in {len(self.fitting)} stretches"),
             ("judged on", judge),
-            ("warnings", " ".join(self.warnings)),
+            *each("warnings", self.warnings),
             ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
         ]
 

@@ -1,14 +1,20 @@
 """Cards and plots: what an object shows of itself in a console and a notebook, instead of all its numbers."""
 
+from collections.abc import Iterable
 from html import escape
 from importlib import import_module
 from typing import Any, ClassVar
 
-from .printable import one_line, shortened
+from .printable import one_line, whole_sentences
 from .spoken import in_python
 
-_LONGEST = 300
-"""Letters of a line: more is for the object's own attributes."""
+_LONGEST = 600
+"""Letters of a line, unless its first sentence has more: what is cut is in the object's own attributes."""
+
+
+def each(label: str, texts: Iterable[str]) -> list[tuple[str, str]]:
+    """Lines of a card for several texts, with the label before the first."""
+    return [("" if place else label, text) for place, text in enumerate(texts)]
 
 
 class Card:
@@ -24,7 +30,7 @@ class Card:
         raise NotImplementedError
 
     def _lines(self) -> list[tuple[str, str]]:
-        return [(label, shortened(one_line(in_python(text)), _LONGEST)) for label, text in self.card() if text]
+        return [(label, whole_sentences(one_line(in_python(text)), _LONGEST)) for label, text in self.card() if text]
 
     def __repr__(self) -> str:
         lines = self._lines()

@@ -17,6 +17,8 @@ _CONTROLS = "\x00-\x08\x0b-\x1f\x7f-\x9f"
 _INVISIBLE = "\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff\ufff9-\ufffb\U000e0000-\U000e007f"
 """Marks of direction, line and paragraph separators, what has no width, tags, and halves of a character, as which
 Python holds the bytes of a file name that is not UTF-8. The joiners of letters (U+200C, U+200D) stay."""
+_SENTENCE_ENDS = re.compile(r"[.?!](?= ['\"(]?[A-Z]|$)")
+"""Full stops after which a sentence begins or the text ends: that of a number or of a file name is none."""
 _UNFIT = re.compile(f"[{_CONTROLS}{_INVISIBLE}]")
 _UNFIT_IN_LINE = re.compile(f"[\t\n{_CONTROLS}{_INVISIBLE}]")
 
@@ -60,6 +62,20 @@ def shortened(text: str, most: int = MOST_SHOWN) -> str:
     tail = room // 3
     told = f" ... {len(text) - room} characters left out ... "
     return f"{text[: room - tail]}{told}{text[len(text) - tail :]}"
+
+
+def whole_sentences(text: str, most: int) -> str:
+    """The text, or of prose with more than `most` characters the sentences that fit, one at least; else as `shortened`.
+
+    >>> whole_sentences("The gyro is late. Move it by 0.1 s. Then look again.", 40)
+    'The gyro is late. Move it by 0.1 s. (1 sentence more)'
+    """
+    if len(text) <= most or not text.endswith("."):
+        return shortened(text, most)
+    ends = [found.end() for found in _SENTENCE_ENDS.finditer(text)]
+    end = max([end for end in ends if end <= most] or ends[:1])
+    left = sum(1 for other in ends if other > end)
+    return shortened(text[:end] + (f" ({left} sentence{'s' * (left > 1)} more)" if left else ""))
 
 
 def shown(value: Any, most: int = _VALUE) -> str:

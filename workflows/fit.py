@@ -8,7 +8,7 @@ from ..discovery.calibration.calibrate import Calibration, calibrate
 from ..discovery.findings import Left, Step
 from ..discovery.settings import DiscoverySettings
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs
-from ..physics.cards import Card
+from ..physics.cards import Card, each
 from ..physics.errors import expect
 from ..physics.frames import AXES, FORCE_UNITS
 from ..physics.in_words import listing, number
@@ -44,7 +44,8 @@ class FitRun(Card):
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
         fitted = [f"{p.symbol} {number(p.before)} -> {number(p.after)}" for p in self.calibration.parameters]
-        return [("done", " ".join(self.sentences)), ("fitted", ", ".join(fitted)), ("logs", self.inputs.log_names)]
+        warned = each("warnings", self.inputs.warnings)
+        return [*warned, *each("done", self.sentences), ("fitted", ", ".join(fitted)), ("logs", self.inputs.log_names)]
 
     @property
     def vehicle(self) -> Vehicle:

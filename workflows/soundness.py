@@ -50,13 +50,19 @@ def sound(
 def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) -> list[str]:
     """What is likely wrong with the thrusters' places; or a warning where none shows in the logs."""
     known = together or [finding for inspection in inspections for finding in inspection.quality]
-    told = [finding for finding in known if finding.check in _PLACES]
-    likely = [finding for finding in told if finding.verdict == "warning"]
+    likely = likely_misplaced(known)
     if likely:
-        return [f"{'; '.join(filter(None, (f.sentence, f.consequence, f.remedy)))}." for f in likely]
+        return likely
+    told = [finding for finding in known if finding.check in _PLACES]
     if not told or any(finding.verdict != "cannot tell" or finding.parts for finding in told):
         return []
     return [UNPROVEN]
+
+
+def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
+    """What is likely wrong with the thrusters' places and directions, with its odds and the line to try."""
+    likely = [finding for finding in findings if finding.check in _PLACES and finding.verdict == "warning"]
+    return [f"{f.told} {f.cure}." for f in likely]
 
 
 def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:

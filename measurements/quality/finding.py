@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer
 
 from ...physics import file_records
 from ...physics.file_records import Number
-from ..canonical import Channel
+from ..canonical import Channel, is_canonical
 from .record import Record
 
 Verdict = Literal["ok", "note", "warning", "defect", "cannot tell"]
@@ -86,6 +86,28 @@ class Finding(file_records.Record):
     def refused(self) -> bool:
         """Whether a log with this finding is refused by whoever computes with it."""
         return self.verdict == "defect" and self.reach is Reach.LOG
+
+    @property
+    def told(self) -> str:
+        """What was found and what follows, as whole sentences."""
+        return " ".join(f"{_capital(text)}." for text in (self.sentence, self.consequence) if text)
+
+    @property
+    def cure(self) -> str:
+        """The remedy as a sentence without its end; empty where there is none."""
+        return _capital(self.remedy)
+
+
+def _capital(text: str) -> str:
+    """Text with a capital letter, but not where it opens with the name of a channel.
+
+    Examples
+    --------
+    >>> _capital("the gyro is late"), _capital("r is in degrees"), _capital("RCOU.C1 is reversed")
+    ('The gyro is late', 'r is in degrees', 'RCOU.C1 is reversed')
+    """
+    word = text.split(" ")[0]
+    return text if is_canonical(word) or not word.islower() else text[:1].upper() + text[1:]
 
 
 class Check(ABC):

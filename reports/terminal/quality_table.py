@@ -6,7 +6,6 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ...measurements.canonical import is_canonical
 from ...measurements.quality.finding import Finding
 from .layout import ASIDE, BAD, GOOD, UNSURE, Prose, bullets, plain_table, section
 
@@ -38,11 +37,8 @@ def _table(findings: Sequence[Finding]) -> Table:
     table.add_column("check", no_wrap=True)
     table.add_column("what was found, what follows, and what to do")
     for item in findings:
-        lines = [_capital(item.sentence) + "."]
-        if item.consequence:
-            lines.append(_capital(item.consequence) + ".")
         text = Table.grid()
-        text.add_row(Prose(" ".join(lines)))
+        text.add_row(Prose(item.told))
         if item.remedy:
             text.add_row(Prose(f"> {_remedy(item)}"))
         table.add_row(_name(item), text, end_section=True)
@@ -54,21 +50,9 @@ def _name(item: Finding) -> Text:
 
 
 def _remedy(item: Finding) -> str:
-    return _capital(item.remedy) + (" (--fix does it)" if item.fix else "")
+    return item.cure + (" (--fix does it)" if item.fix else "")
 
 
 def _caption(findings: Sequence[Finding]) -> str:
     count = sum(1 for item in findings if item.fix)
     return f"inspect LOG --fix OUT.csv writes a log with {count} of these put right" if count else ""
-
-
-def _capital(text: str) -> str:
-    """Text with a capital letter, but not where it opens with the name of a channel.
-
-    Examples
-    --------
-    >>> _capital("the gyro is late"), _capital("r is in degrees"), _capital("RCOU.C1 is reversed")
-    ('The gyro is late', 'r is in degrees', 'RCOU.C1 is reversed')
-    """
-    word = text.split(" ")[0]
-    return text if is_canonical(word) or not word.islower() else text[:1].upper() + text[1:]

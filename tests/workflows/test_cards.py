@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 
 import undertow
+from undertow.measurements.quality.finding import Finding, Fix
+from undertow.physics.cards import Card, each
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 
@@ -31,6 +33,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
         "discovery": run.discovery,
         "fit": undertow.fit(undertow.read_inputs(path, "blueboat", judge="test")),
         "draft": undertow.init(path),
+        "inspection": undertow.inspect_log(undertow.read_log(path)),
         "folder": undertow.load_run(Path(undertow.write_run(run, folder / "run", report=False))),
     }
 
@@ -48,6 +51,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
         ("discovery", ("added", "surge_quadratic_damping")),
         ("fit", ("Calibrated", "X_u", "->")),
         ("draft", ("newton_port (port)", "to look at")),
+        ("inspection", ("verdict", "newton_port")),
         ("folder", ("run", "surge_quadratic_damping", "trust")),
     ],
 )
@@ -61,3 +65,40 @@ def test_a_card_is_short_and_says_what_matters(shown: dict[str, object], name: s
         assert word in text
     assert "<b>" not in html
     assert html.startswith("<table>")
+
+
+LONG = f"First of {'many ' * 60}words. Then of {'more ' * 60}words. Last, eq. 9.4."
+
+
+class Doubtful(Card):
+    """Two notes, of which the first is long."""
+
+    def card(self) -> list[tuple[str, str]]:
+        return each("notes", [LONG, "A second."])
+
+
+def test_a_card_has_a_line_a_note_and_cuts_only_where_a_sentence_ends() -> None:
+    _, first, second = repr(Doubtful()).splitlines()
+    assert first == f"  notes  First of {'many ' * 60}words. (2 sentences more)"
+    assert second == "         A second."
+    assert Doubtful()._repr_html_().count("<tr>") == 2
+
+
+def test_the_card_of_an_inspection_tells_the_remedy(shown: dict[str, object]) -> None:
+    cure = Finding(
+        check="direction",
+        verdict="warning",
+        sentence="pwm_stbd is likely reversed",
+        consequence="a model drives ahead",
+        remedy="turn it round",
+        fix=Fix("turned"),
+    )
+    card = repr(shown["inspection"].but(quality=(cure,)))  # type: ignore[attr-defined]
+    assert "warning   pwm_stbd is likely reversed. A model drives ahead.\n" in card
+    assert "> Turn it round ('undertow inspect LOG --fix OUT.csv' does it)." in card
+
+
+def test_what_is_wrong_with_the_log_stands_above_every_result(shown: dict[str, object]) -> None:
+    told = "The starboard thruster is likely reversed."
+    card = repr(shown["findings"].but(warnings=(told,)))  # type: ignore[attr-defined]
+    assert card.splitlines()[1] == f"  warnings  {told}"
