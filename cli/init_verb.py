@@ -57,7 +57,7 @@ def init(
         draft = draft_of(logs, Hull(**given), like, Reading(frame, channels, namespace), progress=progress)
         draft.write(out, channels_out)
         tell_replaced(earlier)
-        show(*init_screen(draft.vehicle, draft.thrusters, [doubt.value for doubt in draft.doubts]))
+        show(*init_screen(draft.vehicle, draft.thrusters, draft.to_look_at))
         named = " ".join(map(str, logs)) if len(logs) <= FEW_LOGS else "LOG..."
         say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
         say(f"  undertow discover {named} --vehicle {out} --map {channels_out} --refit --out run")

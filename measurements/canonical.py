@@ -165,6 +165,16 @@ def command_kind(name: str) -> tuple[str, str] | None:
     return (found.group(1), found.group(2)) if found else None
 
 
+def in_vehicle_file(name: str) -> str:
+    """The name under which a vehicle file can have a command: a thruster's name there begins with a letter.
+
+    >>> in_vehicle_file("newton_1"), in_vehicle_file("newton_port")
+    ('newton_thruster1', 'newton_port')
+    """
+    kind, thruster = command_kind(name) or ("", name)
+    return name if thruster[:1].isalpha() else f"{kind}_thruster{thruster}"
+
+
 def is_canonical(name: str) -> bool:
     """Whether `name` is a canonical channel of motion or a command channel."""
     return name in UNITS or command_kind(name) is not None

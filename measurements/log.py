@@ -25,7 +25,7 @@ from .tables_in_memory import streams_of
 
 __all__ = ["Channel", "Log", "read_log"]
 
-ChannelMap = Mapping[str, Entry] | str | os.PathLike[str]
+ChannelMap = Mapping[str, Entry | None] | str | os.PathLike[str]
 """A channel map: its file, or its entries by channel."""
 REPAIRED = "repaired by undertow from"
 """How the first remark above a repaired log begins, and the first note of such a log."""
@@ -41,19 +41,21 @@ class Log(Card):
     channels : canonical channels by name
     notes : every guess, conversion and dropped row, as sentences
     unused : the streams of the file that became no channel, `topic:field` or column
-    entries : the channel map in use, guesses included; see `channel_map.map_text`
+    entries : the channel map in use, guesses included, None for what it leaves out; see `channel_map.map_text`
     start_ns : the stamp of the file at time zero of the channels [ns]: where a file counts from 1970, the channels
         count from its first stamp; 0 where they have the file's own time
     out_of_step : by how much its channels may be out of step with each other, as far as its reader can tell [s]
+    idle : what the channel map leaves out, though nothing in the log would have become it
     """
 
     path: Path
     channels: dict[str, Channel]
     notes: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
-    entries: dict[str, Entry] = field(default_factory=dict)
+    entries: dict[str, Entry | None] = field(default_factory=dict)
     start_ns: int = 0
     out_of_step: float = 0.0
+    idle: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -161,11 +163,11 @@ class Log(Card):
         told: dict[str, Entry | None] = {
             channel: entry_of(where, channel, {**map_dict({channel: entry})[channel], "unit": units[entry.source]})
             for channel, entry in mapped.entries.items()
-            if units and entry.source in units
+            if units and entry is not None and entry.source in units
         }
         if told:
             mapped = map_channels(streams, frame, {**given, **told}, name)
-        return cls(where, mapped.channels, tuple(mapped.notes), mapped.unused, mapped.entries)
+        return cls(where, mapped.channels, mapped.notes, mapped.unused, mapped.entries, idle=mapped.idle)
 
 
 def _numbers(where: str, name: str, given: ArrayLike) -> Array:
@@ -220,7 +222,7 @@ def read_log(
     mapped = map_channels(recording.streams, reading.frame, entries, str(path), recording.unread, namespace, mend)
     notes = (*recording.notes, *told, *mapped.notes)
     told_of = (recording.start_ns, recording.out_of_step)
-    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of)
+    return Log(path, mapped.channels, notes, mapped.unused, mapped.entries, *told_of, mapped.idle)
 
 
 def _chooser(entries: Mapping[str, Entry | None], namespace: str | None) -> Callable[[Sequence[Name]], frozenset[Name]]:

@@ -7,12 +7,12 @@ import numpy as np
 
 from ..physics.delays_and_lags import first_order_lag
 from ..physics.frames import Array
-from .canonical import Output, command_kind
+from .canonical import Output, command_kind, in_vehicle_file
 from .quality.checks.sides import Placed, placed
 from .quality.expected_answers import side_of
 from .quality.place_remedies import other_side
 from .quality.record import Record, Stretch
-from .quality.resting import neutral_of
+from .quality.resting import neutral_of, stands_still
 
 _PULSES = (1100.0, 1500.0, 1900.0)
 """Full astern, neutral and full ahead of a speed controller [us], where neither the log nor its parameters tell."""
@@ -102,13 +102,33 @@ class SurgeAnswer:
 
 
 def thrusters_in(records: Sequence[Record]) -> list[FoundThruster]:
-    """The thrusters whose commands are in every one of some logs of one boat, port ones first."""
-    names = sorted(set.intersection(*(set(record.commands) for record in records)) if records else set())
-    names = _nearest_to_thrust(names)
+    """The thrusters whose commands are in every one of some logs of one boat, port ones first; see `left_out`."""
+    still = left_out(records)
+    names = _nearest_to_thrust([name for name in _in_all(records) if name not in still])
     told = placed(records)
     right = _right_names(names, told)
     found = [_thruster(records, name, right[name], told.get(name)) for name in names]
     return sorted(found, key=lambda one: (("port", "starboard", "").index(one.side), one.channel))
+
+
+def left_out(records: Sequence[Record]) -> list[str]:
+    """Commands that never move, so that nothing shows a thruster behind them: a pilot logs every output that it has.
+
+    One that the autopilot's parameters call a thruster's is none of them, nor is any where no command moves.
+    """
+    names = _in_all(records)
+    still = [name for name in names if stands_still(records, name)]
+    return [] if still == names else [name for name in still if stated_output(records, name) is None]
+
+
+def stated_output(records: Sequence[Record], name: str) -> Output | None:
+    """What the autopilot's parameters say of a command; None where no log tells."""
+    channels = [record.log.channels[name] for record in records]
+    return next((channel.output for channel in channels if channel.output is not None), None)
+
+
+def _in_all(records: Sequence[Record]) -> list[str]:
+    return sorted(set.intersection(*(set(record.commands) for record in records)) if records else set())
 
 
 def _nearest_to_thrust(names: Sequence[str]) -> list[str]:
@@ -137,13 +157,7 @@ def _right_names(names: Sequence[str], told: dict[str, Placed]) -> dict[str, str
     if len(names) == 2 and len(nameless) == 2 and len(set(sided.values())) == 2:
         word = {"port": "port", "starboard": "stbd"}
         return {name: f"{(command_kind(name) or ('',))[0]}_{word[sided[name]]}" for name in names}
-    return {name: _beginning_with_a_letter(name) for name in names}
-
-
-def _beginning_with_a_letter(name: str) -> str:
-    """A command whose thruster a vehicle file can name: that of `newton_1` is thruster1."""
-    kind, thruster = command_kind(name) or ("", name)
-    return name if thruster[:1].isalpha() else f"{kind}_thruster{thruster}"
+    return {name: in_vehicle_file(name) for name in names}
 
 
 def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | None) -> FoundThruster:
@@ -164,7 +178,7 @@ def _thruster(records: Sequence[Record], name: str, right: str, told: Placed | N
 def _output(records: Sequence[Record], name: str) -> Output:
     """Neutral, ends and shape of a command: by the log's parameters, else by its values and what is usual."""
     channels = [record.log.channels[name] for record in records]
-    stated = next((channel.output for channel in channels if channel.output is not None), None)
+    stated = stated_output(records, name)
     if stated is not None:
         return stated if stated.expo else replace(stated, expo=1.0)
     kind = (command_kind(name) or ("",))[0]

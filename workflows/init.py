@@ -1,7 +1,7 @@
 """The verb `init`: a vehicle file and a channel map made of logs, every number with its source."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
@@ -14,14 +14,17 @@ from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
 from ..measurements.preparation.needs import like_commands
 from ..measurements.prepared_logs import PathLike
-from ..measurements.quality.examination import examine
+from ..measurements.quality.checks.sides import Sides
+from ..measurements.quality.examination import Examination, examine, pool
 from ..measurements.quality.record import Record
+from ..measurements.quality.resting import stands_still
 from ..measurements.statistics.prior import weighed
-from ..measurements.thrusters_in_log import FoundThruster, surge_at_full, thrusters_in
-from ..physics.cards import Card
+from ..measurements.thrusters_in_log import FoundThruster, left_out, surge_at_full, thrusters_in
+from ..physics.cards import Card, each
 from ..physics.errors import LogError
 from ..physics.file_marks import on_top
 from ..physics.files import write_text
+from ..physics.in_words import listing
 from ..physics.stage import Say
 from ..physics.typical_hulls import LENGTH
 from ..physics.vehicle import Vehicle, load_vehicle
@@ -29,6 +32,7 @@ from ..reports.terminal.pace import Pace, megabytes
 from ..reports.terminal.progress import SHOWN, showing
 from .first_vehicle import Hull, like_another, on_typical_hull
 from .inspect import logs_in
+from .soundness import likely_misplaced
 
 _UNLIKE = float(np.log(2.0))
 """Standard deviation of the logarithm of full thrust ahead over that astern: a propeller made for one way has 2 to 3,
@@ -75,15 +79,17 @@ class Draft(Card):
     ----------
     vehicle : its `sources` say of every number where it is from
     thrusters : what the logs show of them, in the order of the vehicle's
-    entries, unused : the channel map, see `map_text`
-    doubts : what is to be put right by a person
+    entries, unused : the channel map, see `map_text`; None for what it leaves out
+    remarks : what the logs say of the commands that a person must know
+    doubts : what nobody told and the logs do not show
     logs : the logs read
     """
 
     vehicle: Vehicle
     thrusters: tuple[FoundThruster, ...]
-    entries: Mapping[str, Entry]
+    entries: Mapping[str, Entry | None]
     unused: tuple[str, ...]
+    remarks: tuple[str, ...]
     doubts: tuple[Doubt, ...]
     logs: tuple[Path, ...]
 
@@ -93,8 +99,13 @@ class Draft(Card):
         return [
             ("vehicle", f"{self.vehicle.name}, {self.vehicle.mass:g} kg"),
             ("thrusters", ", ".join(seen)),
-            ("to look at", " ".join(doubt.value for doubt in self.doubts)),
+            *each("to look at", self.to_look_at),
         ]
+
+    @property
+    def to_look_at(self) -> tuple[str, ...]:
+        """What a person is to look at, most doubtful first: remarks, then doubts."""
+        return (*self.remarks, *(doubt.value for doubt in self.doubts))
 
     def write(self, vehicle: Path, channels: Path | None) -> None:
         """Write the vehicle file, and the channel map if one is wanted."""
@@ -143,7 +154,8 @@ def init(
     told_bytes = megabytes(progress)
     read = [*(read_log(path, reading, progress=told_bytes, mend=True) for path in paths), *ready]
     told = Pace(progress, "checks of the log", even=False).told
-    records = [_moving(log, told) for log in read]
+    examined = [examine(log, progress=told) for log in read]
+    records = [_moving(log, one) for log, one in zip(read, examined, strict=True)]
     _check_commands(read, records)
     found = thrusters_in(records)  # like another boat, thrust astern is that boat's
     thrusters, astern = _with_astern(records, found) if base is None else (found, True)
@@ -155,9 +167,12 @@ def init(
         if base is None
         else like_another(base, thrusters, known, called)
     )
-    entries = _entries(read[0], thrusters)
+    still = left_out(records)
+    entries = _entries(read[0], thrusters, still)
+    unused = (*read[0].unused, *(read[0].channels[name].origin for name in still))
+    remarks = (*_likely(examined, thrusters), *_of_still(records, thrusters, still), *_of_map(read))
     doubts = _doubts(thrusters, known, base is not None, astern)
-    return Draft(vehicle, tuple(thrusters), entries, read[0].unused, doubts, tuple(log.path for log in read))
+    return Draft(vehicle, tuple(thrusters), entries, unused, remarks, doubts, tuple(log.path for log in read))
 
 
 def _with_astern(records: Sequence[Record], thrusters: list[FoundThruster]) -> tuple[list[FoundThruster], bool]:
@@ -175,11 +190,42 @@ def _with_astern(records: Sequence[Record], thrusters: list[FoundThruster]) -> t
     return [one if one.shaped else one.unlike(float(f"{ratio:.3g}")) for one in thrusters], True
 
 
-def _moving(log: Log, told: Callable[[int, int], None]) -> Record:
+def _moving(log: Log, examined: Examination) -> Record:
     """A log with its motion repaired, and its commands as they are: the vehicle file is to fit these."""
-    clean = examine(log, progress=told).clean
     commands = {name: channel for name, channel in log.channels.items() if command_kind(name)}
-    return Record.of(replace(log, channels={**clean.channels, **commands}))
+    return Record.of(replace(log, channels={**examined.clean.channels, **commands}))
+
+
+def _likely(examined: Sequence[Examination], thrusters: Sequence[FoundThruster]) -> list[str]:
+    """What is likely wrong with thrusters of which the logs show nothing for certain, as `inspect` says it."""
+    findings = pool(examined, (Sides.name,)) if len(examined) > 1 else examined[0].findings
+    settled = {one.read_as for one in thrusters if one.by_log}
+    return likely_misplaced([finding for finding in findings if not settled.issuperset(finding.channels)])
+
+
+def _of_still(records: Sequence[Record], thrusters: Sequence[FoundThruster], still: Sequence[str]) -> list[str]:
+    """What becomes of commands that never move."""
+    told = [
+        f"{name} never moves: left out, in the channel map as '{name}: null'. If it drives a thruster, give a log in "
+        "which it moves, too."
+        for name in still
+    ]
+    kept = [one for one in thrusters if stands_still(records, one.read_as)]
+    if len(kept) == len(thrusters):
+        names = listing([one.read_as for one in kept])
+        return [*told, f"{names} never move{'s' * (len(kept) == 1)}: nothing in the log shows what they do."]
+    return told + [
+        f"{one.read_as} never moves, but it is a thruster by the autopilot's parameters ({one.output.source}): kept, "
+        "and nothing in the log shows its side and thrust."
+        for one in kept
+    ]
+
+
+def _of_map(logs: Sequence[Log]) -> list[str]:
+    """What the given channel map leaves out, though it is in none of the logs."""
+    idle = set.intersection(*(set(log.idle) for log in logs))
+    known = listing([name for name in logs[0].channels if command_kind(name)])
+    return [f"'{name}: null' leaves nothing out: no log has it. The commands are {known}." for name in sorted(idle)]
 
 
 def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:
@@ -199,10 +245,12 @@ def _check_commands(logs: Sequence[Log], records: Sequence[Record]) -> None:
         raise LogError("init: the logs have no thruster command in common; give logs of one boat")
 
 
-def _entries(log: Log, thrusters: Sequence[FoundThruster]) -> dict[str, Entry]:
+def _entries(log: Log, thrusters: Sequence[FoundThruster], still: Sequence[str]) -> dict[str, Entry | None]:
     """The channel map of the log, with its commands called and turned as the vehicle has them."""
-    entries = dict(log.entries)
-    moved = {one.channel: (one, entries.pop(one.read_as)) for one in thrusters if one.read_as in entries}
+    entries = {**log.entries, **dict.fromkeys(still)}
+    moved = {one.channel: (one, found) for one in thrusters if (found := entries.get(one.read_as)) is not None}
+    for one, _ in moved.values():
+        del entries[one.read_as]
     for channel, (one, entry) in moved.items():
         if one.turned:
             entry = replace(entry, scale=-entry.scale, offset=2.0 * one.output.neutral - entry.offset)

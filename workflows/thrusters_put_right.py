@@ -70,7 +70,7 @@ def check_wires(vehicle: Vehicle, wires: Sequence[Wire]) -> None:
         raise RequestError(f"{twice[0]} drives two thrusters: expected one command for each, so swap the two")
 
 
-def rewired(entries: Mapping[str, Entry], vehicle: Vehicle, wires: Sequence[Wire]) -> dict[str, Entry]:
+def rewired(entries: Mapping[str, Entry | None], vehicle: Vehicle, wires: Sequence[Wire]) -> dict[str, Entry | None]:
     """A channel map in which thrusters are driven by other commands, or by their own turned round.
 
     Parameters

@@ -131,10 +131,12 @@ def entry_of(path: Path, key: str, value: Any) -> Entry:
     return Entry(value["from"], factor * numbers[0], factor * numbers[1], frame)
 
 
-def map_dict(entries: Mapping[str, Entry]) -> dict[str, dict[str, str | float]]:
-    """The same channel map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
+def map_dict(entries: Mapping[str, Entry | None]) -> dict[str, dict[str, str | float]]:
+    """The channels of the same map as plain values, without what is usual (scale 1, offset 0, the frame of the log)."""
     found = {}
     for name, entry in entries.items():
+        if entry is None:
+            continue
         parts: dict[str, str | float] = {"from": entry.source}
         if entry.scale != 1.0:
             parts["scale"] = entry.scale

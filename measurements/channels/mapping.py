@@ -9,7 +9,7 @@ import numpy as np
 
 from ...physics.errors import LogError
 from ...physics.frames import Array
-from ..canonical import PLACE, QUATERNION, RATES, Channel, command_kind, unit_of
+from ..canonical import PLACE, QUATERNION, RATES, Channel, command_kind, in_vehicle_file, unit_of
 from ..formats.base import Name, Stream
 from .channel_map import Entry
 from .conversion import Source, channels_of
@@ -27,15 +27,17 @@ class Mapped:
     Attributes
     ----------
     channels : by canonical name
-    entries : the channel map that gives these channels again, whatever the guess
+    entries : the channel map that gives these channels again, whatever the guess; None for what it leaves out
     unused : names of the streams that became no channel
     notes : every guess and conversion, and every dropped row
+    idle : what the channel map leaves out, though nothing in the log would have become it
     """
 
     channels: dict[str, Channel]
-    entries: dict[str, Entry]
+    entries: dict[str, Entry | None]
     unused: tuple[str, ...]
     notes: tuple[str, ...]
+    idle: tuple[str, ...] = ()
 
 
 def map_channels(
@@ -68,10 +70,14 @@ def map_channels(
     ours = [stream for stream in streams if namespace is None or is_under(stream.topic, namespace)]
     sources = _mapped((ours, streams), frame, entries, where, unread)
     mapped, given = tuple(sources), {id(source.stream) for source in sources.values()}
-    for source in _guessed(ours, frame, notes):
+    guessed = _guessed(ours, frame, notes)
+    # A command has one name in the log and, where that is a number, another in the vehicle file: both are shown.
+    left_out = {in_vehicle_file(name): name for name, entry in entries.items() if entry is None}
+    idle = set(left_out) - {in_vehicle_file(source.target) for source in guessed}
+    for source in guessed:
         named = command_kind(source.role) is not None and id(source.stream) in given
         taken = named or source.target in sources or _says_heading(source.target) & _says_heading(*mapped)
-        if not taken and not (source.target in entries and entries[source.target] is None):
+        if not taken and in_vehicle_file(source.target) not in left_out:
             sources[source.target] = source
     if not sources:
         names = [*(stream.name for stream in streams), *(name.name for name in unread)]
@@ -88,8 +94,15 @@ def map_channels(
     channels, told = channels_of(sources, where, mend)
     used = {id(source.stream) for source in sources.values()}
     unused = [stream.name for stream in streams if id(stream) not in used] + [name.name for name in unread]
-    in_use = {source.role: source.entry for source in sources.values()}
-    return Mapped(channels, in_use, tuple(unused), (*notes, *told))
+    in_use: dict[str, Entry | None] = {source.role: source.entry for source in sources.values()}
+    in_use |= dict.fromkeys(left_out.values())
+    unmatched = tuple(name for key, name in left_out.items() if key in idle)
+    if unmatched:
+        known = some(sorted(source.target for source in guessed))
+        notes.append(
+            f"the channel map leaves out {', '.join(unmatched)}, but nothing is taken for it; there are {known}"
+        )
+    return Mapped(channels, in_use, tuple(unused), (*notes, *told), unmatched)
 
 
 def _drop(sources: dict[str, Source], better: bool, names: Sequence[str], why: str, notes: list[str]) -> None:

@@ -81,7 +81,7 @@ def _numbered(log: Log, missing: Sequence[str]) -> str:
     if len(kinds) != 1 or len(spare) < len(missing):
         return ""
     pairs = zip(missing, spare, strict=False)
-    lines = map_text({name: log.entries.get(channel.name, Entry(channel.origin)) for name, channel in pairs})
+    lines = map_text({name: log.entries.get(channel.name) or Entry(channel.origin) for name, channel in pairs})
     names = " ".join(channel.name for channel in spare)
     return (
         f"missing command channel {' '.join(missing)}; the log has {names}, by number of the output, and does not say "

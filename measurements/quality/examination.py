@@ -1,6 +1,6 @@
 """All checks on one log, or on several logs of one boat together."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 from ...physics.vehicle import Vehicle
@@ -71,11 +71,17 @@ def examine(
     return Examination(tuple(findings), tuple(seen), record)
 
 
-def pool(examinations: Sequence[Examination]) -> tuple[Finding, ...]:
-    """Make all checks on several logs of one boat together: what one log is too short to tell, all may."""
+def pool(examinations: Sequence[Examination], names: Collection[str] = ()) -> tuple[Finding, ...]:
+    """Make checks on several logs of one boat together: what one log is too short to tell, all may.
+
+    Parameters
+    ----------
+    names : of the checks; none for all
+    """
     return tuple(
         finding
         for place, check in enumerate(CHECKS)
+        if not names or check.name in names
         for finding in check.examine([each.seen[place] for each in examinations])
     )
 

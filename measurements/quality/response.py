@@ -12,7 +12,7 @@ from ..canonical import command_kind
 from ..statistics.paired import surely_more
 from ..statistics.robust import Fit, robust_fit
 from .record import RATE, Record, shared
-from .resting import centre_of
+from .resting import centre_of, stands_still
 
 _STEP = 1.0 / RATE
 _QUICK, _DERIVED = (0.2, 2.0), (0.1, 1.0)
@@ -131,15 +131,16 @@ def trials(records: Sequence[Record]) -> list[Trials]:
     stretches of the log that chance does not do it (see `surely_more`). A command that is late by
     half a period of what is sailed looks reversed: only this tells the two apart, and where it does not, nobody can.
 
-    Commands of one kind are fitted together. Commands of a kind are left out where one of them only ever moves with the
-    others, and where there are fewer than eight stretches of the slowest period in the band. The error is infinite
-    where a command makes too little of what the boat does.
+    Commands of one kind are fitted together; one that never moves has no part in what changes. Commands of a kind are
+    left out where one of them only ever moves with the others, and where there are fewer than eight stretches of the
+    slowest period in the band. The error is infinite where a command makes too little of what the boat does.
     """
     return shared(records, "trials", lambda: _trials(records)) if records else []
 
 
 def _trials(records: Sequence[Record]) -> list[Trials]:
     names = sorted({name for record in records for name in record.commands})
+    names = [name for name in names if not stands_still(records, name)]
     kinds = sorted({(command_kind(name) or ("",))[0] for name in names})
     found = [_of_kind(records, [name for name in names if (command_kind(name) or ("",))[0] == kind]) for kind in kinds]
     return [one for one in found if one is not None]

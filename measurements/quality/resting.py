@@ -46,6 +46,13 @@ def centre_of(records: Sequence[Record], name: str) -> float:
     return float(np.median(np.concatenate(values)))
 
 
+def stands_still(records: Sequence[Record], name: str) -> bool:
+    """Whether a command has one value in all rows of all logs."""
+    values = [record.log.channels[name].value for record in records if name in record.log.channels]
+    ends = max(float(value.max()) for value in values) - min(float(value.min()) for value in values)
+    return ends <= _rounding(records, name)
+
+
 def _rounding(records: Sequence[Record], name: str) -> float:
     """Difference between values of a command that is none, in its unit."""
     sizes = [np.abs(record.log.channels[name].value).max() for record in records if name in record.log.channels]
