@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..physics.cards import Card
+from ..physics.cards import Card, each
 from ..physics.errors import LogError
 from ..physics.frames import Array
 from .canonical import Channel
-from .channels.channel_map import Entry, entry_of, map_dict, read_channel_map
+from .channels.channel_map import Entry, entries_of, entry_of, map_dict, read_channel_map
+from .channels.look_alikes import lacks
 from .channels.mapping import map_channels
 from .channels.namespaces import check_namespace, is_under
 from .channels.recognition import is_vertical_acceleration, recognise
@@ -25,8 +26,8 @@ from .tables_in_memory import streams_of
 
 __all__ = ["Channel", "Log", "read_log"]
 
-ChannelMap = Mapping[str, Entry | None] | str | os.PathLike[str]
-"""A channel map: its file, or its entries by channel."""
+ChannelMap = Mapping[str, Entry | str | Mapping[str, Any] | None] | str | os.PathLike[str]
+"""A channel map: its file, or by channel its entries or what the file says of them."""
 REPAIRED = "repaired by undertow from"
 """How the first remark above a repaired log begins, and the first note of such a log."""
 
@@ -46,6 +47,7 @@ class Log(Card):
         count from its first stamp; 0 where they have the file's own time
     out_of_step : by how much its channels may be out of step with each other, as far as its reader can tell [s]
     idle : what the channel map leaves out, though nothing in the log would have become it
+    lacks : of a log in memory, what a search needs and is not there, with the columns that look like it
     """
 
     path: Path
@@ -56,6 +58,7 @@ class Log(Card):
     start_ns: int = 0
     out_of_step: float = 0.0
     idle: tuple[str, ...] = ()
+    lacks: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -72,6 +75,7 @@ class Log(Card):
             ("time", span),
             ("channels", ", ".join(f"{name} ({rate:.3g} Hz)" for name, rate in rates.items())),
             ("not used", f"{len(self.unused)} streams" if self.unused else ""),
+            *each("to add", self.lacks),
             ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
         ]
 
@@ -94,7 +98,8 @@ class Log(Card):
         channels : name -> (n,) values; canonical names such as `psi`, `u`, `pwm_port`, or ones that are guessed
         units : name -> unit, where it is not that of the channel (deg, deg/s, knots, percent ..., as in channel maps)
         frame : "enu" where the axes are ENU/FLU; see `Reading`
-        channel_map : which channel is made of which name, turned and scaled: a file, or the `entries` that `init` found
+        channel_map : which channel is made of which name, turned and scaled: a file, what would stand in it
+            (`{"pwm_port": "left", "psi": {"from": "heading", "unit": "deg"}}`), or the `entries` that `init` found
         name : in notes and messages
 
         Raises
@@ -158,7 +163,8 @@ class Log(Card):
         Reading(frame)  # which refuses what is no frame
         given: dict[str, Entry | None] = {}
         if channel_map is not None:
-            given = dict(channel_map) if isinstance(channel_map, Mapping) else read_channel_map(Path(channel_map))
+            is_file = not isinstance(channel_map, Mapping)
+            given = read_channel_map(Path(channel_map)) if is_file else entries_of(where, channel_map)
         mapped = map_channels(streams, frame, given, name)
         told: dict[str, Entry | None] = {
             channel: entry_of(where, channel, {**map_dict({channel: entry})[channel], "unit": units[entry.source]})
@@ -167,7 +173,10 @@ class Log(Card):
         }
         if told:
             mapped = map_channels(streams, frame, {**given, **told}, name)
-        return cls(where, mapped.channels, mapped.notes, mapped.unused, mapped.entries, idle=mapped.idle)
+        spare = [stream for stream in streams if stream.name in mapped.unused]
+        needed = tuple(lacks(mapped.channels, spare))
+        notes = (*needed, *mapped.notes)
+        return cls(where, mapped.channels, notes, mapped.unused, mapped.entries, idle=mapped.idle, lacks=needed)
 
 
 def _numbers(where: str, name: str, given: ArrayLike) -> Array:

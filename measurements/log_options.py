@@ -23,7 +23,7 @@ class Reading:
     Raises
     ------
     RequestError
-        for a frame that is neither enu nor ned.
+        for a frame that is neither enu nor ned, and a channel map that is no path.
     """
 
     frame: str | None = None
@@ -34,6 +34,12 @@ class Reading:
     def __post_init__(self) -> None:
         if self.frame not in (None, "enu", "ned"):
             raise RequestError(f"frame {self.frame!r}: expected enu or ned")
+        if not isinstance(self.channel_map, str | os.PathLike | None):
+            raise RequestError(
+                f"Reading: channel_map: expected the path of a YAML file, so that a run can be read again; got "
+                f"{type(self.channel_map).__name__}. Write these lines into a file, or read the table with "
+                "Log.from_dataframe(table, channel_map={...}), which takes them as they are"
+            )
 
 
 AS_GUESSED = Reading()

@@ -82,7 +82,21 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         raise LogError(f"{path}: {told}") from error
     if not isinstance(content, dict) or not content:
         raise LogError(f"{path}: expected lines of 'channel: topic:field' in the channel map, got {shown(content)}.")
-    return {_name(path, key): None if value is None else entry_of(path, key, value) for key, value in content.items()}
+    return entries_of(path, content)
+
+
+def entries_of(path: Path, content: Mapping[Any, Any]) -> dict[str, Entry | None]:
+    """The channel map that plain values say, as its file has them; what is an `Entry` already is one.
+
+    Raises
+    ------
+    LogError
+        see `read_channel_map`; `path` stands in messages.
+    """
+    return {
+        _name(path, key): value if value is None or isinstance(value, Entry) else entry_of(path, key, value)
+        for key, value in content.items()
+    }
 
 
 def _name(path: Path, key: Any) -> str:

@@ -63,6 +63,10 @@ _NOT_COMMANDS = {"enable", "min", "max", "trim", "feedback", "measured", "state"
 _NOT_COMMANDS |= {"angle", "azimuth", "pos", "position", "rpm"}
 """Words of what a thruster has beside its command: VRX turns its azimuth thrusters by `left_thrust_angle`."""
 _COMMANDS = frozenset({"cmd", "command"})
+_LIKE_COMMANDS = re.compile(
+    r"rcou|rc/?out|servo|pwm|thrust|motor|throttle|actuator|prop|rpm|cmd|command|esc\b", re.IGNORECASE
+)
+"""Words in the names of streams that may be commands of thrusters."""
 _PROPELLERS = {"propeller", "prop", "motor", "thruster", "screw"}
 
 
@@ -156,6 +160,20 @@ def _command(name: Name) -> str | None:
     kind = next((kind for kind, marks in _KINDS if marks & set(words)), None)
     side = _side(words)
     return f"{kind}_{side}" if kind and side else None
+
+
+def like_a_command(name: str) -> bool:
+    """Whether a stream of that name may be a command of a thruster."""
+    return _LIKE_COMMANDS.search(name) is not None
+
+
+def side_in(name: str) -> str:
+    """The side that a name speaks of, as channels call it, empty where it speaks of none.
+
+    >>> side_in("cmd_starboard"), side_in("motor1")
+    ('stbd', '')
+    """
+    return _side(_words(name.replace("_", " ")))
 
 
 def says_command(name: str) -> bool:

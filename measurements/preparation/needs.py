@@ -1,6 +1,5 @@
 """Which channels a vehicle needs of a log, and what to say when one is not there."""
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,12 +10,9 @@ from ...physics.vehicle import Vehicle
 from ..canonical import COMMAND_UNITS, Channel, command_kind, unit_of
 from ..channels.channel_map import Entry, map_text
 from ..channels.mapping import some
+from ..channels.recognition import like_a_command
 from ..log import Log
 
-_COMMAND = re.compile(
-    r"rcou|rc/?out|servo|pwm|thrust|motor|throttle|actuator|prop|rpm|cmd|command|esc\b", re.IGNORECASE
-)
-"""Words in the names of streams that may be commands of thrusters."""
 _PART = 1 << 17
 """Rows of a heading that are differentiated at once."""
 
@@ -98,7 +94,7 @@ def _natural(name: str) -> tuple[int, str]:
 
 def like_commands(log: Log) -> list[str]:
     """Streams that became no channel, and whose names are like those of commands."""
-    return [stream for stream in log.unused if _COMMAND.search(stream)]
+    return [stream for stream in log.unused if like_a_command(stream)]
 
 
 def _command_problem(log: Log, name: str) -> str:

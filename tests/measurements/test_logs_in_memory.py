@@ -158,6 +158,50 @@ def test_what_init_found_of_a_table_reads_it_the_right_way_round(table: pd.DataF
     assert_same(Log.from_dataframe(wired, channel_map=tmp_path / "channels.yaml"), log)
 
 
+def test_a_channel_map_of_plain_values_is_what_its_file_would_be(table: pd.DataFrame) -> None:
+    renamed = table.rename(columns={"newton_port": "left"})
+    chart = {"newton_port": {"from": "left", "scale": -1.0}, "newton_stbd": "newton_stbd", "r": None}
+    log = Log.from_dataframe(renamed, channel_map=chart)
+    assert log.channels["newton_port"].value == pytest.approx(-table.newton_port)
+    assert log.entries["r"] is None
+    with pytest.raises(LogError, match="must be 'topic:field', a column, null, or a mapping with 'from'"):
+        Log.from_dataframe(renamed, channel_map={"newton_port": {"of": "left"}})
+    with pytest.raises(LogError, match="unknown channel 'port' in the channel map"):
+        Log.from_dataframe(renamed, channel_map={"port": "left"})
+
+
+def test_a_reading_takes_the_path_of_a_map_and_says_who_takes_its_lines() -> None:
+    with pytest.raises(RequestError, match=r"expected the path of a YAML file.*got dict.*Log.from_dataframe"):
+        undertow.Reading(channel_map={"pwm_stbd": {"from": "pwm_stbd"}})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "name"),
+    [(-1.025, 0.975, "normalized_stbd"), (1100.0, 1900.0, "pwm_stbd"), (-40.0, 35.0, "newton_stbd")],
+)
+def test_a_table_without_what_a_search_needs_says_what_looks_like_it(
+    table: pd.DataFrame, least: float, most: float, name: str
+) -> None:
+    command = np.linspace(least, most, len(table))
+    log = Log.from_dataframe(table.drop(columns=["newton_port", "newton_stbd"]).assign(cmd_stbd=command, cmd_any=1.0))
+    (told,) = log.lacks
+    assert told == log.notes[0]
+    assert told.startswith("A search needs the command of each thruster, such as pwm_port [us]")
+    assert told.endswith(f"try channel_map={{{name!r}: 'cmd_stbd'}}.")
+    assert "to add" in repr(log)
+    assert Log.from_dataframe(table).lacks == ()
+
+
+def test_a_heading_and_a_place_by_other_names_are_told_with_the_lines_that_take_them(table: pd.DataFrame) -> None:
+    other = table.rename(columns={"x": "north", "y": "east", "psi": "heading"}).drop(columns=["u", "v", "r"])
+    log = Log.from_dataframe(other.assign(heading=np.degrees(other.heading) % 360.0))
+    heading, place = log.lacks
+    assert heading.endswith("try channel_map={'psi': {'from': 'heading', 'unit': 'deg'}}.")
+    assert place.endswith("try channel_map={'x': 'north', 'y': 'east'}.")
+    chart = {"psi": {"from": "heading", "unit": "deg"}, "x": "north", "y": "east"}
+    assert Log.from_dataframe(other, channel_map=chart).lacks == ()
+
+
 def test_it_goes_all_the_way_to_a_run(table: pd.DataFrame, tmp_path: Path) -> None:
     inputs = undertow.read_inputs(undertow.Log.from_dataframe(table, name="monday"), "blueboat")
     run = undertow.discover(inputs)
