@@ -19,6 +19,7 @@ from ..physics.laws.damping_power import Envelope, envelope_of, mass_margin
 from ..physics.motion import Motion
 from ..physics.reading import read_json
 from ..physics.stage import Say
+from ..physics.stale_sources import stale_sources
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model
@@ -92,7 +93,8 @@ def check(
     else:
         envelope, source, commands = _without_log(found, path)
     done = audit(found, envelope, motions=motions, commands=commands, envelope_from=source, seed=seed)
-    return replace(done, notes=(*done.notes, note)) if note else done
+    notes = (*done.notes, *([note] if note else []), *stale_sources(found.vehicle))
+    return replace(done, notes=notes)
 
 
 def _own_logs(folder: Path, moved: Moved) -> tuple[RunRecord | None, str]:
