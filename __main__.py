@@ -21,6 +21,7 @@ from .cli.check_verb import check
 from .cli.ci_verb import ci
 from .cli.compare_verb import compare
 from .cli.console import Verbs, check_here, open_streams, say, sending, telling
+from .cli.control_verb import control
 from .cli.demo_verb import demo
 from .cli.discover_verb import discover
 from .cli.effects_verb import effects
@@ -60,8 +61,8 @@ def options(
 
 
 FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, train, workbench)
-for verb in (*FROM_LOGS, explain, effects, simulate, report, export):
-    more = {add: catalogue, simulate: amounts, export: formats}.get(verb)
+for verb in (*FROM_LOGS, explain, effects, simulate, control, report, export):
+    more = {add: catalogue, simulate: amounts, control: amounts, export: formats}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 
 

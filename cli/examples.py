@@ -46,6 +46,10 @@ EXAMPLES = {
         "undertow export run --to c --time-step 0.02 --out boat.h",
         "undertow export blueboat --to sdf --gz fortress --out blueboat.sdf",
     ),
+    "control": (
+        "undertow control blueboat --effect surge_quadratic_damping=-25 --out square.svg",
+        "undertow control boat.yaml run lstm --true true.yaml --track eight --track station --controller nmpc",
+    ),
     "report": ("undertow report run --model lstm --pdf", "undertow report monday tuesday --out fleet.html"),
 }
 """By verb; a test parses each of them."""

@@ -42,21 +42,13 @@ def simulate(
     """Write the log of a world with hidden effects."""
     with failing_clearly():
         from ..measurements.activity import excitation_of
-        from ..physics.errors import RequestError
         from ..physics.vehicle import load_vehicle
         from ..physics.worlds.simulated_log import check_ending
-        from ..physics.worlds.world import parse_effect, simulate_world
+        from ..physics.worlds.world import parse_effects, simulate_world
 
         earlier = earlier_files((("--out", "simulate", out),), (vehicle,), force=force)
         check_ending(out)
-        hidden: dict[str, tuple[float, ...]] = {}
-        for text in effect or []:
-            name, values = parse_effect(text)
-            if name in hidden:
-                raise RequestError(
-                    f"--effect {text}: {name} is given twice; give each effect once, with all its values"
-                )
-            hidden[name] = values
+        hidden = parse_effects(effect or [])
         nominal = load_vehicle(vehicle)
         world = simulate_world(nominal, hidden, programme=programme, duration=duration, noise=noise, seed=seed)
         world.write(out)

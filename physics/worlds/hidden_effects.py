@@ -48,6 +48,23 @@ def parse_effect(text: str) -> tuple[str, tuple[float, ...]]:
     return name, tuple(values)
 
 
+def parse_effects(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    """Read several effects of the command line, see `parse_effect`.
+
+    Raises
+    ------
+    RequestError
+        for an effect that cannot be read, or is given twice.
+    """
+    found: dict[str, tuple[float, ...]] = {}
+    for text in texts:
+        name, values = parse_effect(text)
+        if name in found:
+            raise RequestError(f"--effect {text}: {name} is given twice; give each effect once, with all its values")
+        found[name] = values
+    return found
+
+
 def effect_symbols(effect: Effect, vehicle: Vehicle) -> tuple[str, ...]:
     """Symbols of an effect in a vehicle; an effect of one thruster means the last one (starboard, by custom)."""
     return tuple(s.replace("{thruster}", vehicle.thrusters[-1].name) for s in effect.symbols)

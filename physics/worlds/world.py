@@ -14,7 +14,7 @@ from ..integration import SPEED_LIMIT
 from ..motion import Motion
 from ..simulation import simulate_motion
 from ..vehicle import Vehicle
-from .hidden_effects import Values, apply_effects, parse_effect
+from .hidden_effects import Values, apply_effects, parse_effect, parse_effects
 from .manoeuvres import COMMAND_STEP, programme
 from .simulated_log import SimulatedLog
 from .typical_effects import random_hull, typical_effect
@@ -27,6 +27,7 @@ __all__ = [
     "World",
     "apply_effects",
     "parse_effect",
+    "parse_effects",
     "random_hull",
     "simulate_world",
     "typical_effect",

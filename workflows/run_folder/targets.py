@@ -45,6 +45,7 @@ class Kind(Enum):
     LIMITS = "ci --write-limits"
     SIMULATED = "simulate"
     EXPORTED = "export"
+    TRACKS = "control"
     PAGE = "report"
     PDF = "report --pdf"
 
