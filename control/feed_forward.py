@@ -16,10 +16,10 @@ from .guidance import Steering, line_of_sight
 from .known_model import PERIOD, numbers
 from .observer import Belief, Observer
 
-_SPEED_TIME, _RATE_TIME, _HEADING_TIME = 1.0, 0.6, 1.6
+_SPEED_TIME, _RATE_TIME, _HEADING_TIME = 0.7, 0.4, 1.0
 """Times in which errors of speed, yaw rate and heading are made good [s]. Heading and rate make a pair of poles of
-damping 0.8 at 1 rad/s, speed and place (`guidance`) one of 0.9 at 0.6 rad/s: slower than the 0.4 s that command and
-belief are late by, and as quick as the hulls of this kind are by themselves."""
+damping 0.8 at 1.6 rad/s, speed and place (`guidance`) one of damping 1 at 0.7 rad/s: slower than the 0.4 s that command
+and belief are late by, and a little quicker than the hulls of this kind are by themselves."""
 _LEAD = 0.3
 """Lag that is left of a motor when more is asked of it than it should give [s]: less would ask for its limits."""
 _SLOWEST = 0.3

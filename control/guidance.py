@@ -11,7 +11,7 @@ import numpy as np
 from ..physics.frames import Array, earth_to_body, wrap_angle
 from .tracks import Pace
 
-LOOKAHEAD = 3.0
+LOOKAHEAD = 4.0
 """Lookahead distance, in seconds at the pace's speed: some lengths of the hull, as the book advises."""
 _CATCH_UP = 3.0
 """Time in which an along-track error is made good [s]."""

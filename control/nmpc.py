@@ -102,7 +102,7 @@ def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:
 
     for k in range(HORIZON):
         at = minutes + k * PERIOD / 60.0
-        held(known.step(states[k], shares[k] * full, added[:, k], at) - states[k + 1], 0.0)
+        held(states[k + 1] - known.step(states[k], shares[k] * full, added[:, k], at), 0.0)  # fatrop wants this sign
         if k == 0:
             held(states[0] - begin, 0.0)
         change = shares[k] - states[k][known.lately] / full
