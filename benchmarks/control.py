@@ -51,7 +51,7 @@ def steer(kind: str, seed: int, networks: Sequence[str], target: Path) -> None:
             continue
         for controller, tracks in STEERED.items():
             kept["rows"] += passages(model, controller, case.true, case.nominal, seed, tracks)
-            if model.name == "nominal":
+            if model.name == "nominal" and kind == "nothing":
                 again = passages(model, controller, case.true, case.nominal, seed + OTHER_SEED, tracks)
                 kept["rows"] += [{**row, "model": "nominal, other noise"} for row in again]
         kept["told"][model.name] = told

@@ -1,7 +1,7 @@
 """The closed loop: a controller steers the true boat along a track, and sees of it what sensors see."""
 
 from dataclasses import dataclass
-from time import perf_counter
+from time import thread_time
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class Passage:
     motion : (n, 6) the truth; what comes after it was lost is its last place
     command : (n, thrusters) reached at each row, in the thrusters' units
     share : (n, thrusters) the same as shares of full command
-    seconds : (n - 1,) that the controller took for each period [s]
+    seconds : (n - 1,) of processor time that the controller took for each period [s]
     unsolved : periods for which its problem was not solved
     lost : whether it was lost on the way
     """
@@ -74,18 +74,18 @@ def drive(
     )
     spent, unsolved, lost = np.zeros(rows - 1), 0, False
     for k in range(1, rows):
-        begun, minutes = perf_counter(), observer.belief.minutes
+        begun, minutes = thread_time(), observer.belief.minutes
         asked = pilot.ask(observer)
         force = np.clip(asked.force, known.inverse.lower, known.inverse.upper)
         command[k] = known.inverse.command(force, minutes, asked.advance)
         unsolved += not asked.solved
-        spent[k - 1] = perf_counter() - begun
+        spent[k - 1] = thread_time() - begun
         boat.advance(command[k])
         motion[k] = boat.motion
         if not np.hypot(*(motion[k, :2] - points[k, :2])) <= _LOST:
             motion[k:], command[k:], spent, lost = motion[k - 1], command[k], spent[:k], True
             break
-        begun = perf_counter()
+        begun = thread_time()
         observer.learn(known.inverse.at_rest(command[k], minutes), boat.measured())
-        spent[k - 1] += perf_counter() - begun
+        spent[k - 1] += thread_time() - begun
     return Passage(track, motion, command, known.inverse.share(command), spent, unsolved, lost)

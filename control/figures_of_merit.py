@@ -23,7 +23,7 @@ class Merit(Record):
     effort : root mean square of the commands as shares of full, over all thrusters
     off_lane : share of the time farther from the point than `WIDE`
     at_limit : share of the time with a thruster at its limit
-    step : median time that the controller took for a period [ms]
+    step : median of the processor time that the controller took for a period [ms]
     slow_step : time that one in twenty exceeded [ms]
     unsolved : periods whose problem was not solved
     lost : the boat was lost

@@ -28,6 +28,8 @@ _ITERATIONS = 40
 """Iterations after which a plan is given up: from the last one shifted, five to ten do."""
 _TOLERANCE = 1e-4
 """Of the solver, whose unknowns are metres, seconds and shares of full force: far below what is measured."""
+_BARRIER = 1e-2
+"""Barrier with which the solver begins: the last plan is near the next one, so it need not keep far from the bounds."""
 
 
 @final
@@ -120,7 +122,7 @@ def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:
         "equality": equal,
         "print_time": False,
         "error_on_fail": False,
-        "fatrop": {"print_level": 0, "max_iter": _ITERATIONS, "tol": _TOLERANCE},
+        "fatrop": {"print_level": 0, "max_iter": _ITERATIONS, "tol": _TOLERANCE, "mu_init": _BARRIER},
     }
     return casadi.nlpsol("plan", "fatrop", problem, options), np.array(rows)
 

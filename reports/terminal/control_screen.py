@@ -15,8 +15,8 @@ def control_tables(record: ControlRecord) -> RenderableType:
     tracks = dict.fromkeys(result.track for result in record.results)
     legend = (
         "error: root mean square of the distance from the moving point. effort: of the commands, as a share of full. "
-        "off lane: share of the time farther from the point than it moves in a second. step: median time of the "
-        f"controller. The model called {PERFECT} is the true boat itself."
+        "off lane: share of the time farther from the point than it moves in a second. step: median of the "
+        f"controller's processor time. The model called {PERFECT} is the true boat itself."
     )
     return stacked([*(_table(record, track) for track in tracks), Prose(legend, "dim")])
 
