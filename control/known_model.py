@@ -22,6 +22,9 @@ PERIOD = 0.2
 sees 4 s ahead, twice the time in which such a hull gathers way."""
 _SAME_STEP = 0.01
 """Share by which the rows of a network may miss a part of the period: as much as its own rollouts take."""
+_BREEZE = 1e-3
+"""Wind of a model that feels it [m/s]: none to speak of, but where boat and air both rest, the derivative of the speed
+between them does not exist, and a solver that is given no number for it does not end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,12 +105,13 @@ def known_model(model: Model) -> KnownModel:
     state, force, added, minutes = symbols.values()
 
     def asked(function: Function, **more: Any) -> Any:
-        given = symbols | {"air": casadi.SX.zeros(2), "load": casadi.SX.zeros(count)} | more  # losses: the inverse's
+        given = symbols | {"air": casadi.SX([_BREEZE] * 2), "load": casadi.SX.zeros(count)} | more
         return casadi_function(function)(*(given[group.name] for group in function.inputs))
 
     def made(name: str, takes: Sequence[Any], gives: Any) -> Any:
         return casadi.Function(name, takes, [gives])
 
+    # No load: what a thruster loses under way is made up for by the inverse of its curve.
     motion = state[: len(program.rates.inputs[0].members)]
     pulled, push = (asked(program.rates, motion=motion, force=given)[3:6] for given in (casadi.SX.zeros(count), force))
     walk, rows, seen = _walk_of(model)
