@@ -49,7 +49,7 @@ def steer(kind: str, seed: int, networks: Sequence[str], target: Path) -> None:
             kept["told"][model.name] = {**told, "steers as": "nominal"}
             write_json(target, kept)
             continue
-        for controller, tracks in STEERED.items():
+        for controller, tracks in STEERED[kind].items():
             kept["rows"] += passages(model, controller, case.true, case.nominal, seed, tracks)
             if model.name == "nominal" and kind == "nothing":
                 again = passages(model, controller, case.true, case.nominal, seed + OTHER_SEED, tracks)
@@ -57,7 +57,7 @@ def steer(kind: str, seed: int, networks: Sequence[str], target: Path) -> None:
         kept["told"][model.name] = told
         target.parent.mkdir(parents=True, exist_ok=True)
         write_json(target, kept)
-        means = {c: mean_error(of(kept["rows"], model.name, c)) for c in STEERED}
+        means = {c: mean_error(of(kept["rows"], model.name, c)) for c in STEERED[kind]}
         print(
             f"{kind} {seed}: {model.name}: " + ", ".join(f"{c} {m:.3f} m" for c, m in means.items()), told, flush=True
         )
@@ -118,7 +118,7 @@ def page(kept: dict[str, list[dict[str, Any]]], command: str) -> tuple[str, bool
     figures, lines = Figures(), []
     for kind, content in kept.items():
         worlds = [each["rows"] for each in content]
-        for controller in STEERED:
+        for controller in STEERED[kind]:
             lines += ["", f"## {controller}, {KINDS[kind]}, {len(worlds)} boats", "", *table(worlds, controller)]
             judge(figures, kind, controller, worlds)
     asked = ["", "## What is asked", "", "| what | measured | asked | |", "| --- | --- | --- | --- |"]
@@ -168,7 +168,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     kept: dict[str, list[dict[str, Any]]] = {kind: [] for kind in kinds}
     for kind, _, target in places:
         if target.is_file():
-            kept[kind].append(json.loads(target.read_text("utf-8")))
+            found = json.loads(target.read_text("utf-8"))
+            rows = [row for row in found["rows"] if row["track"] in STEERED[kind][row["controller"]]]
+            kept[kind].append({**found, "rows": rows})
     command = f"python benchmarks/control.py --boats {given.boats} --first {given.first} --networks lstm --networks tcn"
     text, broken = page({kind: found for kind, found in kept.items() if found}, command)
     if given.table is not None:

@@ -26,8 +26,11 @@ from undertow.residuals.models.base import Model, VehicleModel
 
 from .worlds import merged
 
-STEERED = {"los": tuple(TRACKS), "nmpc": ("square", "eight", "transients")}
-"""Tracks by controller: a plan takes ten times as long as a formula, so it has fewer of them."""
+STEERED = {
+    "hidden": {"los": tuple(TRACKS), "nmpc": ("square", "transients")},
+    "nothing": {"los": ("square", "transients"), "nmpc": ("square",)},
+}
+"""Tracks by kind of world and controller: a plan takes ten times as long as a formula, so it has fewer of them."""
 SCREENS = {"los": ("square", "transients"), "nmpc": ("square",)}
 """Tracks on which it is seen whether hidden effects are worth anything, in gusts and noise of another seed."""
 HIDDEN = 3

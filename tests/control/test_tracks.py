@@ -42,7 +42,8 @@ def test_the_pace_takes_its_share_of_thrust():
     commands = np.full((1, 2), SHARE * 35.0)
     ahead = held_acceleration(boat, np.array([[pace.speed, 0.0, 0.0]]), np.zeros(1), commands)
     assert abs(ahead[0, 0]) < 1e-3
-    turning = held_acceleration(boat, np.array([[pace.speed, 0.0, pace.turn_rate]]), np.zeros(1), commands * [1.0, -1.0])
+    velocity = np.array([[pace.speed, 0.0, pace.turn_rate]])
+    turning = held_acceleration(boat, velocity, np.zeros(1), commands * [1.0, -1.0])
     assert abs(turning[0, 2]) < 1e-3
 
 
