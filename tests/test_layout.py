@@ -18,7 +18,7 @@ from sources import absolute_imports, parsed, source_files
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 FLOORS = (
-    *("physics", "measurements", "residuals", "discovery", "comparison", "exports", "control", "reports", "workflows"),
+    *("physics", "measurements", "residuals", "discovery", "comparison", "exports", "steering", "reports", "workflows"),
     *("app", "cli", "__main__"),
 )
 """The house from the ground floor up: a file imports its own floor and those below."""

@@ -6,12 +6,6 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from ..comparison.models_by_name import load_model
-from ..control.closed_loop import CONTROLLERS, Passage, drive
-from ..control.figures_of_merit import merit
-from ..control.known_model import known_model
-from ..control.tracking import PERFECT, ControlRecord, Tracking
-from ..control.tracks import pace_of, track_named
-from ..control.true_boat import Surroundings
 from ..measurements.prepared_logs import PathLike
 from ..physics.cards import Card
 from ..physics.errors import RequestError, expect
@@ -23,6 +17,12 @@ from ..physics.worlds.hidden_effects import Values, apply_effects
 from ..reports.page.figures.track_figure import track_figure
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model, VehicleModel
+from ..steering.closed_loop import CONTROLLERS, Passage, drive
+from ..steering.figures_of_merit import merit
+from ..steering.known_model import known_model
+from ..steering.tracking import PERFECT, ControlRecord, Tracking
+from ..steering.tracks import pace_of, track_named
+from ..steering.true_boat import Surroundings
 from .run_folder.targets import Kind, check_targets
 
 
@@ -32,7 +32,7 @@ class Trial:
 
     Attributes
     ----------
-    tracks : names of `control.tracks.TRACKS`
+    tracks : names of `steering.tracks.TRACKS`
     controller : "los" or "nmpc"
     around : gusts, current and sensors, of which no model knows
     seed : of what is random in them

@@ -10,12 +10,6 @@ from typing import Any
 import numpy as np
 
 import undertow
-from undertow.control.closed_loop import drive
-from undertow.control.figures_of_merit import merit
-from undertow.control.known_model import known_model
-from undertow.control.tracking import PERFECT
-from undertow.control.tracks import TRACKS, pace_of, track_named
-from undertow.control.true_boat import Surroundings
 from undertow.physics.effects import EFFECTS, effect_named
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
@@ -23,6 +17,12 @@ from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.typical_effects import random_hull, typical_effect
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import Model, VehicleModel
+from undertow.steering.closed_loop import drive
+from undertow.steering.figures_of_merit import merit
+from undertow.steering.known_model import known_model
+from undertow.steering.tracking import PERFECT
+from undertow.steering.tracks import TRACKS, pace_of, track_named
+from undertow.steering.true_boat import Surroundings
 
 from .worlds import merged
 

@@ -3,7 +3,7 @@
 from rich.console import RenderableType
 from rich.text import Text
 
-from ...control.tracking import PERFECT, ControlRecord, Tracking
+from ...steering.tracking import PERFECT, ControlRecord, Tracking
 from .layout import BAD, FOUND, GOOD, Prose, plain_table, stacked
 
 _MATTERS = 0.05

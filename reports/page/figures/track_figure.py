@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from ....control.closed_loop import Passage
-from ....control.tracking import PERFECT, ControlRecord
-from ....control.tracks import TRACKS
+from ....steering.closed_loop import Passage
+from ....steering.tracking import PERFECT, ControlRecord
+from ....steering.tracks import TRACKS
 
 _LOOK: dict[Any, Any] = {
     "svg.fonttype": "none",

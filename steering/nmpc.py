@@ -28,8 +28,13 @@ _ITERATIONS = 40
 """Iterations after which a plan is given up: from the last one shifted, five to ten do."""
 _TOLERANCE = 1e-4
 """Of the solver, whose unknowns are metres, seconds and shares of full force: far below what is measured."""
+_WILDEST = 4.0
+"""Multiple of the pace's speed and yaw rate beyond which no plan goes: a solver that tries larger ones meets drags at
+which a step of the model overflows, and does not come back."""
 _BARRIER = 1e-2
 """Barrier with which the solver begins: the last plan is near the next one, so it need not keep far from the bounds."""
+_STEADY = {"watchdog_shortened_iter_trigger": 0}
+"""No leaps of the solver to see whether it gets better: they end far from any motion of a boat."""
 
 
 @final
@@ -42,7 +47,20 @@ class PredictiveControl(Controller):
         super().__init__(known, track)
         self._full = np.maximum(np.abs(known.inverse.lower), np.abs(known.inverse.upper))
         self._solver, self._rows = _solver(known, self._full)
+        self._wildest = _WILDEST * np.array([track.pace.speed, track.pace.speed, track.pace.turn_rate])
+        self._bounds = self._ends()
         self._plan: tuple[Array, Array] | None = None
+
+    def _ends(self) -> tuple[Array, Array]:
+        """Least and largest value of every unknown; the first state is what it is."""
+        inverse, size = self.known.inverse, len(self.known.program.state)
+        most = np.full((HORIZON + 1, size), np.inf)
+        most[1:, 3:6] = self._wildest
+
+        def lined(states: Array, shares: Array) -> Array:
+            return np.append(np.column_stack([states[:-1], np.tile(shares, (HORIZON, 1))]).ravel(), states[-1])
+
+        return lined(-most, inverse.lower / self._full), lined(most, inverse.upper / self._full)
 
     def ask(self, observer: Observer) -> Asked:
         """See `Controller.ask`."""
@@ -55,13 +73,11 @@ class PredictiveControl(Controller):
         given = np.concatenate([belief.state, [belief.minutes], added.ravel(), wanted.ravel()])
         size, count = len(belief.state), known.thrusters
         stages = np.column_stack([states[:-1], shares]).ravel()
-        free = np.full(size, np.inf)
-        lower, upper = known.inverse.lower / self._full, known.inverse.upper / self._full
         found = self._solver(
             x0=np.concatenate([stages, states[-1]]),
             p=given,
-            lbx=np.concatenate([np.tile(np.concatenate([-free, lower]), HORIZON), -free]),
-            ubx=np.concatenate([np.tile(np.concatenate([free, upper]), HORIZON), free]),
+            lbx=self._bounds[0],
+            ubx=self._bounds[1],
             lbg=-self._rows,
             ubg=self._rows,
         )
@@ -73,17 +89,20 @@ class PredictiveControl(Controller):
         self._plan = states, shares
         return Asked(shares[0] * self._full, solved=solved)
 
+    def _within(self, state: Array) -> bool:
+        """Whether a state is one that a plan may have."""
+        return bool(np.isfinite(state).all() and (np.abs(state[3:6]) <= self._wildest).all())
+
     def _shifted(self, observer: Observer) -> tuple[Array, Array]:
         """States (steps + 1, state) and shares of force (steps, thrusters) of the last plan, a step on."""
         belief, known = observer.belief, self.known
         if self._plan is None:
-            asked = belief.state[known.lately]
-            states = [belief.state]
-            for _ in range(HORIZON):
-                states.append(numbers(known.step(states[-1], asked, belief.added, belief.minutes)))
-            return np.array(states), np.tile(asked / self._full, (HORIZON, 1))
+            return np.tile(belief.state, (HORIZON + 1, 1)), np.tile(
+                belief.state[known.lately] / self._full, (HORIZON, 1)
+            )
         states, shares = self._plan
         after = numbers(known.step(states[-1], shares[-1] * self._full, belief.added, belief.minutes))
+        after = after if self._within(after) else states[-1]
         return np.vstack([belief.state, states[2:], after]), np.vstack([shares[1:], shares[-1:]])
 
 
@@ -122,7 +141,7 @@ def _solver(known: KnownModel, full: Array) -> tuple[Any, Array]:
         "equality": equal,
         "print_time": False,
         "error_on_fail": False,
-        "fatrop": {"print_level": 0, "max_iter": _ITERATIONS, "tol": _TOLERANCE, "mu_init": _BARRIER},
+        "fatrop": {"print_level": 0, "max_iter": _ITERATIONS, "tol": _TOLERANCE, "mu_init": _BARRIER, **_STEADY},
     }
     return casadi.nlpsol("plan", "fatrop", problem, options), np.array(rows)
 

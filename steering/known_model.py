@@ -10,9 +10,13 @@ from ..exports.formats.to_casadi import casadi_function, casadi_module
 from ..exports.program.functions import Function
 from ..exports.program.model_program import Program, network_inputs, program_of
 from ..physics.errors import RequestError
+from ..physics.forces import at_beginning, calm, held_acceleration
 from ..physics.frames import Array
+from ..physics.thrusters import neutral_command
+from ..physics.vehicle import Vehicle
 from ..residuals.models.base import Model, VehicleModel
 from .thrust_inverse import ThrustInverse, in_newtons, thrust_inverse
+from .tracks import pace_of
 
 if TYPE_CHECKING:
     from ..residuals.models.network_walk import NetworkWalk
@@ -22,6 +26,11 @@ PERIOD = 0.2
 sees 4 s ahead, twice the time in which such a hull gathers way."""
 _SAME_STEP = 0.01
 """Share by which the rows of a network may miss a part of the period: as much as its own rollouts take."""
+_WILD, _TRIED = 2.0, 1e-4
+"""Multiple of the pace at which the hull's quickness is judged, and the change of velocity by which [m/s, rad/s]."""
+_STABLE, _MOST_PARTS = 1.5, 8
+"""Quickness times step that a step may have (classical Runge-Kutta is stable up to 2.8), and the most parts of a
+period: beyond, a boat that stops within a hundredth of a second is no hull."""
 _BREEZE = 1e-3
 """Wind of a model that feels it [m/s]: none to speak of, but where boat and air both rest, the derivative of the speed
 between them does not exist, and a solver that is given no number for it does not end."""
@@ -34,7 +43,7 @@ class KnownModel:
     Attributes
     ----------
     name : of the model
-    program : of the vehicle in newtons, for steps of `PERIOD`
+    program : of the vehicle in newtons, for steps of a part of a `PERIOD`
     inverse : from newtons to the commands of the model's own thrusters
     start : (motion (6,), force) -> state
     step : (state, force, added, minutes) -> state after `PERIOD`; `added` is an acceleration beside the model's own
@@ -64,11 +73,7 @@ class KnownModel:
     @property
     def lately(self) -> list[int]:
         """Places in the state of the force that each thruster was asked for last."""
-        names = self.program.state
-        return [
-            names.index(f"asked_{t.name}" if f"asked_{t.name}" in names else f"command_{t.name}_0")
-            for t in self.program.vehicle.thrusters
-        ]
+        return _lately(self.program)
 
     @property
     def acting(self) -> list[int]:
@@ -94,7 +99,8 @@ def known_model(model: Model) -> KnownModel:
             f"({model.kind}); a controller needs a formula to plan with"
         )
     casadi, own = casadi_module(), in_newtons(model.vehicle)
-    program = program_of(own, PERIOD, corrected=True)
+    parts = _parts(model.vehicle)
+    program = program_of(own, PERIOD / parts, corrected=True)
     count = len(own.thrusters)
     symbols = {
         "state": casadi.SX.sym("state", len(program.state)),
@@ -115,19 +121,41 @@ def known_model(model: Model) -> KnownModel:
     motion = state[: len(program.rates.inputs[0].members)]
     pulled, push = (asked(program.rates, motion=motion, force=given)[3:6] for given in (casadi.SX.zeros(count), force))
     walk, rows, seen = _walk_of(model)
-    looks = None if seen is None else made("seen", [state, minutes], asked(network_inputs(own, PERIOD, seen)))
+    looks = None if seen is None else made("seen", [state, minutes], asked(network_inputs(own, PERIOD / parts, seen)))
+    after, last = state, state[_lately(program)]
+    for k in range(parts):
+        between = {"state": after, "command": last + (k + 1) / parts * (force - last)}
+        after = asked(program.step, **between, minutes=minutes + k * PERIOD / parts / 60.0)
     return KnownModel(
         model.name,
         program,
         thrust_inverse(model.vehicle),
         made("start", [state[:6], force], asked(program.start, motion=state[:6])),
-        made("step", [state, force, added, minutes], asked(program.step)),
+        made("step", [state, force, added, minutes], after),
         made("pulled", [state, minutes], pulled),
         made("pushed", [state, minutes], casadi.jacobian(push, force)),
         looks,
         rows,
         walk,
     )
+
+
+def _lately(program: Program) -> list[int]:
+    names = program.state
+    return [
+        names.index(f"asked_{t.name}" if f"asked_{t.name}" in names else f"command_{t.name}_0")
+        for t in program.vehicle.thrusters
+    ]
+
+
+def _parts(vehicle: Vehicle) -> int:
+    """Steps into which a period is cut, so that the fastest motion of the hull that a plan may try stays stable."""
+    pace, tried = pace_of(vehicle), np.vstack([np.zeros(3), _TRIED * np.eye(3)])
+    velocity = _WILD * np.array([pace.speed, 0.5 * pace.speed, pace.turn_rate]) + tried
+    idle = np.tile([neutral_command(t) for t in vehicle.thrusters], (len(velocity), 1))
+    slowed = held_acceleration(calm(at_beginning(vehicle)), velocity, np.zeros(len(velocity)), idle)
+    fastest = np.abs(np.linalg.eigvals((slowed[1:] - slowed[0]).T / _TRIED)).max()
+    return int(np.clip(np.ceil(PERIOD * fastest / _STABLE), 1, _MOST_PARTS))
 
 
 def _walk_of(model: Model) -> "tuple[Callable[[], NetworkWalk] | None, int, bool | None]":

@@ -48,7 +48,7 @@ class Observer:
         self.belief = Belief(numbers(known.start(measured, np.zeros(known.thrusters))), np.zeros(3), np.zeros(3), 0.0)
         self._seen = self._sees()
         if self._walk is not None:
-            self._walk.follow(self._seen[None])
+            self.belief = self.belief._replace(added=self._walk.follow(self._seen[None])[-1])
 
     def learn(self, force: Array, measured: Array) -> Belief:
         """The belief after a `PERIOD` in which the forces at rest went to `force` (thrusters,), and a measurement."""

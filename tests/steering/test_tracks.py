@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from undertow.control.tracks import LEAD_OUT, SHARE, TRACKS, Pace, pace_of, track_named
 from undertow.physics.errors import RequestError
 from undertow.physics.forces import held_acceleration
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.manoeuvres import COMMAND_STEP
+from undertow.steering.tracks import LEAD_OUT, SHARE, TRACKS, Pace, pace_of, track_named
 
 PACE = Pace(1.2, 0.4)
 
@@ -30,7 +30,7 @@ def test_a_square_has_four_right_angles_and_closes():
     track = track_named("square", PACE)
     points = track.at(track.time)
     assert np.degrees(points[-1, 2]) == pytest.approx(360.0, abs=0.5)
-    corner = track.at(4.0 + np.arange(5) * (8.0 + 0.5 * np.pi / PACE.turn_rate + 1.5))
+    corner = track.at(4.0 + np.arange(5, dtype=float) * (8.0 + 0.5 * np.pi / PACE.turn_rate + 1.5))
     assert np.hypot(*(corner[4, :2] - corner[0, :2])) < 0.02 * PACE.speed
     sides = np.hypot(*np.diff(corner[:, :2], axis=0).T)
     np.testing.assert_allclose(sides, sides[0], rtol=1e-2)

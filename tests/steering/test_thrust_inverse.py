@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from exported import BOATS, boat
 
-from undertow.control.thrust_inverse import in_newtons, thrust_inverse
 from undertow.physics.forces import ForceEquation, held_acceleration
 from undertow.physics.vehicle import load_vehicle
+from undertow.steering.thrust_inverse import in_newtons, thrust_inverse
 
 
 @pytest.mark.parametrize("name", BOATS)

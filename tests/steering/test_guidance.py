@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from undertow.control.guidance import LOOKAHEAD, line_of_sight
-from undertow.control.tracks import Pace
+from undertow.steering.guidance import LOOKAHEAD, line_of_sight
+from undertow.steering.tracks import Pace
 
 PACE = Pace(1.5, 0.4)
 NORTHWARD = np.array([10.0, 0.0, 0.0, 1.5, 0.0, 0.0, 0.0])
