@@ -20,6 +20,7 @@ _PUBLIC = {
     "EFFECTS": "physics.effects",
     "Ensemble": "discovery.factors.sparse",
     "Factors": "discovery.factors.factors",
+    "Bounds": "discovery.experiment.optimal_manoeuvre",
     "Choices": "exports.formats.base",
     "Choice": "residuals.training.training_settings",
     "Findings": "discovery.findings",
@@ -61,6 +62,7 @@ _PUBLIC = {
     "load_model": "comparison.models_by_name",
     "load_run": "workflows.run_folder.read:read_run",
     "load_vehicle": "physics.vehicle",
+    "plan": "workflows.plan",
     "prepare": "measurements.preparation.prepare",
     "read_factors": "discovery.factors.factors_file",
     "read_inputs": "workflows.inputs",
@@ -70,6 +72,7 @@ _PUBLIC = {
     "split": "measurements.preparation.split",
     "train": "workflows.train",
     "write_factors": "discovery.factors.factors_file",
+    "write_plan": "workflows.plan",
     "write_run": "workflows.run_folder.write",
 }
 

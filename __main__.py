@@ -31,6 +31,7 @@ from .cli.export_verb import export, formats
 from .cli.fit_verb import fit
 from .cli.init_verb import init
 from .cli.inspect_verb import inspect
+from .cli.plan_verb import plan
 from .cli.report_verb import report
 from .cli.simulate_verb import amounts, simulate
 from .cli.train_verb import train
@@ -61,7 +62,7 @@ def options(
 
 
 FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, train, workbench)
-for verb in (*FROM_LOGS, explain, effects, simulate, control, report, export):
+for verb in (*FROM_LOGS, plan, explain, effects, simulate, control, report, export):
     more = {add: catalogue, simulate: amounts, control: amounts, export: formats}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 

@@ -31,6 +31,10 @@ EXAMPLES = {
         "undertow add surge_quadratic_damping munk_moment --run run --out corrected.yaml",
         "undertow add 'yaw:u|r|' boat.csv --vehicle boat.yaml",
     ),
+    "plan": (
+        "undertow plan run --space 40 --thrust 60 --at 54.3233,10.1394 --out mission",
+        "undertow plan run munk_moment sway_added_mass --speed 1.5 --out mission",
+    ),
     "train": (
         "undertow train boat.csv --vehicle boat.yaml --residual lstm --out lstm --explain",
         "undertow train boat.csv --vehicle boat.yaml --residual mlp --epochs 50 --out mlp --resume",

@@ -35,7 +35,7 @@ Values = dict[str, float]
 class Part:
     """A part of the study: logs with the same number of hidden effects.
 
-    `programmes` and `noises` take turns; `small` and `full` are numbers of logs.
+    `programmes` and `noises` take turns; `small` and `full` are numbers of logs, each `seconds` long.
     """
 
     title: str
@@ -45,6 +45,7 @@ class Part:
     programmes: tuple[str, ...] = ("rich",)
     noises: tuple[str, ...] = ("field",)
     waves: bool = False
+    seconds: float = DURATION
 
 
 ALL = ("rich", "zigzag", "gentle")
@@ -89,7 +90,7 @@ def draw(part: Part, number: int, seed: int) -> Case:
             sizes = [(name, typical_effect(name, nominal, rng)) for name in names]
             hidden = {label(name, list(values)): values for name, values in sizes}
             true = apply_effects(nominal, merged(hidden))
-            log = World(true, kind, DURATION, seed).run(replace(NOISE[noise], waves=waves))
+            log = World(true, kind, part.seconds, seed).run(replace(NOISE[noise], waves=waves))
         except RequestError:
             continue  # no sound vehicle, or one that the effect hardly touches: another hull
         setting = {"seed": seed, "vehicle": base, "programme": kind, "noise": noise, "waves": round(waves, 3)}

@@ -23,7 +23,7 @@ from ..identifiability.rehearsal import Rehearsal, amplitude_columns
 from ..search.floating import Search, State
 from ..search.gram import RIDGE
 
-_MOST_RIVALS = 6
+MOST_RIVALS = 6
 """Rivals that are looked at beside an effect, in the order given: each costs a fit on every trial."""
 
 
@@ -76,7 +76,7 @@ def part(
             candidate = next(c for c in search.pool if c.key == key)
             force[list(amplitude_columns(candidate, linear.options[key]))] = plausible[key]
         rest = [i for other in state.active if other != key for i in free[other]]
-        group = rivals[:_MOST_RIVALS]
+        group = rivals[:MOST_RIVALS]
         ways = {other: _ways(linear.options[other]) for other in (key, *group)}
         forces = {key: force} | {other: stand.replacement(force, ways[other], rest) for other in group}
         if selected:

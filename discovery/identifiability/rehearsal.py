@@ -54,7 +54,7 @@ class Rehearsal:
 
 
 def rehearse(search: Search, vehicle: Vehicle, active: Sequence[str]) -> Rehearsal | None:
-    """Drive every trial on a vehicle and take the columns of a search's candidates about it.
+    """Drive every trial of the library on a vehicle and take the columns of a search's candidates about it.
 
     The trials begin on the heading on which the log begins, and all are driven when it ends: what changes by the minute
     has then done all that the log can show of it. When all of them diverge, as they may on a vehicle that a
@@ -67,17 +67,30 @@ def rehearse(search: Search, vehicle: Vehicle, active: Sequence[str]) -> Rehears
     motions = search.balance.motions
     heading, end = float(motions[0].heading[0]), max(float(motion.minutes[-1]) for motion in motions)
     for driver in (vehicle, search.nominal):
-        runs = [(n, run) for n, several in enumerate(drive(driver, TRIALS, heading, end)) for run in several]
-        if runs:
-            return _rehearsal(search, vehicle, active, runs)
+        driven = drive(driver, TRIALS, heading, end)
+        if any(driven):
+            return rehearsal_of(search, vehicle, active, TRIALS, driven)
     return None
 
 
-def _rehearsal(
-    search: Search, vehicle: Vehicle, active: Sequence[str], runs: Sequence[tuple[int, Motion]]
+def rehearsal_of(
+    search: Search,
+    vehicle: Vehicle,
+    active: Sequence[str],
+    trials: Sequence[Trial],
+    driven: Sequence[Sequence[Motion]],
 ) -> Rehearsal:
+    """The columns of a search's candidates about a vehicle, along trials that were driven.
+
+    Parameters
+    ----------
+    active : keys of the candidates present in `vehicle`
+    trials : any, see `drive`
+    driven : the motions of each, at least one of one; trials without a motion are left out
+    """
+    runs = [(n, run) for n, several in enumerate(driven) for run in several]
     settings = search.balance.tests
-    trials = list(dict.fromkeys(n for n, _ in runs))
+    numbers = list(dict.fromkeys(n for n, _ in runs))
     # One long motion is far quicker than many; test functions across its joints are left out.
     motion = _joined([run for _, run in runs])
     weak = WeakForm([motion], replace(settings, copies=0))
@@ -85,10 +98,10 @@ def _rehearsal(
     row = np.round((weak.time - motion.time[0]) / motion.time_step).astype(int)
     half = round(settings.half_width / motion.time_step)
     first, last = (np.searchsorted(ends, row + reach, side="right") for reach in (-half, half))
-    of_run = np.array([trials.index(n) for n, _ in runs])
+    of_run = np.array([numbers.index(n) for n, _ in runs])
     trial = np.where(first == last, of_run[np.minimum(first, len(runs) - 1)], -1)
     linear = Linearisation(weak, vehicle, search.nominal, search.pool, active)
-    return Rehearsal(tuple(TRIALS[n] for n in trials), linear, trial, weak.largest_force(search.nominal))
+    return Rehearsal(tuple(trials[n] for n in numbers), linear, trial, weak.largest_force(search.nominal))
 
 
 def amplitude_columns(candidate: Candidate, options: Sequence[Option]) -> tuple[int, ...]:

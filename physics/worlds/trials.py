@@ -159,6 +159,24 @@ TRIALS: tuple[Trial, ...] = (
 """Every trial, from the simplest to the most laborious."""
 
 
+def in_words(steps: Sequence[Step]) -> str:
+    """Steps as an instruction.
+
+    >>> in_words([(4.0, 0.6, -0.25), (2.5, 0.0, 0.0), (3.0, 0.0, 1.0)])
+    '60 % ahead with 25 % differential thrust to port for 4 s, no thrust for 2.5 s, turning to starboard on the spot \
+with 100 % for 3 s'
+    """
+    return ", ".join(f"{_level(common, turn)} for {seconds:g} s" for seconds, common, turn in steps)
+
+
+def _level(common: float, turn: float) -> str:
+    side = "starboard" if turn > 0.0 else "port"
+    if not common:
+        return f"turning to {side} on the spot with {100.0 * abs(turn):.0f} %" if turn else "no thrust"
+    straight = f"{100.0 * abs(common):.0f} % {'ahead' if common > 0.0 else 'astern'}"
+    return f"{straight} with {100.0 * abs(turn):.0f} % differential thrust to {side}" if turn else straight
+
+
 def drive(
     vehicle: Vehicle, trials: Sequence[Trial] = TRIALS, heading: float = 0.0, minutes: float = 0.0
 ) -> tuple[tuple[Motion, ...], ...]:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from .waves import in_waves
 
 __all__ = [
     "NOISE",
+    "Orders",
     "Sensors",
     "SimulatedLog",
     "World",
@@ -75,6 +77,19 @@ NOISE: dict[str, Sensors] = {
 """The noise presets."""
 
 
+class Orders(NamedTuple):
+    """What a vehicle is to drive in the place of a programme.
+
+    Attributes
+    ----------
+    commands : (n, thrusters) in each thruster's unit, at 10 Hz, each held until the next
+    heading : on which it begins [rad]
+    """
+
+    commands: Array
+    heading: float
+
+
 @dataclass(frozen=True, slots=True)
 class World:
     """A true vehicle and the programme that it drives, from rest, on a heading that the seed draws.
@@ -90,6 +105,7 @@ class World:
     becomes, changes_at : the true vehicle from an instant on [s], as a hull that is fouled or a propeller that is hit;
         it has the same thrusters and takes the motion over as it is, its wake memory at rest in that motion. None for
         a vehicle that stays as it is
+    orders : commands that are driven in the place of the programme, for `duration`; None for the programme
     """
 
     vehicle: Vehicle
@@ -99,6 +115,7 @@ class World:
     wind: tuple[float, float] | None = None
     becomes: Vehicle | None = None
     changes_at: float = 0.0
+    orders: Orders | None = None
 
     def run(self, sensors: Sensors) -> SimulatedLog:
         """Simulate the world and log it.
@@ -117,7 +134,10 @@ class World:
         if not 0.0 <= sensors.waves < np.inf:
             raise RequestError(f"simulate: expected waves of 0 m/s or more, got {sensors.waves:g} m/s")
         self._check_change()
-        held = programme(self.vehicle, self.programme, self.duration, self.seed)
+        if self.orders is None:
+            held = programme(self.vehicle, self.programme, self.duration, self.seed)
+        else:
+            held = self.orders.commands
         stamps = COMMAND_STEP * np.arange(held.shape[0], dtype=float)
         truth = self._truth(stamps, held)
         rng = np.random.default_rng([self.seed, 3])
@@ -153,7 +173,8 @@ class World:
     def _truth(self, stamps: Array, held: Array) -> Motion:
         time = FINE_STEP * np.arange(int(self.duration / FINE_STEP + 1e-6) + 1, dtype=float)
         n = time.size
-        heading = np.full(n, np.random.default_rng([self.seed, 2]).uniform(-np.pi, np.pi))
+        drawn = float(np.random.default_rng([self.seed, 2]).uniform(-np.pi, np.pi))
+        heading = np.full(n, drawn if self.orders is None else self.orders.heading)
         start = Motion(
             time,
             np.zeros((n, 2)),

@@ -1,0 +1,62 @@
+"""The verb `plan`: what to drive next, as files for autopilot, ground station, robot and table."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, print_json, progress, prose, say
+from .options import ForceOption, JsonOption, MapOption, RunLogs
+
+
+def plan(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder that discover wrote.")],
+    effects: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[EFFECT...]", help="Effects to tell apart; without any, the first open question."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder to write the mission to.")] = None,
+    speed: Annotated[float | None, typer.Option("--speed", help="Highest speed in m/s.")] = None,
+    space: Annotated[float, typer.Option("--space", help="Farthest from where it begins, in m: the fence.")] = 50.0,
+    thrust: Annotated[float, typer.Option("--thrust", help="Most thrust, in % of full command.")] = 100.0,
+    seconds: Annotated[float, typer.Option("--seconds", help="Longest manoeuvre in s.")] = 120.0,
+    at: Annotated[str | None, typer.Option("--at", help="Where it begins, LAT,LON: for mission.waypoints.")] = None,
+    heading: Annotated[
+        float | None, typer.Option("--heading", help="On which it begins, in degrees from north; the log's else.")
+    ] = None,
+    force: ForceOption = False,
+    log: RunLogs = None,
+    channels: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Find the shortest manoeuvre that tells look-alikes apart, and write it as a mission."""
+    with failing_clearly():
+        from ..discovery.experiment.optimal_manoeuvre import Bounds
+        from ..workflows.plan import check_plan_target, place_at, write_plan
+        from ..workflows.plan import plan as planned
+        from ..workflows.run_folder.moved_files import Moved
+
+        bounds = Bounds(float("inf") if speed is None else speed, space, thrust / 100.0, seconds)
+        place = None if at is None else place_at(at)
+        if out is not None:
+            check_plan_target(out, (run,), force=force)
+        moved = Moved(tuple(log or ()), channels)
+        found = planned(run, effects or (), bounds, place=place, heading=heading, moved=moved, progress=progress)
+        if found is None:
+            say("Nothing is open: the log tells all that was asked. Name effects to have a manoeuvre for them.")
+            return
+        written = out is not None and found.manoeuvre.tells
+        if written and out is not None:
+            write_plan(found, out, force=force)
+        if as_json:
+            print_json(found.record.to_dict())
+            return
+        say("")
+        for sentence in found.sentences:
+            prose(sentence)
+        if written and out is not None:
+            say(f"Mission: {', '.join(str(out / form.name) for form in found.forms)}")
+            if found.mission.place is None:
+                say("No waypoint file: give --at LAT,LON for one.")
+        else:
+            say("Nothing is written without --out." if out is None else "Nothing is written: it would not tell.")

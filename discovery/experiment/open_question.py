@@ -1,0 +1,128 @@
+"""The question that a manoeuvre is to settle: which of a few models is true, and what each would make of a trial."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+
+import numpy as np
+
+from ...physics.errors import RequestError
+from ...physics.frames import Array
+from ...physics.motion import Motion
+from ...physics.worlds.trials import Trial, drive
+from ..identifiability.rehearsal import rehearsal_of
+from ..search.floating import Search, State
+from .separation import part
+
+_MOST_TRUTHS = 3
+"""Models that may be true, and along whose motions a trial is rehearsed: each costs as much as the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsed:
+    """What trials would do, (trials,) each, the worst over all models that may be true.
+
+    Attributes
+    ----------
+    gain : log-likelihood by which the true model would part from the one most like it; 0 for a trial that diverges
+    reach : largest distance from where a run begins [m]
+    speed : highest speed over ground [m/s]
+    """
+
+    gain: Array
+    reach: Array
+    speed: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenQuestion:
+    """One effect beside those that look like it, or beside nothing.
+
+    Attributes
+    ----------
+    effects : keys; the first is what the search selected, the others would do as well
+    search : on the force balance of the log, of these candidates and of those in the model
+    truths : models that may be true, each with the key that it has and the others have not
+    plausible : amounts of effects that the log does not show, see `part`
+    heading : on which trials begin [rad]
+    """
+
+    effects: tuple[str, ...]
+    search: Search
+    truths: tuple[tuple[str, State], ...]
+    plausible: Mapping[str, tuple[float, ...]]
+    heading: float
+
+    def rehearse(self, trials: Sequence[Trial]) -> Rehearsed:
+        """Drive trials on every model that may be true, and see by how much it would part from the others."""
+        gain, reach, speed = np.full(len(trials), np.inf), np.zeros(len(trials)), np.zeros(len(trials))
+        end = max(float(motion.minutes[-1]) for motion in self.search.balance.motions)
+        for key, state in self.truths:
+            driven = drive(state.vehicle, trials, self.heading, end)
+            parted = np.zeros(len(trials))
+            whole = [n for n, runs in enumerate(driven) if len(runs) == len(trials[n].headings)]
+            if whole:
+                parted[whole] = self._parted(key, state, [trials[n] for n in whole], [driven[n] for n in whole])
+            gain = np.minimum(gain, parted)
+            for n, runs in enumerate(driven):
+                reach[n] = max(reach[n], *(_reach(run) for run in runs)) if runs else np.inf
+                speed[n] = max(speed[n], *(_speed(run) for run in runs)) if runs else np.inf
+        return Rehearsed(gain, reach, speed)
+
+    def _parted(self, key: str, state: State, trials: Sequence[Trial], driven: Sequence[Sequence[Motion]]) -> Array:
+        rehearsal = rehearsal_of(self.search, state.vehicle, state.active, trials, driven)
+        others = [other for other in self.effects if other != key]
+        partings = part(self.search, state, {key: others}, self.plausible, rehearsal)
+        return np.min([p.gain for p in partings if key in p.effects], axis=0)
+
+
+def ask(
+    search: Search,
+    state: State,
+    effects: Sequence[str],
+    plausible: Mapping[str, tuple[float, ...]],
+    heading: float | None = None,
+) -> OpenQuestion:
+    """The question which of some effects is there, about the model that a search ended with.
+
+    Parameters
+    ----------
+    search, state : on the force balance
+    effects : keys; one alone is told from whatever could hide it
+    plausible : see `part`
+    heading : on which trials begin [rad]; None for that on which the log begins
+
+    Raises
+    ------
+    RequestError
+        for a key that the search does not know, naming the nearest, or one that is given twice.
+    """
+    known = {c.key for c in search.pool if not c.nuisance}
+    for name in effects:
+        if name not in known:
+            near = get_close_matches(name, known, n=1, cutoff=0.0)
+            raise RequestError(f"plan: unknown effect {name!r}: did you mean {near[0]!r}?")
+    if len(set(effects)) < len(effects):
+        raise RequestError(f"plan: expected different effects, got {' '.join(effects)}")
+    first, *rivals = sorted(effects, key=lambda name: name not in state.active)
+    for other in rivals:
+        if other in state.active:  # which of the two: the model is asked about as if it had the first alone
+            state = search.without(state, other)
+    if rivals:
+        pool = [c for c in search.pool if c.key in (first, *rivals, *state.active) or c.nuisance]
+        search = Search(search.balance, search.nominal, pool, replace(search.settings, refinements=2))
+    truths = [(first, state)]
+    if first in state.active:
+        linear, scores = search.linearise(state.vehicle, state.active, state.fit.in_sample)
+        for other in rivals[: _MOST_TRUTHS - 1]:
+            truths.append((other, search.replace(state, first, other, linear, scores)))
+    begins = float(search.balance.motions[0].heading[0]) if heading is None else heading
+    return OpenQuestion((first, *rivals), search, tuple(truths), plausible, begins)
+
+
+def _reach(run: Motion) -> float:
+    return float(np.hypot(*(run.position - run.position[0]).T).max())
+
+
+def _speed(run: Motion) -> float:
+    return float(np.hypot(*run.velocity[:, :2].T).max())

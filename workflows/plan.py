@@ -1,0 +1,311 @@
+"""The verb `plan`: what to drive next, optimised on the model, as files for whoever drives it."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import degrees, isfinite, radians
+from pathlib import Path
+from typing import ClassVar
+
+from ..discovery.basis import choose
+from ..discovery.experiment.advice import open_questions
+from ..discovery.experiment.open_question import OpenQuestion, ask
+from ..discovery.experiment.optimal_manoeuvre import Bounds, Driven, Manoeuvre, shortest
+from ..discovery.experiment.separation import MOST_RIVALS
+from ..discovery.hidden_sensors import beside_sensors
+from ..discovery.selection import Selected, select
+from ..discovery.settings import DiscoverySettings
+from ..exports.missions.base import Mission, MissionFormat, Place
+from ..exports.missions.registry import mission_formats
+from ..measurements.prepared_logs import PathLike
+from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.cards import Card
+from ..physics.errors import RequestError
+from ..physics.file_records import Flag, Number, Record, absent
+from ..physics.files import write_json, write_text
+from ..physics.folders import replace_folder
+from ..physics.in_words import listing, number, words
+from ..physics.printable import shown
+from ..physics.reading import read_json
+from ..physics.stage import Say
+from ..reports.terminal.progress import SHOWN, showing
+from .inputs import read_inputs
+from .run_folder.moved_files import UNMOVED, Moved
+from .run_folder.read import read_run_inputs
+from .run_folder.targets import check_target_folder
+
+RECORD = "mission.json"
+_FENCE_SHARE, _FENCE_LEAST = 1.5, 10.0
+"""Where nobody limits the space, the fence stands so many times as far as the models get, and at least so far [m]."""
+
+
+class PlannedDrive(Record):
+    """A manoeuvre in a file: its words, length [s], log-likelihood, probability to tell, reach [m], speed [m/s]."""
+
+    words: str
+    seconds: Number
+    gain: Number
+    probability: Number
+    reach: Number
+    speed: Number
+
+    @classmethod
+    def of(cls, driven: Driven) -> "PlannedDrive":
+        """What the models made of one."""
+        return cls(
+            words=driven.trial.words,
+            seconds=driven.seconds,
+            gain=driven.gain,
+            probability=driven.probability,
+            reach=driven.reach,
+            speed=driven.speed,
+        )
+
+
+class PlanRecord(Record):
+    """The content of `mission.json`.
+
+    Attributes
+    ----------
+    effects : the question, the first is what the search selected
+    tells : whether the manoeuvre is more likely than not to tell them apart within the limits
+    binding : limits without which one would
+    minutes : on the water, with the rest before and after
+    best, fixed : the manoeuvre, and the library's best
+    files : SHA-256 of each file, by name
+    """
+
+    SCHEMA: ClassVar[str] = "undertow.mission/1"
+
+    effects: tuple[str, ...]
+    tells: Flag
+    binding: tuple[str, ...] = ()
+    minutes: Number
+    heading: Number
+    best: PlannedDrive
+    fixed: PlannedDrive
+    files: dict[str, str] | None = absent()
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Plan(Card):
+    """A manoeuvre that would settle an open question of a run.
+
+    Attributes
+    ----------
+    question : what is asked
+    manoeuvre : the answer
+    mission : the manoeuvre as commands of the run's vehicle
+    reads : what it was made from
+    left_out : look-alikes that are too many to be looked at together
+    """
+
+    question: OpenQuestion
+    manoeuvre: Manoeuvre
+    mission: Mission
+    reads: tuple[PathLike, ...]
+    left_out: int = 0
+
+    @property
+    def minutes(self) -> float:
+        """On the water, with the rest before and after [min]."""
+        return self.mission.seconds / 60.0
+
+    @property
+    def purpose(self) -> str:
+        """What it would tell."""
+        first, *others = map(words, self.question.effects)
+        return f"tell {first} from {listing(others)}" if others else f"tell whether there is {first}"
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What to drive, what it tells, and how the library compares."""
+        best, fixed, bounds = self.manoeuvre.best, self.manoeuvre.fixed, self.manoeuvre.bounds
+        told = [
+            f"To {self.purpose}, drive from rest: {best.trial.words}.",
+            f"That is {best.seconds:g} s, {number(self.minutes)} minutes on the water with the rest before and after. "
+            f"The models get {best.reach:.0f} m away and up to {best.speed:.1f} m/s fast.",
+        ]
+        if self.manoeuvre.tells:
+            told.append(
+                f"It tells with a probability of {_percent(best.probability)}, if the sensors are as in the log."
+            )
+        else:
+            named = listing([f"{limit.value} ({bounds.told(limit)})" for limit in self.manoeuvre.binding])
+            why = f"what forbids it is the limit of {named}" if named else "and no single limit is what forbids it"
+            told.append(
+                f"Within the limits no manoeuvre that was tried would {self.purpose} (the best with a probability of "
+                f"{_percent(best.probability)}); {why}."
+            )
+        often = len(fixed.trial.headings)
+        what = f"{fixed.trial.name.replace('_', ' ')}{f', {often} runs' if often > 1 else ''}, {fixed.seconds:.0f} s"
+        told.append(
+            f"Of the fixed manoeuvres the best for this is {what}"
+            + ("." if fixed.enough else f", with a probability of {_percent(fixed.probability)}.")
+        )
+        if self.left_out:
+            told.append(f"{self.left_out} more look-alikes are left for the plan after it.")
+        return tuple(told)
+
+    @property
+    def forms(self) -> tuple[MissionFormat, ...]:
+        """The files that can be made: without a place, all but the waypoints."""
+        return tuple(f for f in mission_formats() if self.mission.place is not None or not f.needs_place)
+
+    @property
+    def record(self) -> PlanRecord:
+        """What `mission.json` holds, without the digests of the files."""
+        return PlanRecord(
+            effects=self.question.effects,
+            tells=self.manoeuvre.tells,
+            binding=tuple(limit.value for limit in self.manoeuvre.binding),
+            minutes=self.minutes,
+            heading=degrees(self.question.heading),
+            best=PlannedDrive.of(self.manoeuvre.best),
+            fixed=PlannedDrive.of(self.manoeuvre.fixed),
+        )
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        return [("question", self.purpose), *zip(("drive", "length", "tells", "fixed"), self.sentences, strict=False)]
+
+
+@showing
+@single_threaded
+def plan(
+    run: PathLike,
+    effects: Sequence[str] = (),
+    bounds: Bounds | None = None,
+    *,
+    place: tuple[float, float] | None = None,
+    heading: float | None = None,
+    moved: Moved = UNMOVED,
+    progress: Say | None = SHOWN,
+) -> Plan | None:
+    """The shortest manoeuvre that would settle a question that a run leaves open; None where it leaves none open.
+
+    Parameters
+    ----------
+    run : folder of a run, whose logs are searched again
+    effects : that are to be told apart, by name; without any, the first open question of the run
+    bounds : of speed, space, thrust and time
+    place : latitude and longitude where it begins [deg], for the waypoint file
+    heading : on which it begins, clockwise from north [deg]; None for that of the log's beginning
+    moved : where the logs of the run are now
+
+    Raises
+    ------
+    RequestError
+        for an unknown effect, a limit that is not positive, or a folder that is not a run.
+    """
+    bounds = _sound(bounds or Bounds())
+    record = read_run_inputs(run, moved)
+    inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
+    say = progress or (lambda text: None)
+    made = read_json(Path(run) / "run.json")
+    settings = DiscoverySettings(seed=int(made.get("seed") or 0), refit=made.get("refit") is True)
+    looked, _ = beside_sensors(select(choose(inputs.fitting, inputs.vehicle, settings), say), say)
+    named = tuple(effects) or first_question(looked)
+    if not named:
+        return None
+    named, left_out = named[: 1 + MOST_RIVALS], len(named[1 + MOST_RIVALS :])
+    say(f"looking for the shortest manoeuvre that parts {', '.join(named)}")
+    question = asked(looked, named, None if heading is None else radians(heading))
+    manoeuvre = shortest(question, bounds, settings.seed)
+    best = manoeuvre.best
+    fence = bounds.space if isfinite(bounds.space) else max(_FENCE_LEAST, _FENCE_SHARE * best.reach)
+    at = None if place is None else Place(*place, degrees(question.heading))
+    mission = Mission(inputs.vehicle, best.trial.steps, round(fence, 1), place=at)
+    found = Plan(question, manoeuvre, mission, (run, *record.logs), left_out)
+    about = ("A manoeuvre planned by undertow.", *found.sentences[:3])
+    return replace(found, mission=replace(mission, about=about))
+
+
+def first_question(looked: Selected) -> tuple[str, ...]:
+    """What a selection leaves open first: what it selected and its look-alikes, else what it doubts or cannot see."""
+    sure = [e.key for e in looked.evidence if e.sure]
+    questions = open_questions(looked.evidence, sure, looked.known)
+    ranked = sorted(questions, key=lambda key: (not questions[key], key not in looked.state.active))
+    return (ranked[0], *questions[ranked[0]]) if ranked else ()
+
+
+def asked(looked: Selected, effects: Sequence[str], heading: float | None = None) -> OpenQuestion:
+    """The question which of some effects is there, after a selection; `heading` in rad."""
+    search, state = looked.forces
+    return ask(search, state, effects, looked.plausible, heading)
+
+
+def write_plan(plan: Plan, out: PathLike, *, force: bool = False) -> Path:
+    """Write a folder with the mission in every format, and `mission.json`; without a place, no waypoint file.
+
+    Raises
+    ------
+    RequestError
+        when the folder cannot be written, or something of another's would be lost.
+    """
+    target = check_plan_target(out, plan.reads, force=force)
+
+    def build(work: Path) -> list[str]:
+        digests = {}
+        for form in plan.forms:
+            text = form.content(plan.mission)
+            write_text(work / form.name, text)
+            digests[form.name] = hashlib.sha256(text.encode()).hexdigest()
+        write_json(work / RECORD, plan.record.but(files=digests).to_dict())
+        return [*digests, RECORD]
+
+    try:
+        replace_folder(target, build, own_plan, force=force)
+    except OSError as error:
+        raise RequestError(f"cannot write the mission to {target}: {error.strerror or error}") from None
+    return target
+
+
+def check_plan_target(out: PathLike, reads: Sequence[PathLike], *, force: bool = False) -> Path:
+    """The folder of a mission, if it can be written and nothing of the user's be lost."""
+    names = {form.name for form in mission_formats()} | {RECORD}
+    check_target_folder("--out", Path(out), names, own_plan, reads, force=force)
+    return Path(out)
+
+
+def place_at(text: str) -> tuple[float, float]:
+    """Latitude and longitude [deg] of words such as "54.32,10.14".
+
+    Raises
+    ------
+    RequestError
+        when they are not two numbers of the earth.
+    """
+    try:
+        latitude, longitude = (float(word) for word in text.split(","))
+    except ValueError:
+        latitude = longitude = float("nan")
+    if not (abs(latitude) < 89.0 and abs(longitude) <= 180.0):
+        raise RequestError(f"--at {shown(text)}: expected LAT,LON in degrees, such as 54.3233,10.1394")
+    return latitude, longitude
+
+
+def own_plan(folder: Path) -> set[str]:
+    """Names of the files of a mission in a folder that undertow wrote and nobody changed since."""
+    try:
+        held = read_json(folder / RECORD)
+        if held.get("schema") != PlanRecord.SCHEMA:
+            return set()
+        digests = dict(held.get("files") or {})
+        same = {n for n, d in digests.items() if hashlib.sha256((folder / n).read_bytes()).hexdigest() == d}
+    except (OSError, ValueError, AttributeError, TypeError):
+        return set()
+    return same | {RECORD}
+
+
+def _sound(bounds: Bounds) -> Bounds:
+    for name, value in (("speed", bounds.speed), ("space", bounds.space), ("seconds", bounds.seconds)):
+        if not value > 0.0:
+            raise RequestError(f"plan: expected a limit of {name} above 0, got {value:g}")
+    if not 0.05 <= bounds.thrust <= 1.0:
+        raise RequestError(f"plan: expected a thrust of 5 to 100 %, got {100.0 * bounds.thrust:g} %")
+    return bounds
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * min(share, 0.99):.0f} %"
