@@ -32,14 +32,15 @@ def plan(
     """Find the shortest manoeuvre that tells look-alikes apart, and write it as a mission."""
     with failing_clearly():
         from ..discovery.experiment.optimal_manoeuvre import Bounds
-        from ..workflows.plan import check_plan_target, place_at, write_plan
+        from ..workflows.mission_folder import check_mission_target
+        from ..workflows.plan import place_at, write_plan
         from ..workflows.plan import plan as planned
         from ..workflows.run_folder.moved_files import Moved
 
         bounds = Bounds(float("inf") if speed is None else speed, space, thrust / 100.0, seconds)
         place = None if at is None else place_at(at)
         if out is not None:
-            check_plan_target(out, (run,), force=force)
+            check_mission_target(out, (run,), force=force)
         moved = Moved(tuple(log or ()), channels)
         found = planned(run, effects or (), bounds, place=place, heading=heading, moved=moved, progress=progress)
         if found is None:
@@ -55,7 +56,7 @@ def plan(
         for sentence in found.sentences:
             prose(sentence)
         if written and out is not None:
-            say(f"Mission: {', '.join(str(out / form.name) for form in found.forms)}")
+            say(f"Mission: {', '.join(str(out / name) for name in found.files)}")
             if found.mission.place is None:
                 say("No waypoint file: give --at LAT,LON for one.")
         else:

@@ -1,90 +1,35 @@
 """The verb `plan`: what to drive next, optimised on the model, as files for whoever drives it."""
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import degrees, isfinite, radians
 from pathlib import Path
-from typing import ClassVar
 
 from ..discovery.basis import choose
 from ..discovery.experiment.advice import open_questions
 from ..discovery.experiment.open_question import OpenQuestion, ask
-from ..discovery.experiment.optimal_manoeuvre import Bounds, Driven, Manoeuvre, shortest
+from ..discovery.experiment.optimal_manoeuvre import Bounds, Manoeuvre, shortest
 from ..discovery.experiment.separation import MOST_RIVALS
 from ..discovery.hidden_sensors import beside_sensors
 from ..discovery.selection import Selected, select
 from ..discovery.settings import DiscoverySettings
-from ..exports.missions.base import Mission, MissionFormat, Place
-from ..exports.missions.registry import mission_formats
+from ..exports.missions.base import Mission, Place
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.cards import Card
 from ..physics.errors import RequestError
-from ..physics.file_records import Flag, Number, Record, absent
-from ..physics.files import write_json, write_text
-from ..physics.folders import replace_folder
-from ..physics.in_words import listing, number, words
+from ..physics.in_words import listing, words
 from ..physics.printable import shown
 from ..physics.reading import read_json
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from .inputs import read_inputs
+from .mission_folder import PlannedDrive, PlanRecord, forms_of, write_mission
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
-from .run_folder.targets import check_target_folder
 
-RECORD = "mission.json"
 _FENCE_SHARE, _FENCE_LEAST = 1.5, 10.0
 """Where nobody limits the space, the fence stands so many times as far as the models get, and at least so far [m]."""
-
-
-class PlannedDrive(Record):
-    """A manoeuvre in a file: its words, length [s], log-likelihood, probability to tell, reach [m], speed [m/s]."""
-
-    words: str
-    seconds: Number
-    gain: Number
-    probability: Number
-    reach: Number
-    speed: Number
-
-    @classmethod
-    def of(cls, driven: Driven) -> "PlannedDrive":
-        """What the models made of one."""
-        return cls(
-            words=driven.trial.words,
-            seconds=driven.seconds,
-            gain=driven.gain,
-            probability=driven.probability,
-            reach=driven.reach,
-            speed=driven.speed,
-        )
-
-
-class PlanRecord(Record):
-    """The content of `mission.json`.
-
-    Attributes
-    ----------
-    effects : the question, the first is what the search selected
-    tells : whether the manoeuvre is more likely than not to tell them apart within the limits
-    binding : limits without which one would
-    minutes : on the water, with the rest before and after
-    best, fixed : the manoeuvre, and the library's best
-    files : SHA-256 of each file, by name
-    """
-
-    SCHEMA: ClassVar[str] = "undertow.mission/1"
-
-    effects: tuple[str, ...]
-    tells: Flag
-    binding: tuple[str, ...] = ()
-    minutes: Number
-    heading: Number
-    best: PlannedDrive
-    fixed: PlannedDrive
-    files: dict[str, str] | None = absent()
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -123,8 +68,8 @@ class Plan(Card):
         best, fixed, bounds = self.manoeuvre.best, self.manoeuvre.fixed, self.manoeuvre.bounds
         told = [
             f"To {self.purpose}, drive from rest: {best.trial.words}.",
-            f"That is {best.seconds:g} s, {number(self.minutes)} minutes on the water with the rest before and after. "
-            f"The models get {best.reach:.0f} m away and up to {best.speed:.1f} m/s fast.",
+            f"That is {best.seconds:g} s, {self.minutes:.1f} minutes on the water with the rest before and after. "
+            f"The boat gets {best.reach:.0f} m away and up to {best.speed:.1f} m/s fast, as the models have it.",
         ]
         if self.manoeuvre.tells:
             told.append(
@@ -148,9 +93,9 @@ class Plan(Card):
         return tuple(told)
 
     @property
-    def forms(self) -> tuple[MissionFormat, ...]:
-        """The files that can be made: without a place, all but the waypoints."""
-        return tuple(f for f in mission_formats() if self.mission.place is not None or not f.needs_place)
+    def files(self) -> tuple[str, ...]:
+        """Names of the files that can be made: without a place, all but the waypoints."""
+        return tuple(form.name for form in forms_of(self.mission))
 
     @property
     def record(self) -> PlanRecord:
@@ -238,34 +183,17 @@ def asked(looked: Selected, effects: Sequence[str], heading: float | None = None
 def write_plan(plan: Plan, out: PathLike, *, force: bool = False) -> Path:
     """Write a folder with the mission in every format, and `mission.json`; without a place, no waypoint file.
 
+    Parameters
+    ----------
+    out : made if it is missing; other files in it stay
+    force : replace also files that undertow did not write, or that were changed since
+
     Raises
     ------
     RequestError
         when the folder cannot be written, or something of another's would be lost.
     """
-    target = check_plan_target(out, plan.reads, force=force)
-
-    def build(work: Path) -> list[str]:
-        digests = {}
-        for form in plan.forms:
-            text = form.content(plan.mission)
-            write_text(work / form.name, text)
-            digests[form.name] = hashlib.sha256(text.encode()).hexdigest()
-        write_json(work / RECORD, plan.record.but(files=digests).to_dict())
-        return [*digests, RECORD]
-
-    try:
-        replace_folder(target, build, own_plan, force=force)
-    except OSError as error:
-        raise RequestError(f"cannot write the mission to {target}: {error.strerror or error}") from None
-    return target
-
-
-def check_plan_target(out: PathLike, reads: Sequence[PathLike], *, force: bool = False) -> Path:
-    """The folder of a mission, if it can be written and nothing of the user's be lost."""
-    names = {form.name for form in mission_formats()} | {RECORD}
-    check_target_folder("--out", Path(out), names, own_plan, reads, force=force)
-    return Path(out)
+    return write_mission(plan.mission, plan.record, out, plan.reads, force=force)
 
 
 def place_at(text: str) -> tuple[float, float]:
@@ -283,19 +211,6 @@ def place_at(text: str) -> tuple[float, float]:
     if not (abs(latitude) < 89.0 and abs(longitude) <= 180.0):
         raise RequestError(f"--at {shown(text)}: expected LAT,LON in degrees, such as 54.3233,10.1394")
     return latitude, longitude
-
-
-def own_plan(folder: Path) -> set[str]:
-    """Names of the files of a mission in a folder that undertow wrote and nobody changed since."""
-    try:
-        held = read_json(folder / RECORD)
-        if held.get("schema") != PlanRecord.SCHEMA:
-            return set()
-        digests = dict(held.get("files") or {})
-        same = {n for n, d in digests.items() if hashlib.sha256((folder / n).read_bytes()).hexdigest() == d}
-    except (OSError, ValueError, AttributeError, TypeError):
-        return set()
-    return same | {RECORD}
 
 
 def _sound(bounds: Bounds) -> Bounds:

@@ -6,10 +6,12 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from ...physics.errors import RequestError
+from ...physics.errors import RequestError, VehicleError
 from ...physics.frames import Array
 from ...physics.motion import Motion
+from ...physics.vehicle import Vehicle
 from ...physics.worlds.trials import Trial, drive
+from ..candidates.candidate import Candidate
 from ..identifiability.rehearsal import rehearsal_of
 from ..search.floating import Search, State
 from .separation import part
@@ -45,6 +47,7 @@ class OpenQuestion:
     truths : models that may be true, each with the key that it has and the others have not
     plausible : amounts of effects that the log does not show, see `part`
     heading : on which trials begin [rad]
+    beside : vehicles with a plausible amount of an effect that the log does not show, which may get farther
     """
 
     effects: tuple[str, ...]
@@ -52,6 +55,12 @@ class OpenQuestion:
     truths: tuple[tuple[str, State], ...]
     plausible: Mapping[str, tuple[float, ...]]
     heading: float
+    beside: tuple[Vehicle, ...] = ()
+
+    @property
+    def supposed(self) -> bool:
+        """Whether the log shows none of the effects, so that a plausible amount is taken for one."""
+        return self.effects[0] not in self.truths[0][1].active
 
     def rehearse(self, trials: Sequence[Trial]) -> Rehearsed:
         """Drive trials on every model that may be true, and see by how much it would part from the others."""
@@ -63,10 +72,9 @@ class OpenQuestion:
             whole = [n for n, runs in enumerate(driven) if len(runs) == len(trials[n].headings)]
             if whole:
                 parted[whole] = self._parted(key, state, [trials[n] for n in whole], [driven[n] for n in whole])
-            gain = np.minimum(gain, parted)
-            for n, runs in enumerate(driven):
-                reach[n] = max(reach[n], *(_reach(run) for run in runs)) if runs else np.inf
-                speed[n] = max(speed[n], *(_speed(run) for run in runs)) if runs else np.inf
+            gain, (reach, speed) = np.minimum(gain, parted), _farther(reach, speed, driven)
+        for vehicle in self.beside:
+            reach, speed = _farther(reach, speed, drive(vehicle, trials, self.heading, end))
         return Rehearsed(gain, reach, speed)
 
     def _parted(self, key: str, state: State, trials: Sequence[Trial], driven: Sequence[Sequence[Motion]]) -> Array:
@@ -117,7 +125,32 @@ def ask(
         for other in rivals[: _MOST_TRUTHS - 1]:
             truths.append((other, search.replace(state, first, other, linear, scores)))
     begins = float(search.balance.motions[0].heading[0]) if heading is None else heading
-    return OpenQuestion((first, *rivals), search, tuple(truths), plausible, begins)
+    pool = [] if first in state.active else [c for c in search.pool if c.key in (first, *rivals)]
+    beside = [other for c in pool for other in _plausible(state.vehicle, c, plausible[c.key])]
+    return OpenQuestion((first, *rivals), search, tuple(truths), plausible, begins, tuple(beside))
+
+
+def _plausible(vehicle: Vehicle, candidate: Candidate, amounts: tuple[float, ...]) -> list[Vehicle]:
+    """A vehicle with a plausible amount of an effect; none where it would be no sound vehicle."""
+    shapes = {p.symbol: p.grid[len(p.grid) // 2] for p in candidate.parameters if p.grid}
+    values = dict(shapes)
+    amplitudes = [p for p in candidate.parameters if not p.grid]
+    for parameter, amount in zip(amplitudes, amounts, strict=False):
+        now = vehicle.value(parameter.symbol)
+        values[parameter.symbol] = (
+            now + amount if now + amount <= parameter.upper else max(now - amount, parameter.lower)
+        )
+    try:
+        return [vehicle.with_values(values)]
+    except VehicleError:
+        return []
+
+
+def _farther(reach: Array, speed: Array, driven: Sequence[Sequence[Motion]]) -> tuple[Array, Array]:
+    """The largest distances and speeds so far, and along more motions; a trial that diverges has no limit."""
+    far = [max((_reach(run) for run in runs), default=np.inf) for runs in driven]
+    fast = [max((_speed(run) for run in runs), default=np.inf) for runs in driven]
+    return np.maximum(reach, far), np.maximum(speed, fast)
 
 
 def _reach(run: Motion) -> float:

@@ -93,7 +93,7 @@ class Mission:
         """Commands as they are sent, within the ends of each thruster's curve."""
         columns = []
         for thruster, column in zip(self.thrusters, commands.T, strict=True):
-            low, high = sorted(command_of(thruster, np.array([-1.0, 1.0])).tolist())
+            low, high = np.sort(np.round(command_of(thruster, np.array([-1.0, 1.0])), 6))
             columns.append(np.clip(np.round(column, _DECIMALS[thruster.command]), low, high) + 0.0)
         return np.column_stack(columns)
 
