@@ -66,22 +66,21 @@ class Plan(Card):
     def sentences(self) -> tuple[str, ...]:
         """What to drive, what it tells, and how the library compares."""
         best, fixed, bounds = self.manoeuvre.best, self.manoeuvre.fixed, self.manoeuvre.bounds
-        told = [
-            f"To {self.purpose}, drive from rest: {best.trial.words}.",
-            f"That is {best.seconds:g} s, {self.minutes:.1f} minutes on the water with the rest before and after. "
-            f"The boat gets {best.reach:.0f} m away and up to {best.speed:.1f} m/s fast, as the models have it.",
-        ]
         if self.manoeuvre.tells:
-            told.append(
-                f"It tells with a probability of {_percent(best.probability)}, if the sensors are as in the log."
-            )
+            size = " and the effect is of a plausible size" if self.question.supposed else ""
+            told = [
+                f"To {self.purpose}, drive from rest: {best.trial.words}.",
+                f"That is {best.seconds:g} s, {self.minutes:.1f} minutes on the water with the rest before and after. "
+                f"The boat gets {best.reach:.0f} m away and up to {best.speed:.1f} m/s fast, as the models have it.",
+                f"It tells with a probability of {_percent(best.probability)}, if the sensors are as in the log{size}.",
+            ]
         else:
             named = listing([f"{limit.value} ({bounds.told(limit)})" for limit in self.manoeuvre.binding])
-            why = f"what forbids it is the limit of {named}" if named else "and no single limit is what forbids it"
-            told.append(
-                f"Within the limits no manoeuvre that was tried would {self.purpose} (the best with a probability of "
-                f"{_percent(best.probability)}); {why}."
-            )
+            why = f"what forbids it is the limit of {named}" if named else "no single limit is what forbids it"
+            told = [
+                f"Within the limits no manoeuvre that was tried would {self.purpose}: the best would with a "
+                f"probability of {_percent(best.probability)}. As far as was tried, {why}."
+            ]
         often = len(fixed.trial.headings)
         what = f"{fixed.trial.name.replace('_', ' ')}{f', {often} runs' if often > 1 else ''}, {fixed.seconds:.0f} s"
         told.append(

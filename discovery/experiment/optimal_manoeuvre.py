@@ -10,10 +10,9 @@ as the model drives a hundred of them in the time of ten.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from math import inf, sqrt
+from math import erfc, inf, sqrt
 
 import numpy as np
-from scipy.special import ndtr
 
 from ...physics.worlds.trials import TRIALS, Step, Trial, in_words
 from ..evidence.weighing import TELL_APART
@@ -116,7 +115,7 @@ class Driven:
         The log-likelihood ratio of two models that differ by a known signal in white noise is normal, of mean G and
         variance 2 G (Van Trees 1968, section 2.6); it tells them apart from `TELL_APART` on.
         """
-        return float(ndtr((self.gain - TELL_APART) / sqrt(2.0 * self.gain))) if self.gain > 0.0 else 0.0
+        return 0.5 * erfc((TELL_APART - self.gain) / (2.0 * sqrt(self.gain))) if self.gain > 0.0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,15 +198,17 @@ def _optimised(question: OpenQuestion, bounds: Bounds, seed: int) -> Driven:
         now = min((_order(driven, bounds) for _, driven in known.values()), default=best)
         waited = 0 if now < best else waited + 1
         best = min(best, now)
-        if waited >= _PATIENCE and best[0] < inf:
+        if waited >= _PATIENCE and best[0] < 2.0:
             break
-    return min((driven for _, driven in known.values()), key=lambda driven: _order(driven, bounds))
+    found = min((driven for _, driven in known.values()), key=lambda driven: _order(driven, bounds))
+    return found if _broken(found, bounds) == 0.0 else replace(found, gain=0.0)  # what may not be driven tells nothing
 
 
 def _order(driven: Driven, bounds: Bounds) -> tuple[float, float]:
     """Within limits the shortest that is enough, else the one that comes nearest."""
-    if _broken(driven, bounds) > 0.0:
-        return inf, inf
+    broken = _broken(driven, bounds)
+    if broken > 0.0:
+        return 2.0, broken
     return (0.0, driven.seconds) if driven.enough else (1.0, -driven.gain)
 
 
