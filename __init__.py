@@ -20,7 +20,7 @@ _PUBLIC = {
     "EFFECTS": "physics.effects",
     "Ensemble": "discovery.factors.sparse",
     "Factors": "discovery.factors.factors",
-    "Bounds": "discovery.experiment.optimal_manoeuvre",
+    "Bounds": "discovery.experiment.changed_steps",
     "Choices": "exports.formats.base",
     "Choice": "residuals.training.training_settings",
     "Findings": "discovery.findings",

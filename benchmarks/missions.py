@@ -24,7 +24,8 @@ from study.worlds import PARTS, SEEDS, Case, draw
 
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import find_missing
-from undertow.discovery.experiment.optimal_manoeuvre import Bounds, Driven, shortest
+from undertow.discovery.experiment.changed_steps import Bounds
+from undertow.discovery.experiment.optimal_manoeuvre import Driven, shortest
 from undertow.discovery.selection import select
 from undertow.discovery.settings import DiscoverySettings
 from undertow.exports.missions.base import Mission
@@ -90,8 +91,8 @@ def recorded(driven: Driven) -> dict[str, Any]:
     """What the models made of a manoeuvre."""
     often = len(driven.trial.headings)
     name = driven.trial.name.replace("_", " ") + (f", {often} runs" if often > 1 else "")
-    facts = {"gain": driven.gain, "probability": driven.probability, "reach": driven.reach, "speed": driven.speed}
-    return {"name": name, "words": driven.trial.words, "seconds": driven.seconds, "enough": driven.enough, **facts}
+    facts = {"gains": driven.gains, "probability": driven.probability, "reach": driven.reach, "speed": driven.speed}
+    return {"name": name, "words": driven.trial.words, "seconds": driven.seconds, **facts}
 
 
 def tells(case: Case, log: Motion, driven: Driven, heading: float, effects: Sequence[str], seed: int) -> bool:

@@ -31,7 +31,7 @@ def plan(
 ) -> None:
     """Find the shortest manoeuvre that tells look-alikes apart, and write it as a mission."""
     with failing_clearly():
-        from ..discovery.experiment.optimal_manoeuvre import Bounds
+        from ..discovery.experiment.changed_steps import Bounds
         from ..workflows.mission_folder import check_mission_target
         from ..workflows.plan import place_at, write_plan
         from ..workflows.plan import plan as planned

@@ -20,11 +20,19 @@ RECORD = "mission.json"
 
 
 class PlannedDrive(Record):
-    """A manoeuvre in a file: its words, length [s], log-likelihood, probability to tell, reach [m], speed [m/s]."""
+    """A manoeuvre in a file.
+
+    Attributes
+    ----------
+    words, seconds : what to drive, and its length [s]
+    gains : log-likelihood by which each model that may be true would part from the others, in the order of `effects`
+    probability : that it tells them apart, each of the models being as likely
+    reach, speed : farthest from where it begins [m], and fastest [m/s]
+    """
 
     words: str
     seconds: Number
-    gain: Number
+    gains: tuple[Number, ...]
     probability: Number
     reach: Number
     speed: Number
@@ -35,7 +43,7 @@ class PlannedDrive(Record):
         return cls(
             words=driven.trial.words,
             seconds=driven.seconds,
-            gain=driven.gain,
+            gains=driven.gains,
             probability=driven.probability,
             reach=driven.reach,
             speed=driven.speed,
@@ -50,6 +58,7 @@ class PlanRecord(Record):
     effects : the question, the first is what the search selected
     tells : whether the manoeuvre is more likely than not to tell them apart within the limits
     binding : limits without which one would
+    hopeless : effects that nothing which was tried would tell from the others, were they the true ones
     minutes : on the water, with the rest before and after
     best, fixed : the manoeuvre, and the library's best
     files : SHA-256 of each file, by name
@@ -60,6 +69,7 @@ class PlanRecord(Record):
     effects: tuple[str, ...]
     tells: Flag
     binding: tuple[str, ...] = ()
+    hopeless: tuple[str, ...] = ()
     minutes: Number
     heading: Number
     best: PlannedDrive

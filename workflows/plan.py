@@ -7,8 +7,9 @@ from pathlib import Path
 
 from ..discovery.basis import choose
 from ..discovery.experiment.advice import open_questions
+from ..discovery.experiment.changed_steps import Bounds
 from ..discovery.experiment.open_question import OpenQuestion, ask
-from ..discovery.experiment.optimal_manoeuvre import Bounds, Manoeuvre, shortest
+from ..discovery.experiment.optimal_manoeuvre import Manoeuvre, shortest
 from ..discovery.experiment.separation import MOST_RIVALS
 from ..discovery.hidden_sensors import beside_sensors
 from ..discovery.selection import Selected, select
@@ -81,11 +82,16 @@ class Plan(Card):
                 f"Within the limits no manoeuvre that was tried would {self.purpose}: the best would with a "
                 f"probability of {_percent(best.probability)}. As far as was tried, {why}."
             ]
+        told += [
+            f"Were it {words(key)}, nothing that was tried would tell it from all the others."
+            for key in self.manoeuvre.hopeless
+            if len(self.question.effects) > 1
+        ]
         often = len(fixed.trial.headings)
         what = f"{fixed.trial.name.replace('_', ' ')}{f', {often} runs' if often > 1 else ''}, {fixed.seconds:.0f} s"
         told.append(
             f"Of the fixed manoeuvres the best for this is {what}"
-            + ("." if fixed.enough else f", with a probability of {_percent(fixed.probability)}.")
+            + ("." if fixed.probability > 0.9 else f", with a probability of {_percent(fixed.probability)}.")
         )
         if self.left_out:
             told.append(f"{self.left_out} more look-alikes are left for the plan after it.")
@@ -102,6 +108,7 @@ class Plan(Card):
         return PlanRecord(
             effects=self.question.effects,
             tells=self.manoeuvre.tells,
+            hopeless=self.manoeuvre.hopeless,
             binding=tuple(limit.value for limit in self.manoeuvre.binding),
             minutes=self.minutes,
             heading=degrees(self.question.heading),

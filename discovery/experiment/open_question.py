@@ -22,13 +22,14 @@ _MOST_TRUTHS = 3
 
 @dataclass(frozen=True, slots=True)
 class Rehearsed:
-    """What trials would do, (trials,) each, the worst over all models that may be true.
+    """What trials would do.
 
     Attributes
     ----------
-    gain : log-likelihood by which the true model would part from the one most like it; 0 for a trial that diverges
-    reach : largest distance from where a run begins [m]
-    speed : highest speed over ground [m/s]
+    gain : (truths, trials) log-likelihood by which each model that may be true would part from the one most like it;
+        0 for a trial that diverges
+    reach : (trials,) largest distance from where a run begins, of any model [m]
+    speed : (trials,) highest speed over ground, of any model [m/s]
     """
 
     gain: Array
@@ -64,15 +65,14 @@ class OpenQuestion:
 
     def rehearse(self, trials: Sequence[Trial]) -> Rehearsed:
         """Drive trials on every model that may be true, and see by how much it would part from the others."""
-        gain, reach, speed = np.full(len(trials), np.inf), np.zeros(len(trials)), np.zeros(len(trials))
+        gain, reach, speed = np.zeros((len(self.truths), len(trials))), np.zeros(len(trials)), np.zeros(len(trials))
         end = max(float(motion.minutes[-1]) for motion in self.search.balance.motions)
-        for key, state in self.truths:
+        for k, (key, state) in enumerate(self.truths):
             driven = drive(state.vehicle, trials, self.heading, end)
-            parted = np.zeros(len(trials))
             whole = [n for n, runs in enumerate(driven) if len(runs) == len(trials[n].headings)]
             if whole:
-                parted[whole] = self._parted(key, state, [trials[n] for n in whole], [driven[n] for n in whole])
-            gain, (reach, speed) = np.minimum(gain, parted), _farther(reach, speed, driven)
+                gain[k, whole] = self._parted(key, state, [trials[n] for n in whole], [driven[n] for n in whole])
+            reach, speed = _farther(reach, speed, driven)
         for vehicle in self.beside:
             reach, speed = _farther(reach, speed, drive(vehicle, trials, self.heading, end))
         return Rehearsed(gain, reach, speed)
