@@ -118,7 +118,7 @@ class Plan(Card):
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        return [("question", self.purpose), *zip(("drive", "length", "tells", "fixed"), self.sentences, strict=False)]
+        return [("question", self.purpose), *(("", sentence) for sentence in self.sentences)]
 
 
 @showing
