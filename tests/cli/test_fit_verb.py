@@ -120,9 +120,7 @@ def test_refit_is_told_in_the_run_folder_and_on_the_page(place: Path) -> None:
         assert text in page
 
 
-def test_add_fits_the_own_numbers_as_the_run_did(
-    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_add_fits_the_own_numbers_as_the_run_did(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else a number that is wrong in the file takes what the effect was found to do beside it."""
     told = " ".join(done("add", "munk_moment", "--run", place / "run", "--out", tmp_path / "with_it.yaml").split())
     for text in ("beside the model's own numbers", "Calibrated parameters", "own numbers fitted", "+ munk moment"):
