@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 import yaml
+from bags import recorded, write_ros2
 from documents import Block
 from places import ROOT
 from typer.main import get_command
@@ -22,7 +23,8 @@ from verbs import call, done
 from undertow.__main__ import app
 from undertow.comparison.error_limits import Limits, load_limits
 from undertow.measurements.channels.channel_map import read_channel_map
-from undertow.physics.vehicle import Vehicle, shipped_vehicles, vehicle_from_dict
+from undertow.physics.vehicle import Vehicle, load_vehicle, shipped_vehicles, vehicle_from_dict
+from undertow.physics.worlds.world import simulate_world
 
 PLACEHOLDERS = {
     "LOG": ("log.csv", "stands for a log of the reader's"),
@@ -32,10 +34,16 @@ PLACEHOLDERS = {
 }
 """Words of commands that stand for logs which nobody has but the reader, the simulated logs in their place, and why."""
 
+RECORDED = {"BAG": "bag"}
+"""Words of commands that stand for a bag of the reader's, and the bag of a simulated boat in their place."""
+
 CHEAPER = {
     "train": (("--epochs", "1"), "the same command, one epoch in the place of some hundred"),
 }
 """Options that verbs get beside those on the page, and why."""
+
+HIDDEN = {"surge_quadratic_damping": -12.0}
+"""What that boat has beside its vehicle file: the page says that it is found."""
 
 MAY_FIND = {"inspect", "check"}
 """Verbs whose exit code 1 says that they found something."""
@@ -91,7 +99,7 @@ class Reader:
         for line in block.text.replace("\\\n", " ").splitlines():
             words = shlex.split(line, comments=True)
             if words:
-                self._command([PLACEHOLDERS.get(word, (word, ""))[0] for word in words])
+                self._command([RECORDED.get(word, PLACEHOLDERS.get(word, (word, ""))[0]) for word in words])
 
     def _command(self, words: list[str]) -> None:
         first = words[0].removeprefix(".venv/bin/")
@@ -105,6 +113,10 @@ class Reader:
                 boat = next((word for word in words if word in shipped_vehicles()), "blueboat")
                 simulate = ("simulate", "-v", boat, "--duration", "60", "--seed", seed, "--out", stand_in)
                 assert done(*simulate), name
+        for bag in RECORDED.values():
+            if bag in words and not Path(bag).exists():
+                world = simulate_world(load_vehicle("blueboat_paper"), HIDDEN, duration=90.0, seed=0)
+                assert write_ros2(Path(bag), recorded(world, "/boat"), "mcap").is_dir()
         words = words[1:]
         verb = words[0]
         if verb == "discover" and "--out" in words:
