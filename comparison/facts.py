@@ -6,7 +6,7 @@ from typing import ClassVar
 from pydantic import ConfigDict, Field
 
 from ..discovery.findings import FailingPlace
-from ..physics.cards import Card, Drawn
+from ..physics.cards import Card, Drawn, each
 from ..physics.file_records import Flag, Number, Record, Whole
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
 from .differences import PairedRecord
@@ -165,6 +165,7 @@ class Comparison(Card, Drawn, Record):
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
         return [
+            *each("warnings", self.warnings),
             ("judged on", self.split),
             ("trust", f"{self.best.model}: {self.best.sentence}" if self.best.model else self.best.sentence),
             ("models", ", ".join(model.name for model in self.models)),

@@ -51,4 +51,5 @@ class RunFolder(Card, Drawn):
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        return [("folder", str(self.folder)), *self.findings.card(), *self.comparison.card()]
+        both = dict.fromkeys([*self.findings.card(), *self.comparison.card()])  # the same warnings once
+        return [("folder", str(self.folder)), *both]

@@ -1,5 +1,6 @@
 """What objects show of themselves in a console and a notebook is short, and says what a person asks first."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -99,6 +100,9 @@ def test_the_card_of_an_inspection_tells_the_remedy(shown: dict[str, object]) ->
 
 
 def test_what_is_wrong_with_the_log_stands_above_every_result(shown: dict[str, object]) -> None:
-    told = "The starboard thruster is likely reversed."
-    card = repr(shown["findings"].but(warnings=(told,)))  # type: ignore[attr-defined]
-    assert card.splitlines()[1] == f"  warnings  {told}"
+    told = ("The starboard thruster is likely reversed.",)
+    findings, comparison = (shown[name].but(warnings=told) for name in ("findings", "comparison"))  # type: ignore[attr-defined]
+    for card in (findings, comparison):
+        assert repr(card).splitlines()[1].split(maxsplit=1) == ["warnings", *told]
+    run = replace(shown["run"], findings=findings, comparison=comparison)  # type: ignore[type-var]
+    assert repr(run).count(told[0]) == 1

@@ -39,4 +39,5 @@ class Run(Card):
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
-        return [("logs", self.inputs.log_names), *self.findings.card(), *self.comparison.card()]
+        both = dict.fromkeys([*self.findings.card(), *self.comparison.card()])  # the same warnings once
+        return [("logs", self.inputs.log_names), *both]
