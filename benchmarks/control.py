@@ -113,16 +113,24 @@ def table(worlds: Sequence[Rows], controller: str) -> list[str]:
     return lines
 
 
-def page(kept: dict[str, list[dict[str, Any]]], command: str) -> tuple[str, bool]:
+def page(kept: dict[str, list[dict[str, Any]]], given: argparse.Namespace) -> tuple[str, bool]:
     """The page, and whether something is broken."""
     figures, lines = Figures(), []
+    command = f"python benchmarks/control.py --boats {given.boats} --first {given.first} --networks lstm --networks tcn"
     for kind, content in kept.items():
         worlds = [each["rows"] for each in content]
         for controller in STEERED[kind]:
             lines += ["", f"## {controller}, {KINDS[kind]}, {len(worlds)} boats", "", *table(worlds, controller)]
             judge(figures, kind, controller, worlds)
     asked = ["", "## What is asked", "", "| what | measured | asked | |", "| --- | --- | --- | --- |"]
-    head = ["# Closed loop: the figures", "", f"Written by `{command}`; [control.md](control.md) says what they are."]
+    counted = ", ".join(f"{len(found)} of {given.boats} boats with {KINDS[kind]}" for kind, found in kept.items())
+    head = [
+        "# Closed loop: the figures",
+        "",
+        f"Written by `{command}`; [control.md](control.md) says what they are. In it are {counted}; the study goes on "
+        "where it was stopped. Errors are geometric means over tracks and boats, intervals (95 %) are of paired "
+        "ratios, by drawing boats with replacement. Times are those of the processor.",
+    ]
     return "\n".join([*head, *asked, *map(figures.line, figures.rows), *lines, ""]), figures.broken
 
 
@@ -171,8 +179,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             found = json.loads(target.read_text("utf-8"))
             rows = [row for row in found["rows"] if row["track"] in STEERED[kind][row["controller"]]]
             kept[kind].append({**found, "rows": rows})
-    command = f"python benchmarks/control.py --boats {given.boats} --first {given.first} --networks lstm --networks tcn"
-    text, broken = page({kind: found for kind, found in kept.items() if found}, command)
+    text, broken = page({kind: found for kind, found in kept.items() if found}, given)
     if given.table is not None:
         write_text(given.table, text)
     print(text)

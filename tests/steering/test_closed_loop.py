@@ -116,6 +116,17 @@ def test_a_model_with_every_effect_steers():
         assert merit(passage).rmse < 1.0
 
 
+def test_a_plan_with_a_hull_too_quick_for_its_steps_ends():
+    """As a calibration made one: without shorter steps the model overflows, and the solver does not come back."""
+    hull = load_vehicle("otter")
+    quick = hull.with_values({"N_rr": -900.0, "N_rdot": -10.0})
+    track = drawn("square", [Leg(3.0), Leg(2.0), Leg(0.0, turn=45.0), Leg(8.0)], pace_of(hull))
+    passage = drive(knows(quick), "nmpc", hull, Surroundings(), track, seed=0)
+    assert knows(quick).program.time_step < knows(NOMINAL).program.time_step == PERIOD
+    assert not passage.lost
+    assert passage.unsolved == 0
+
+
 def test_a_boat_that_runs_away_is_lost():
     turned = NOMINAL.with_values({})
     crossed = tuple(t.model_copy(update={"y": -t.y, "x": t.x}) for t in turned.thrusters)
