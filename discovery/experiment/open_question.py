@@ -19,6 +19,9 @@ from .separation import part
 _MOST_TRUTHS = 3
 """Models that may be true, and along whose motions a trial is rehearsed: each costs as much as the first."""
 
+_MATTERS = 1.5
+"""Times the share of the force from which an effect matters that it shall have with the trial: sizes are not exact."""
+
 
 @dataclass(frozen=True, slots=True)
 class Rehearsed:
@@ -78,10 +81,14 @@ class OpenQuestion:
         return Rehearsed(gain, reach, speed)
 
     def _parted(self, key: str, state: State, trials: Sequence[Trial], driven: Sequence[Sequence[Motion]]) -> Array:
-        rehearsal = rehearsal_of(self.search, state.vehicle, state.active, trials, driven)
+        rehearsal = rehearsal_of(self.search, state.vehicle, state.active, trials, driven, sensed=True)
         others = [other for other in self.effects if other != key]
         partings = part(self.search, state, {key: others}, self.plausible, rehearsal)
-        return np.min([p.gain for p in partings if key in p.effects], axis=0)
+        found = [p for p in partings if key in p.effects]
+        # Forces that a trial adds must not bury the effect: what does not matter beside them is not named.
+        needed = _MATTERS * self.search.settings.materiality
+        buried = np.minimum(1.0, found[0].matters / needed) ** 2
+        return buried * np.min([p.gain for p in found], axis=0)
 
 
 def ask(

@@ -38,6 +38,8 @@ class Parting:
     information : (trials, 3) log-likelihood that log and trial together would earn on each axis over the best stand-in
     share : (trials, 3) force that the stand-in would leave in the trial, over the axis' force scale in trial or log
     before : (3,) the same in the log as it is
+    matters : (trials,) force of the first effect that the others in the model do not explain, over the force at work in
+        log and trial together, on the axis where that is most
     """
 
     effects: tuple[str, ...]
@@ -45,6 +47,7 @@ class Parting:
     information: Array
     share: Array
     before: Array
+    matters: Array
 
     @property
     def gain(self) -> Array:
@@ -83,23 +86,27 @@ def part(
             ways[key] = [free[key] or [linear.options[key][1].offset]]
         for a, b in combinations(forces, 2):
             sets = [(forces[a], [*rest, *way]) for way in ways[b]] + [(forces[b], [*rest, *way]) for way in ways[a]]
-            found.append(_hardest((a, b), selected, [stand.left(f, regressors) for f, regressors in sets]))
+            left = [stand.left(f, regressors) for f, regressors in sets]
+            found.append(_hardest((a, b), selected, left, stand.matters(forces[a], rest)))
         if not group:
             # A general effect could hide any of its special cases in every trial: there the price decides.
             simple = [c.key for c in search.pool if c.key not in (key, *state.active) and not c.effect.general]
             others = () if selected else simple
             sets = [[*rest, *way] for other in others for way in _ways(linear.options[other])] or [rest]
-            found.append(_hardest((key,), selected, [stand.left(force, regressors) for regressors in sets]))
+            left = [stand.left(force, regressors) for regressors in sets]
+            found.append(_hardest((key,), selected, left, stand.matters(force, rest)))
     return found
 
 
-def _hardest(effects: tuple[str, ...], selected: bool, ways: Sequence[tuple[Array, Array, Array]]) -> Parting:
+def _hardest(
+    effects: tuple[str, ...], selected: bool, ways: Sequence[tuple[Array, Array, Array]], matters: Array
+) -> Parting:
     """The parting in each trial from the stand-in that comes closest there."""
     worst = np.argmin([information.sum(axis=1) for information, _, _ in ways], axis=0)
     every = np.arange(worst.size)
     information, share = (np.array([way[n] for way in ways])[worst, every] for n in (0, 1))
     before = ways[worst[int(np.argmax(information.sum(axis=1)))]][2]
-    return Parting(effects, selected, information, share, before)
+    return Parting(effects, selected, information, share, before, matters)
 
 
 def _ways(options: Sequence[Option]) -> list[list[int]]:
@@ -121,7 +128,9 @@ class _Stand:
         self.trial_force = np.sqrt(force / self.tests)
         self.log_force, self.log_rows = search.share_scale, rows
         both_force = (force + rows * search.force_scale**2) / self.all
-        self.variance = search.noise_error**2 + search.settings.materiality**2 * both_force
+        self.force = np.sqrt(both_force)
+        noise = (rows * search.noise_error**2 + rehearsal.noise_squares(search.noise_error)) / self.all
+        self.variance = noise + search.settings.materiality**2 * both_force
         self.independent = search.balance.independent * self.all[:, 0] / rows
         self.normal = np.einsum("ta,tapq->tpq", 1.0 / self.variance, self.both)
         self.alone = np.tensordot(1.0 / (search.noise_error**2 + search.floor), self.log, axes=1)[None]
@@ -138,6 +147,13 @@ class _Stand:
             if loss < least:
                 best, least = np.where(np.isin(np.arange(force.size), way), -mixed[0] / self.scale, 0.0), loss
         return best
+
+    def matters(self, force: Array, regressors: Sequence[int]) -> Array:
+        """What regressors leave of a combination of columns in log and trial, over the force there, (trials,)."""
+        mixed = force * self.scale
+        together = _remainder(self.normal, np.isin(np.arange(force.size), regressors), mixed)
+        rest = np.sqrt(_square(self.both, together) / self.all)
+        return (rest / np.maximum(self.force, 1e-9)).max(axis=1)
 
     def left(self, force: Array, regressors: Sequence[int]) -> tuple[Array, Array, Array]:
         """What regressors leave of a combination of columns: information and shares (trials, 3), share (3,)."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...measurements.statistics.white_noise import sensor_noise
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
@@ -23,6 +24,9 @@ _ANY = 1e4
 _LARGEST = {"cg_offset": 0.3, "lateral_cg": 0.1}
 """Amounts beyond which an effect is not plausible, where its physical limits are wider [its unit]."""
 
+_NOISE_SEED = 20041
+"""Any number: all trials are compared under the same noise."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rehearsal:
@@ -34,12 +38,22 @@ class Rehearsal:
     linear : every candidate's columns about the model, free of noise, (tests, 3, columns + 1)
     trial : (tests,) index of the trial that each test function lies in, -1 where it reaches across two runs
     force : (tests, 3) largest contribution to the balance [N, N, N m]
+    noise : (tests, 3) what sensors as noisy as the log's would add to the balance [N, N, N m]; None for as much as in
+        the log. Fast turns multiply it
     """
 
     trials: tuple[Trial, ...]
     linear: Linearisation
     trial: np.ndarray
     force: Array
+    noise: Array | None = None
+
+    def noise_squares(self, error: Array) -> Array:
+        """Summed squares of the noise over each trial (trials, 3); `error` (3,) is its root mean square in the log."""
+        rows = [self.trial == k for k in range(len(self.trials))]
+        if self.noise is None:
+            return np.array([row.sum() * error**2 for row in rows])
+        return np.array([(self.noise[row] ** 2).sum(axis=0) for row in rows])
 
     def moments(self, scale: Array) -> tuple[Array, Array, np.ndarray]:
         """Sums over each trial: column products (trials, 3, p, p) of columns over `scale`, squared force, tests."""
@@ -79,6 +93,8 @@ def rehearsal_of(
     active: Sequence[str],
     trials: Sequence[Trial],
     driven: Sequence[Sequence[Motion]],
+    *,
+    sensed: bool = False,
 ) -> Rehearsal:
     """The columns of a search's candidates about a vehicle, along trials that were driven.
 
@@ -87,6 +103,7 @@ def rehearsal_of(
     active : keys of the candidates present in `vehicle`
     trials : any, see `drive`
     driven : the motions of each, at least one of one; trials without a motion are left out
+    sensed : work out the noise of sensors along the trials
     """
     runs = [(n, run) for n, several in enumerate(driven) for run in several]
     settings = search.balance.tests
@@ -101,7 +118,17 @@ def rehearsal_of(
     of_run = np.array([numbers.index(n) for n, _ in runs])
     trial = np.where(first == last, of_run[np.minimum(first, len(runs) - 1)], -1)
     linear = Linearisation(weak, vehicle, search.nominal, search.pool, active)
-    return Rehearsal(tuple(trials[n] for n in numbers), linear, trial, weak.largest_force(search.nominal))
+    noise = _noise(search, weak, motion) if sensed else None
+    return Rehearsal(tuple(trials[n] for n in numbers), linear, trial, weak.largest_force(search.nominal), noise)
+
+
+def _noise(search: Search, weak: WeakForm, motion: Motion) -> Array:
+    """What white noise as strong as the log's adds to the balance of a motion (tests, 3), drawn once."""
+    form = search.balance
+    deviation = sensor_noise(form.motions) * np.sqrt(form.motions[0].time_step / motion.time_step)
+    drawn = np.random.default_rng(_NOISE_SEED).standard_normal(motion.velocity.shape) * deviation
+    noisy = WeakForm([replace(motion, velocity=motion.velocity + drawn)], weak.settings)
+    return noisy.balance(search.nominal) - weak.balance(search.nominal)
 
 
 def amplitude_columns(candidate: Candidate, options: Sequence[Option]) -> tuple[int, ...]:

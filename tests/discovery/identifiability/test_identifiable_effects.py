@@ -236,7 +236,7 @@ def test_no_more_than_six_manoeuvres_and_no_percentage_that_is_not_a_number():
 
 
 def test_a_question_that_no_manoeuvre_settles_is_said_to_be_one():
-    parting = Parting(("a", "b"), True, np.zeros((14, 3)), np.zeros((14, 3)), np.zeros(3))
+    parting = Parting(("a", "b"), True, np.zeros((14, 3)), np.zeros((14, 3)), np.zeros(3), np.zeros(14))
     assert advice.unsettled([parting], 14) == Advice(
         manoeuvre="measure one of the look-alikes by other means, and give its value in the vehicle file",
         why="would tell a from b: none of the 14 manoeuvres that were rehearsed would do",
