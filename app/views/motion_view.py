@@ -46,6 +46,7 @@ class MotionView:
         self._sorted: dict[str, Sorted] = {}
         self._axis, self._over = "X", "turn"
         self._marked: object = None
+        self._of_cells: object = None
         host = ui.element("div").classes("stack")
         with host:
             self._plots()
@@ -115,6 +116,8 @@ class MotionView:
         marked = session.shown.selected
         if marked != self._marked:
             self._marked = marked
+            if marked != self._of_cells:
+                self._map.pick(())
             for view in (self._speeds, self._forces, self._track):
                 view.mark(marked)
         self._none.style(f"visibility: {'visible' if marked else 'hidden'}")  # its place stays
@@ -168,7 +171,8 @@ class MotionView:
     def _picked(self, cells: list[tuple[int, int]]) -> None:
         opened = self._session.shown.opened
         if opened is not None:
-            self._session.shown.select(self._sorted[self._over].stretches(opened.table["time"], cells))
+            self._of_cells = self._sorted[self._over].stretches(opened.table["time"], cells)
+            self._session.shown.select(self._of_cells)
 
 
 def _drawn(opened: Opened, fit: Fit, role: str, names: tuple[str, ...]) -> dict[str, np.ndarray]:
