@@ -122,7 +122,8 @@ def page(records: Sequence[dict[str, Any]], seeds: str, seen: int) -> str:
         "",
         "Each log is gentle driving of a random hull with one hidden effect and field noise, in which that effect and "
         "others cannot be told apart. *Tells*: with the manoeuvre beside the log, discovery names the hidden effect "
-        "and none of the others. *Promised* is the probability that the plan states.",
+        "and none of the others. *Promised* is the probability that the plan states. Each manoeuvre is a log of its "
+        "own, whose minutes begin at none, also for what changes by the minute.",
         "",
         "| hidden | looks like | manoeuvre [s] | promised | tells | library's best | [s] | promised | tells |",
         "| --- | --- | ---: | ---: | ---: | --- | ---: | ---: | ---: |",
