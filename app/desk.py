@@ -41,6 +41,11 @@ if TYPE_CHECKING:
 Say = Callable[[str], None]
 _BESIDE = "the model it learnt beside"
 """How a table calls the model of a step beside which a network was trained."""
+_TURNED = (
+    "{} is read turned round: the log shows that a larger command pushes this thruster astern. The model's curve is "
+    "for the turned command; the map that turns it is channels.yaml in the run folder under Take away"
+)
+"""What must be known of a thruster before the model is given its own commands."""
 _KEPT = 3
 """Readings that one can go back to at once: as recorded, repaired, and with other numbers of the vehicle."""
 
@@ -50,13 +55,14 @@ _OF_A_RUN = {"page": "report.html", "findings": "findings.json", "run": ""}
 
 @dataclass(slots=True)
 class _Read:
-    """What was read, the doubt about its thrusters, whether its vehicle was made of it, and the bench it is on."""
+    """What was read, the doubt about its thrusters, whether its vehicle was made of it, and how, and its bench."""
 
     source: Source
     inputs: Inputs
     log: OpenedLog
     doubt: str
     made: bool
+    how: tuple[str, ...] = ()
     bench: "Workbench | None" = None
 
 
@@ -102,7 +108,7 @@ class Desk:
     def _read_in(self, source: Source, folder: Path, say: Say | None) -> "_Read":
         self._folder, tell = folder, say or (lambda line: None)
         found = _of_demo(source, self._folder)
-        vehicle, mapped, doubt = self._vehicle(found, tell)
+        vehicle, mapped, doubt, how = self._vehicle(found, tell)
         reading = Reading(found.frame or None, mapped, None, found.as_is)
         if found.wires:
             wired = _fresh(folder, "wired.yaml")
@@ -111,13 +117,13 @@ class Desk:
         made = not source.vehicle and bool(source.logs)
         doubt = doubt or next((text for text in inputs.warnings if text == UNPROVEN), "")
         said = found.places or found.wires  # whoever has put them right has said it
-        return _Read(found, inputs, OpenedLog(inputs), "" if said else doubt, made)
+        return _Read(found, inputs, OpenedLog(inputs), "" if said else doubt, made, how)
 
     def opened(self, left: tuple[str, ...], say: Say | None = None) -> Opened:
         """See `Workbench.opened`."""
         read = self._open
         opened = read.log.opened() if read.bench is None and not left else self._open_bench.opened(left)
-        return replace(opened, doubt=read.doubt)
+        return replace(opened, doubt=read.doubt, notes=(*read.how, *opened.notes))
 
     def search(self, say: Say | None = None) -> Searched:
         """See `Workbench.search`."""
@@ -200,6 +206,9 @@ class Desk:
         if run.exists():
             shutil.rmtree(run)
         self._open_bench.write(stand, run, say)
+        mapped = self._open.inputs.reading.channel_map
+        if mapped is not None:  # what reads the log as this model was fitted to it lies in the page's own folder
+            shutil.copyfile(mapped, run / "channels.yaml")
         return run
 
     def _exported(self, to: str, stand: Stand, target: Path, say: Say | None) -> Path:
@@ -251,9 +260,9 @@ class Desk:
             raise RequestError("no log is open; open one first")
         return self._read
 
-    def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None, str]:
-        """The vehicle that is meant, the channel map, if there is one, and a doubt where the vehicle was made."""
-        mapped, doubt = Path(source.channel_map) if source.channel_map else None, ""
+    def _vehicle(self, source: Source, say: Say) -> tuple[Vehicle, Path | None, str, tuple[str, ...]]:
+        """The vehicle that is meant, the channel map, if there is one; of one that is made a doubt, and how it is."""
+        mapped, doubt, how = Path(source.channel_map) if source.channel_map else None, "", ()
         if source.vehicle:
             vehicle = load_vehicle(source.vehicle)
         else:
@@ -266,9 +275,10 @@ class Desk:
             mapped = _fresh(self._folder, "channels.yaml")
             draft.write(_fresh(self._folder, "vehicle.yaml"), mapped)
             vehicle, doubt = draft.vehicle, next((doubt.value for doubt in draft.doubts if doubt in PLACES), "")
+            how = (*(_TURNED.format(t.channel) for t in draft.thrusters if t.turned), *draft.remarks)
         if source.changed or source.places:
             vehicle = put_right(vehicle, dict(source.changed), source.places)
-        return vehicle, mapped, doubt
+        return vehicle, mapped, doubt, how
 
 
 def _fresh(folder: Path, name: str) -> Path:

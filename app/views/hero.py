@@ -7,13 +7,18 @@ from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from ...physics.in_words import listing, number, percent, words
-from ...workflows.workbench_facts import Fit, Opened
+from ...workflows.workbench_facts import OWN_NUMBERS, Fit, Opened
 from ..session import Session
 from .vehicle_form import vehicle_form
 from .words import button, line, number_in, watching
 
 _LONG = 130
 """Characters from which a headline is set smaller: a verdict that explains itself."""
+_WITHOUT_OWN = (
+    " The effects were found with the model's own numbers fitted, too, and here these are as the file has them: add "
+    "the own numbers as well, or all that was found."
+)
+"""Why an effect that is missing may not better the error alone."""
 _BEYOND = 1.15
 """Share of the first error up to which a bar reaches: a step that makes it worse is seen to."""
 
@@ -108,13 +113,14 @@ def _told(session: Session) -> str:
 def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
     """What the present model does to the error."""
     before, now = opened.nominal.error.get("position"), fit.error.get("position")
+    searched, stand = session.shown.searched, session.shown.stand
     if fit.lost:
         return f"{fit.lost} of its predictions run away; taken out again, the model is as it was."
     if fit.names and before and now is not None:
         change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
         how = "every row predicted by a model that was fitted without it" if fit.unseen else "moved by hand"
-        return f"{change} than the model as it was; {how}."
-    searched, stand = session.shown.searched, session.shown.stand
+        own = searched is not None and OWN_NUMBERS in searched.found and OWN_NUMBERS not in stand.names
+        return f"{change} than the model as it was; {how}.{_WITHOUT_OWN * own}"
     if searched is not None and not stand.left:
         return " ".join(searched.told)
     seconds = opened.seconds

@@ -100,6 +100,21 @@ def test_what_is_wrong_with_a_vehicle_is_told_in_the_words_of_the_page(log: Path
     assert desk.try_form({}, (), ()) == "say --as-is"
 
 
+def test_a_thruster_that_is_read_turned_round_is_told_and_its_map_taken_along(log: Path, tmp_path: Path):
+    """Else who takes the model away drives that side astern."""
+    table = pd.read_csv(log, comment="#")
+    stbd = table["field"] == "newton_stbd"
+    assert stbd.any()
+    table.loc[stbd, "value"] *= -1.0
+    table.to_csv(tmp_path / "turned.csv", index=False)
+    desk, hull = Desk(), (("mass", 15.0), ("length", 1.2), ("spacing", 0.59))
+    opened = desk.open(Source((str(tmp_path / "turned.csv"),), hull=hull), str(tmp_path))
+    assert any("newton_stbd is read turned round" in note for note in opened.notes)
+    desk.take("findings", Stand((DRAG,)), str(tmp_path))
+    assert "newton_stbd: {from: " in (tmp_path / "run" / "channels.yaml").read_text()
+    assert "scale: -1" in (tmp_path / "run" / "channels.yaml").read_text()
+
+
 def test_nothing_is_asked_before_a_log_is_open():
     with pytest.raises(RequestError, match="no log is open; open one first"):
         Desk().form()
