@@ -234,6 +234,7 @@ class Session:
         """Train a network in a process of its own; None where it was stopped."""
         assert self.shown.history is not None, "a log is open"
         step, searched = self.shown.history.now, self.shown.searched
+        self.errands.trouble = ""  # of a step before: it would be told as why this one ended
         with self.errands.telling():
             return await self.training.run((network, epochs), step, searched, self.folder, told)
         return None

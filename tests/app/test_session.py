@@ -338,6 +338,22 @@ def test_commands_do_the_same():
         session.close()
 
 
+def test_a_training_that_is_stopped_does_not_tell_the_trouble_of_a_step_before(monkeypatch):
+    session = Session()
+
+    async def stopped(*given: object) -> None:
+        assert given
+
+    try:
+        session.shown.history = History((Step(DEMO),))
+        session.errands.trouble = "numbers were moved by hand"
+        monkeypatch.setattr(session.training, "run", stopped)
+        assert asyncio.run(session.train("mlp", 1, print)) is None
+        assert session.errands.trouble == ""
+    finally:
+        session.close()
+
+
 def test_what_no_command_does_is_said():
     stand = Stand((OWN_NUMBERS, FIRST), (("X_uu", -3.0),))
     told = same_commands(Source(), stand, (SECOND,)).splitlines()
