@@ -100,7 +100,7 @@ def known_model(model: Model) -> KnownModel:
         )
     casadi, own = casadi_module(), in_newtons(model.vehicle)
     parts = _parts(model.vehicle)
-    program = program_of(own, PERIOD / parts, corrected=True)
+    program = program_of(own, PERIOD / parts, corrected="beside")
     count = len(own.thrusters)
     symbols = {
         "state": casadi.SX.sym("state", len(program.state)),

@@ -60,7 +60,7 @@ class TrueBoat:
         self.vehicle = vehicle.with_values(
             {name: vehicle.value(name) + float(part) for name, part in zip(names, current, strict=True)}
         )
-        program = program_of(self.vehicle, FINE_STEP, corrected=True)
+        program = program_of(self.vehicle, FINE_STEP, corrected="beside")
         self._groups = [group.name for group in program.step.inputs]
         self._step = casadi_function(program.step)
         self._fine = round(PERIOD / FINE_STEP)

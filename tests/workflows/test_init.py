@@ -207,8 +207,11 @@ def test_the_raw_logs_of_a_real_boat(tmp_path):
         "pwm_port": ("port", False, 1100.0, 1510.0, 1900.0),
         "pwm_stbd": ("starboard", True, 1120.0, 1510.0, 1920.0),
     }
-    assert draft.entries["pwm_port"].source == "RCOU.C3"
-    assert (draft.entries["pwm_stbd"].source, draft.entries["pwm_stbd"].scale) == ("RCOU.C1", -1.0)
+    port, stbd = draft.entries["pwm_port"], draft.entries["pwm_stbd"]
+    assert port is not None
+    assert port.source == "RCOU.C3"
+    assert stbd is not None
+    assert (stbd.source, stbd.scale) == ("RCOU.C1", -1.0)
 
 
 def test_each_log_of_a_boat_gives_it_much_the_same_thrust():

@@ -29,6 +29,7 @@ def test_a_command_that_is_turned_round_pushes_the_other_way(vehicle: Vehicle):
     turned = rewired(entries(vehicle), vehicle, [Wire(first.channel, first.channel, turned=True)])[first.channel]
     neutral = next(float(c) for c in (1500.0, 0.0) if abs(first.curve.thrust(np.array([c]), first.command)[0]) < 1e-9)
     recorded = (neutral + 0.1 * np.array([-1.0, 0.0, 1.0]) - 5.0) / 2.0
+    assert turned is not None
     read = turned.scale * recorded + turned.offset
     np.testing.assert_allclose(read, neutral + 0.1 * np.array([1.0, 0.0, -1.0]))
 
