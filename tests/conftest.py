@@ -3,8 +3,8 @@
 Ctrl-C is heard wherever the tests run.
 """
 
+import re
 import signal
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
@@ -72,15 +72,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Put the long modules first, among equals in the order they have; leave out what nobody asked for."""
     places = {name: place for place, name in enumerate(LONG)}
     items.sort(key=lambda item: places.get(item.nodeid.partition("::")[0], len(places)))
+    begins = {name: re.compile(re.escape(name).replace(r"\*", ".*")).match for name in ONLY_WITH_ALL}
+    of_module: dict[str, list[str]] = {}
+    for name in ONLY_WITH_ALL:
+        of_module.setdefault(name.partition("::")[0], []).append(name)
+    left_out: dict[str, list[pytest.Item]] = {name: [] for name in ONLY_WITH_ALL}
+    for item in items:
+        for name in of_module.get(item.nodeid.partition("::")[0], ()):
+            if begins[name](item.nodeid):
+                left_out[name].append(item)
     if config.args_source is pytest.Config.ArgsSource.TESTPATHS:
-        gone = [name for name in ONLY_WITH_ALL if not any(_begins(item, name) for item in items)]
+        gone = [name for name, found in left_out.items() if not found]
         if gone:
             raise pytest.UsageError(f"tests/only_with_all.txt: no test begins with {' or '.join(gone)}")
     if not config.getoption("--all") and not any("::" in argument for argument in config.args):
-        left_out = [item for item in items if any(_begins(item, name) for name in ONLY_WITH_ALL)]
-        items[:] = [item for item in items if item not in left_out]
-        config.hook.pytest_deselected(items=left_out)
-
-
-def _begins(item: pytest.Item, name: str) -> bool:
-    return fnmatchcase(item.nodeid, name.replace("[", "[[]") + "*")
+        long = {item for found in left_out.values() for item in found}
+        items[:] = [item for item in items if item not in long]
+        config.hook.pytest_deselected(items=list(long))

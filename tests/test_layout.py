@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -166,7 +167,12 @@ def imported_files(path: Path) -> set[Path]:
 
 
 KNOWN = set(SOURCES)
-GRAPH = {path: imported_files(path) for path in SOURCES}
+
+
+@cache
+def graph_of_imports() -> dict[Path, set[Path]]:
+    """Which files each imports; read when a test asks, for every worker of pytest imports this module."""
+    return {path: imported_files(path) for path in SOURCES}
 
 
 def circles(graph: Mapping[str, set[str]]) -> list[list[str]]:
@@ -209,12 +215,12 @@ def test_the_rooms_of_discovery_keep_the_order_of_the_method(path: Path):
 
 
 def test_no_files_import_each_other_in_a_circle():
-    assert circles({str(a): {str(b) for b in bs} for a, bs in GRAPH.items()}) == []
+    assert circles({str(a): {str(b) for b in bs} for a, bs in graph_of_imports().items()}) == []
 
 
 def test_no_rooms_import_each_other_in_a_circle():
     rooms: dict[str, set[str]] = {}
-    for path, targets in GRAPH.items():
+    for path, targets in graph_of_imports().items():
         rooms.setdefault(room(path), set()).update({room(target) for target in targets} - {room(path)})
     assert circles(rooms) == []
 
