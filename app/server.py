@@ -5,8 +5,9 @@ import contextlib
 import gc
 import secrets
 import socket
+import sys
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from ..physics.errors import RequestError
@@ -19,6 +20,8 @@ RECONNECT = 60.0
 """Seconds for which a page that lost its connection, or is loaded again, finds its work as it was."""
 _TIDY = 1.0
 """Seconds after the end of a session when what it held is given back."""
+_OF_CLIENTS = ("aiohttp", "requests", "tornado")
+"""Packages that engineio loads, where they are, for what a server like this never is; they take a third of a second."""
 HERE = ("127.0.0.1", "localhost", "::1")
 """Addresses that only this machine reaches."""
 
@@ -93,11 +96,24 @@ def _own_addresses() -> list[str]:
     return []
 
 
+@contextlib.contextmanager
+def _as_if_absent(*names: str) -> Iterator[None]:
+    """Packages that are not found by what is imported meanwhile, unless they are loaded already."""
+    hidden = dict.fromkeys(set(names) - sys.modules.keys())
+    sys.modules.update(hidden)  # type: ignore[arg-type]  # None: an import raises ImportError (importlib's reference)
+    try:
+        yield
+    finally:
+        for name in hidden:
+            del sys.modules[name]
+
+
 def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
     """The pages and their sockets."""
+    with _as_if_absent(*_OF_CLIENTS):
+        from nicegui import Client, core, ui
+        from nicegui import app as nicegui_app
     from fastapi import FastAPI
-    from nicegui import Client, core, ui
-    from nicegui import app as nicegui_app
 
     from ..physics.vehicle import shipped_vehicles
     from .bench_page import Page

@@ -3,6 +3,7 @@
 import asyncio
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,8 +13,9 @@ from typing import Any
 from ..physics.errors import LogError, RequestError, VehicleError
 
 Say = Callable[[Any], None]
-_ROOMS = ("undertow.app.desk",)
-"""What every worker needs, loaded once by the process that all of them are forked from."""
+_ROOMS = ("undertow.app.desk", "undertow.__main__")
+"""What every worker needs, loaded once by the process that all of them are forked from: the room that answers, and the
+program itself, which multiprocessing loads again in each."""
 _REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}
 
 
@@ -124,7 +126,8 @@ class Worker:
 
 
 def _serve(pipe: Connection) -> None:
-    """Answer until nobody asks any more."""
+    """Answer until nobody asks any more; Ctrl-C, which all processes hear, is left to the server."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     from .desk import Desk
 
     desk = Desk()

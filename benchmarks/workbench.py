@@ -32,6 +32,8 @@ EFFECTS = ("Surge quadratic damping", "Yaw quadratic damping", "Munk moment", "S
 """Spoken names of effects that every log here can be asked for."""
 PATIENCE = 120_000
 """Milliseconds that anything may take."""
+WARM = 10
+"""Tabs before memory is looked at: the first ones load what the page needs and fill what Python keeps for the next."""
 NUMBER = "() => document.querySelector('.count')?.innerText"
 STAIRS = "() => [...document.querySelectorAll('.stairs .name')].map(e => e.innerText).join('|')"
 
@@ -254,7 +256,8 @@ def main() -> int:
             figures.tell(f"memory gained by {asked.clicks} clicks", memory(server) - before, 60.0, "MB")
             page.close()
         with serving() as (address, server, _):
-            _opened_and_closed(browser, address)
+            for _ in range(WARM):
+                _opened_and_closed(browser, address)
             time.sleep(70.0)  # a closed page is kept for a minute, for a connection that was lost
             before, running = memory(server), processes(server)
             for _ in range(asked.tabs):

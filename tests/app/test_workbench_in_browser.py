@@ -1,6 +1,8 @@
 """The workbench in a real browser: the whole story once, and what a stranger gets."""
 
+import os
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -31,7 +33,8 @@ def address() -> Iterator[str]:
     with closing(socket.create_server(("127.0.0.1", 0))) as free:
         port = free.getsockname()[1]
     command = [sys.executable, "-m", "undertow", "app", "--no-browser", "--port", str(port)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as server:
+    told_to = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    with subprocess.Popen(command, start_new_session=True, **told_to) as server:
         try:
             for _ in range(300):
                 if _status(f"http://127.0.0.1:{port}/") == 200:
@@ -40,7 +43,7 @@ def address() -> Iterator[str]:
                 time.sleep(0.1)
             yield f"http://127.0.0.1:{port}/"
         finally:
-            server.terminate()
+            os.killpg(server.pid, signal.SIGINT)  # as Ctrl-C: all its processes hear it
             told = server.communicate(timeout=20)[0]
     assert "Traceback" not in told, told
     assert "has been deleted" not in told, told
