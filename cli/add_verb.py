@@ -97,6 +97,7 @@ def add(
             wanted = {key: content[key] for key in ("warnings", "steps", "candidates", "unnamed")}
             print_json({"schema": "undertow.added/1", **wanted})
             return
+        from ..reports.page.outcome import also_worse
         from ..reports.terminal.findings_screen import (
             added_table,
             calibrated_table,
@@ -104,6 +105,7 @@ def add(
             left_list,
             unnamed_table,
         )
+        from ..reports.terminal.layout import UNSURE
 
         say("")
         warn(findings.warnings)
@@ -113,6 +115,7 @@ def add(
         tables = [added_table(findings.candidates)] if findings.candidates else []
         show(*tables, *[unnamed_table(findings.unnamed)] * bool(findings.unnamed))
         show_steps(findings.steps, findings.candidates, found.comparison.best.horizon)
+        prose(also_worse(findings, found.comparison), UNSURE)
         show(energy_text(findings.passivity))
         say("Nothing is written without --out." if out is None else f"Corrected vehicle: {out}")
 

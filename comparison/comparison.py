@@ -22,12 +22,10 @@ from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axi
 from ..residuals.series import series
 from .audit import Audit, audit_along
 from .differences import differences
-from .facts import ComparedModel, Comparison, Domain, RulingRecord, Side
+from .facts import CALIBRATED, CORRECTED, NOMINAL, ComparedModel, Comparison, Domain, RulingRecord, Side
 from .failing.failures import Fails, where_they_fail
-from .models_by_name import CORRECTED
 from .recommendation import best
 
-NOMINAL, CALIBRATED = "nominal", "calibrated"
 BASELINE = "baseline"
 _FAR_OUT = 0.05
 """Share of the judged rows far from what a network was trained on that is worth a sentence."""

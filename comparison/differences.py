@@ -7,6 +7,7 @@ import numpy as np
 from ..measurements.statistics.paired import Difference, paired_difference
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import AXES, Array
+from ..physics.in_words import percent
 from ..residuals.models.base import Model
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors
 
@@ -37,6 +38,12 @@ class PairedRecord(Record):
     unit: str = ""
     verdict: str = ""
     blocks: Whole | None = None
+
+    @property
+    def in_words(self) -> str:
+        """Which error it is, and by what share it changed, as a part of a sentence."""
+        what = "acceleration" if self.horizon is None else f"of {self.horizon} s predictions"
+        return f"{self.axis} {what} by {percent(abs(self.relative or 0.0))}"
 
 
 ROLLED = (*AXES, "position")

@@ -8,9 +8,13 @@ from pydantic import ConfigDict, Field
 from ..discovery.findings import FailingPlace
 from ..physics.cards import Card, Drawn, each
 from ..physics.file_records import Flag, Number, Record, Whole
+from ..physics.in_words import listing
 from ..residuals.scores import AccelerationRecord, ByAxis, Rollouts
 from .differences import PairedRecord
 from .failing.failures import Structure
+
+NOMINAL, CALIBRATED, CORRECTED = "nominal", "calibrated", "corrected"
+"""Names of the models of a run: the one that was given, with its own numbers fitted, and with what was missing."""
 
 
 class Amount(Record):
@@ -162,11 +166,18 @@ class Comparison(Card, Drawn, Record):
     structure: tuple[Structure, ...] = ()
     notes: tuple[str, ...] = ()
 
+    @property
+    def worsened(self) -> tuple[PairedRecord, ...]:
+        """Errors that are larger with the corrected model of a run than with the nominal one, by more than chance."""
+        ends = (CORRECTED, NOMINAL)
+        return tuple(d for d in self.differences if (d.model, d.against) == ends and d.verdict == "worse")
+
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""
         return [
             *each("warnings", self.warnings),
             ("judged on", self.split),
+            ("gets worse", listing([one.in_words for one in self.worsened])),
             ("trust", f"{self.best.model}: {self.best.sentence}" if self.best.model else self.best.sentence),
             ("models", ", ".join(model.name for model in self.models)),
         ]

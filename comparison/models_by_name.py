@@ -13,9 +13,8 @@ from ..residuals.models.foreign import NO_MASS, is_function_name, load_function
 from ..residuals.models.model_files import load_network
 from ..residuals.models.neural import SETTINGS, WEIGHTS, is_network_folder
 from ..residuals.models.onnx_model import load_onnx
+from .facts import CORRECTED
 
-CORRECTED = "corrected"
-"""Name of the last model of a run, in the run itself."""
 MODEL_CURE = "undertow.load_model(PATH) reads one"
 
 

@@ -2,9 +2,9 @@
 
 import os
 
-from ..comparison.comparison import NOMINAL, Judged, judge, row
+from ..comparison.comparison import Judged, judge, row
 from ..comparison.error_limits import Limits, load_limits, with_margin
-from ..comparison.facts import ComparedModel
+from ..comparison.facts import NOMINAL, ComparedModel
 from ..comparison.held_limits import HeldLimits, held
 from ..comparison.models_by_name import check_commands, load_model
 from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..comparison.comparison import BASELINE, comparison, judge, reference_models
-from ..comparison.facts import Comparison
-from ..comparison.models_by_name import CORRECTED, check_commands, fitted_numbers, load_model
+from ..comparison.facts import CORRECTED, Comparison
+from ..comparison.models_by_name import check_commands, fitted_numbers, load_model
 from ..comparison.overlap import fitted_notes
 from ..exports.mcap_series import compared, require_mcap, write_series
 from ..measurements.preparation.held_out import Fold

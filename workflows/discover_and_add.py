@@ -6,7 +6,6 @@ from functools import partial
 
 from ..comparison.comparison import (
     BASELINE,
-    CALIBRATED,
     Judged,
     comparison,
     judge_all,
@@ -14,7 +13,7 @@ from ..comparison.comparison import (
     score_step,
     where_ends_fail,
 )
-from ..comparison.models_by_name import CORRECTED
+from ..comparison.facts import CALIBRATED, CORRECTED
 from ..comparison.what_decides import loses
 from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose

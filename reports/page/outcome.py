@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import isfinite
 
-from ...comparison.facts import Comparison
+from ...comparison.facts import CORRECTED, NOMINAL, Comparison
 from ...discovery.findings import Findings, Step
 from ...physics.in_words import listing, number, share_removed
 from ...residuals.scores import ROLLOUT_UNITS
@@ -51,7 +51,7 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     if after != after:
         return f"{done.capitalize()} makes predictions over {horizon} s run away {where}."
     ends = f"{number(before, 2)} to {number(after, 2)} {unit}"
-    told = difference(comparison.differences, "corrected", "nominal", "rollout", metric, horizon)
+    told = difference(comparison.differences, CORRECTED, NOMINAL, "rollout", metric, horizon)
     doubt = {
         "no difference": ", which may be chance",
         "too short to tell": ", on too few rows to exclude chance",
@@ -63,10 +63,18 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     return f"{done.capitalize()} removes {share_removed(1.0 - after / before)} of {what} {where}{doubt}."
 
 
+def also_worse(findings: Findings, comparison: Comparison) -> str:
+    """Which other errors grew by more than chance, as a sentence; empty where none did."""
+    led = hero(findings.steps, comparison.best.horizon)
+    grown = [one.in_words for one in comparison.worsened if (one.horizon, one.axis) != led]
+    return f"By more than chance, these errors grow: {listing(grown)}." if grown else ""
+
+
 def opening(findings: Findings, comparison: Comparison) -> list[str]:
     """How the terminal begins: headline, why, what it did to the error, and which model to trust; bad news first."""
     did, said = outcome(findings, comparison), [findings.headline, " ".join(findings.reasons)]
-    first = [did, *said] if gets_worse(findings.steps, comparison.best.horizon) else [*said, did]
+    told = [did, also_worse(findings, comparison)]
+    first = [*told, *said] if gets_worse(findings.steps, comparison.best.horizon) else [*said, *told]
     again = findings.folds.in_words(bool(findings.added)) if findings.folds else ""
     return [text for text in (*first, again, comparison.best.sentence) if text]
 

@@ -14,7 +14,7 @@ from ...discovery.search.bootstrap import Interval
 from ...physics.frames import AXES
 from ...physics.in_words import listing, number, percent, share_removed, unit_text, words
 from ...residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
-from ..page.outcome import gets_worse, opening, outcome
+from ..page.outcome import also_worse, gets_worse, opening, outcome
 from ..wording import (
     CALIBRATED,
     LEAD,
@@ -38,7 +38,7 @@ HEADLINE_STYLES = {"missing": FOUND, "nothing missing": GOOD, "undecided": UNSUR
 _OF_AN_AXIS = "beside the others, on the axis where it is most"
 """Of what the errors of a table of effects are shares."""
 _WORSE = 1.05
-"""Share of the error before from which predictions are said to get worse: less may be chance on one part of a log."""
+"""Share of the error before from which it is said to be larger: less may be chance on one part of a log."""
 
 
 def opening_lines(findings: Findings, comparison: Comparison) -> list[Prose]:
@@ -47,6 +47,7 @@ def opening_lines(findings: Findings, comparison: Comparison) -> list[Prose]:
     styles = {
         findings.headline: HEADLINE_STYLES.get(findings.verdict, ""),
         outcome(findings, comparison): done,
+        also_worse(findings, comparison): UNSURE,
         comparison.best.sentence: trust_style(comparison),
     }
     return [Prose(text, styles.get(text, "")) for text in opening(findings, comparison)]
@@ -91,9 +92,8 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
     ratios = {axis: after.of(axis) / max(before.of(axis), 1e-12) for axis in (*AXES, "position")}
     shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
     worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
-    words_of = f" Predictions of {' and '.join(worse)} get worse: the model before was the better one there."
-    warning = words_of if worse else ""
-    return f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{warning}"
+    larger = f" Larger than before: {listing(worse)}." if worse else ""
+    return f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{larger}"
 
 
 def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:

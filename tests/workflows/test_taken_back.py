@@ -5,7 +5,8 @@ from functools import partial
 
 import pytest
 
-from undertow.comparison.comparison import CALIBRATED, judge
+from undertow.comparison.comparison import judge
+from undertow.comparison.facts import CALIBRATED
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.reason import Reason

@@ -9,7 +9,7 @@ from ...run_contents import RunFolder
 from ...wording import step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
-from ..outcome import hero, outcome
+from ..outcome import also_worse, hero, outcome
 from .base import Chapter, Section
 
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -30,6 +30,7 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
     sentences = []
     sentences += [did] if (did := outcome(findings, run.comparison)) else []
+    sentences += [worse] if (worse := also_worse(findings, run.comparison)) else []
     sentences += [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = run.comparison.best.sentence
     if best:

@@ -73,6 +73,28 @@ def test_bad_news_come_first_and_the_model_to_trust_last():
     assert opening(alone, NOTHING) == [better.headline]
 
 
+def test_what_grows_by_more_than_chance_is_told_beside_what_shrinks(tmp_path: Path):
+    grown = [("acceleration", None, "yaw", 0.12), ("rollout", "2", "sway", 0.081), ("rollout", "10", "position", 0.3)]
+    rows = [
+        {**told, "quantity": what, "horizon": over, "axis": axis, "relative": share}
+        for what, over, axis, share in grown
+        for told in (
+            {"model": "corrected", "against": "nominal", "verdict": "worse"},
+            {"model": "calibrated", "against": "nominal", "verdict": "worse"},
+        )
+    ]
+    comparison = BEST.but(differences=[*rows, {**rows[0], "axis": "surge", "verdict": "no difference"}])
+    said = "By more than chance, these errors grow: yaw acceleration by 12 % and sway of 2 s predictions by 8 %."
+    better = story(2.0, 0.5)
+    told = [text.replace(NARROW, " ") for text in opening(better, comparison)]
+    assert [text.split()[0] for text in told] == ["The", "Adding", "By", "Trust"]
+    assert told[2] == said  # the error that the story leads with has a sentence of its own
+    assert "position of 10 s predictions by 30" in str(comparison)
+    run = read_run(write_sample(tmp_path / "run", seconds=30.0))
+    shown = page(replace(run, comparison=run.comparison.but(differences=comparison.differences)))
+    assert said in shown.replace(NARROW, " ").split('class="card numbers"')[0]
+
+
 def test_the_page_leads_with_an_error_that_grew(tmp_path: Path):
     run = read_run(write_sample(tmp_path / "run", seconds=30.0))
     steps = run.findings.steps
