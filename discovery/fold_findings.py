@@ -54,7 +54,7 @@ class Folds(Record):
     def doubts(self, kept: Sequence[str]) -> dict[str, str]:
         """Why each effect is not certain that comes out of fewer than half of the folds, by key."""
         return {
-            key: f"searched anew without each of {self.count} parts of the log, it comes out of {self.named[key]} only"
+            key: f"of {self.count} searches, each without one part of the log, {self.named[key] or 'none'} found it"
             for key in kept
             if 2 * self.named[key] < self.count
         }
@@ -68,14 +68,22 @@ class Folds(Record):
         """
         if self.same_names is None:
             return ""
-        told = f"Searched anew without each of its {self.count} parts, the log"
-        if self.same_names == self.count:
-            return f"{told} gives the same names every time." if self.named else f"{told} names nothing either."
+        told = f"The search was repeated {self.count} times, each time with a different part of the log left out:"
+        if self.same_names == self.count and self.named:
+            return f"{told} every time it found the same names."
+        some = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n]
         if not sure:
-            some = listing([f"{words(key)} in {n}" for key, n in self.named.items() if n])
-            return f"{told} names {some} of {self.count}." if some else f"{told} names nothing either."
-        others = [f"{words(key)} in {n}" for key, n in self.named.items() if n < self.count]
-        if self.same_names == 0 and others:
-            return f"{told} never gives all of these names and no other: {listing(others)} of {self.count}."
+            return f"{told} it found {listing(some) or 'nothing'}."
+        others = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n < self.count]
         one_by_one = f" ({listing(others)})" if others else ""
-        return f"{told} gives the same names in {self.same_names} of {self.count}{one_by_one}."
+        found = f"found just these names {_times(self.same_names)}" if self.same_names else "never found just these names"
+        return f"{told} it {found}{one_by_one}. A name that hangs on one part of the log is less sure."
+
+
+def _times(count: int) -> str:
+    """How often.
+
+    >>> [_times(count) for count in (0, 1, 2, 3)]
+    ['never', 'once', 'twice', '3 times']
+    """
+    return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")

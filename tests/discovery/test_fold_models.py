@@ -135,12 +135,15 @@ def test_a_delay_is_fitted_without_a_fold_as_it_is_with_all():
 def test_an_effect_that_a_fold_does_not_find_is_in_the_model_but_not_certain():
     told = Folds(count=4, same_names=1, named={"surge_trim": 4, "cg_offset": 1})
     assert told.doubts(["surge_trim", "cg_offset"]) == {
-        "cg_offset": "searched anew without each of 4 parts of the log, it comes out of 1 only"
+        "cg_offset": "of 4 searches, each without one part of the log, 1 found it"
     }
-    assert told.in_words(True) == (
-        "Searched anew without each of its 4 parts, the log gives the same names in 1 of 4 (cg offset in 1)."
-    )
-    assert told.but(same_names=4).in_words(True).endswith("the same names every time.")
+    begun = "The search was repeated 4 times, each time with a different part of the log left out: "
+    means = " A name that hangs on one part of the log is less sure."
+    assert told.in_words(True) == f"{begun}it found just these names once (cg offset once).{means}"
+    assert told.but(same_names=0).in_words(True) == f"{begun}it never found just these names (cg offset once).{means}"
+    assert told.but(same_names=4).in_words(True) == f"{begun}every time it found the same names."
+    assert told.in_words(False) == f"{begun}it found surge trim 4 times and cg offset once."
+    assert told.but(named={}).in_words(False) == f"{begun}it found nothing."
 
 
 @pytest.fixture(scope="module")
