@@ -11,9 +11,9 @@ from .options import ForceOption, earlier_files
 
 def formats() -> str:
     """What `--to` takes; files are counted and none is loaded, as this stands below every help."""
-    from ..exports.formats.registry import format_names
+    from ..exports.formats.registry import names_told
 
-    return f"Formats: {', '.join(format_names())}. docs/howto/export.md says what each is."
+    return f"Formats: {names_told()}. docs/howto/export.md says what each is."
 
 
 def export(

@@ -11,6 +11,17 @@ if TYPE_CHECKING:
     from .base import Export
 
 _FILE = "to_"
+_ALSO = {
+    "fmu": "fmi",
+    "gazebo": "sdf",
+    "js": "javascript",
+    "mss": "matlab",
+    "numpy": "python",
+    "octave": "matlab",
+    "ros2": "ros",
+    "tex": "latex",
+}
+"""Other names that people type."""
 
 
 def format_names() -> tuple[str, ...]:
@@ -19,17 +30,23 @@ def format_names() -> tuple[str, ...]:
     return tuple(m.name.removeprefix(_FILE) for m in iter_modules(package.__path__) if m.name.startswith(_FILE))
 
 
+def names_told() -> str:
+    """Names of all formats, each with those that mean the same."""
+    others = {name: [also for also, meant in _ALSO.items() if meant == name] for name in format_names()}
+    return ", ".join(f"{name} (or {', '.join(also)})" if also else name for name, also in others.items())
+
+
 def format_named(name: str) -> "Export":
-    """A format by its name.
+    """A format by its name, or by another that means the same.
 
     Raises
     ------
     RequestError
         when there is none of that name.
     """
-    names = format_names()
-    if name not in names:
-        near = get_close_matches(name, names, n=1)
+    names, meant = format_names(), _ALSO.get(name, name)
+    if meant not in names:
+        near = get_close_matches(name, (*names, *_ALSO), n=1)
         told = f"did you mean {near[0]!r}? " if near else ""
-        raise RequestError(f"export: unknown format {name!r}: {told}There are: {', '.join(names)}")
-    return import_module(f".{_FILE}{name}", __package__).EXPORT
+        raise RequestError(f"export: unknown format {name!r}: {told}There are: {names_told()}")
+    return import_module(f".{_FILE}{meant}", __package__).EXPORT

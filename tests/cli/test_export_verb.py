@@ -61,8 +61,16 @@ def test_its_own_file_is_replaced_and_no_other(here: Path):
     done("export", "otter", "--to", "c", "--out", "boat.h", "--force")
 
 
+@pytest.mark.parametrize(
+    ("typed", "meant"), [("gazebo", "sdf"), ("ros2", "ros"), ("mss", "matlab"), ("fmu", "fmi"), ("numpy", "python")]
+)
+def test_a_format_has_the_names_that_people_type(typed: str, meant: str):
+    assert format_named(typed) is format_named(meant)
+
+
 def test_refusals(here: Path):
     refused("export", "otter", "--to", "pyton", "--out", "a", match="unknown format 'pyton': did you mean 'python'")
+    refused("export", "otter", "--to", "gazbo", "--out", "a", match=r"did you mean 'gazebo'\? .*sdf \(or gazebo\)$")
     refused("export", "otter", "--to", "c", "--out", "a.h", "--time-step", "0", match="a time step of 0.0001 to 10 s")
     refused("export", "otter", "--to", "c", "--out", "nowhere/a.h", match="nowhere does not exist")
     refused(
