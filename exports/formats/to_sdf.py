@@ -4,6 +4,9 @@ The names are those of gz-sim's `Hydrodynamics.hh` and `Thruster.hh`. From Garde
 pairs of axes have names (`nV`, `nUV`, `nRabsU`), and the Coriolis force of the added mass, which versions of the plugin
 work out with different signs, is switched off and written as such terms. Fortress has diagonal terms alone, takes added
 mass with the other sign, and its Coriolis force cannot be switched off.
+
+The model is of a plane, so gravity does not pull its links: in any world it stays at its height, without buoyancy. It
+has a box to be seen and nothing to collide with, from which Gazebo would work out a buoyancy.
 """
 
 import re
@@ -30,8 +33,10 @@ _FLIPPED = {"u": 1.0, "v": -1.0, "r": -1.0}
 """Sign of a speed in Gazebo's axes."""
 _SIGNS = (1.0, -1.0, -1.0)
 """Sign of a force on surge, sway and yaw in Gazebo's axes."""
+_LONGER = 3.0
+"""Length of the box that stands for the hull over its width and its height, which the model does not have."""
 _ROLL, _PITCH = 0.2, 1.0
-"""Ixx and Iyy as a share of Izz, which the model does not have: those of a box three times as long as wide and high."""
+"""Ixx and Iyy as a share of Izz: those of this box."""
 _PROPELLER = 0.001
 """Mass of a propeller's link [kg], which the hull has less: a link without any is unlawful."""
 _DECAY = 2.0
@@ -158,7 +163,10 @@ def _left_out(given: Given) -> list[str]:
         most = max(map(abs, (envelope.lower[2], envelope.upper[2])))
         size = max(-vehicle.value("X_udot"), -vehicle.value("Y_vdot")) * speed * most
         sentences.append(f"The physics engine's added mass does not know the current: up to {size:.3g} N in a turn.")
-    sentences.append("Heave, roll and pitch: their inertia and damping are invented, and nothing makes the boat float.")
+    sentences.append(
+        "Heave, roll and pitch: their inertia and damping are invented, as is the box that is seen. Gravity does not pull "
+        "the boat, which stays at its height in any world; it has no buoyancy, and collides with nothing."
+    )
     return sentences
 
 
@@ -212,10 +220,13 @@ def _document(given: Given, name: str, inertial: bool) -> ElementTree.Element:
     library, namespace = _NAMESPACES[choices.gz]
     root = ElementTree.Element("sdf", version="1.10" if inertial else "1.9")
     facts = "\n".join(re.sub(r"-(?=-)", "- ", line) for line in given.facts.lines())
-    root.append(ElementTree.Comment(f"\n{facts}\nixx and iyy of the hull are invented: see `Heave, roll and pitch`.\n"))
+    facts += "\nixx and iyy of the hull are invented: see `Heave, roll and pitch`."
+    facts += f"\nNewtons go to the topics /model/{name}/joint/THRUSTER_joint/cmd_thrust (docs/howto/export.md)."
+    root.append(ElementTree.Comment(f"\n{facts}\n"))
     model = ElementTree.SubElement(root, "model", name=name)
-    hull = ElementTree.SubElement(model, "link", name="base_link")
+    hull = _floating(ElementTree.SubElement(model, "link", name="base_link"))
     _hull_inertia(hull, vehicle, inertial)
+    _hull_seen(hull, vehicle)
     for thruster in vehicle.thrusters:
         _propeller(model, thruster.name, _place(vehicle, thruster.name), thruster.angle)
     water = _plugin(model, f"{library}-hydrodynamics-system", f"{namespace}::Hydrodynamics")
@@ -267,13 +278,30 @@ def _hull_inertia(hull: ElementTree.Element, vehicle: Vehicle, inertial: bool) -
         _texts(moved, {"yr": repr(float(m[1, 2])), "rr": repr(float(m[2, 2]))})
 
 
+def _hull_seen(hull: ElementTree.Element, vehicle: Vehicle) -> None:
+    """A box of the vehicle's mass and inertia about the vertical axis, about its centre of gravity."""
+    p = vehicle.values
+    izz = p["inertia_z"] - p["mass"] * (p["x_g"] ** 2 + p["y_g"] ** 2)
+    length = float(np.sqrt(12.0 * izz / p["mass"] / (1.0 + _LONGER**-2)))
+    seen = ElementTree.SubElement(hull, "visual", name="box")
+    _texts(seen, {"pose": f"{p['x_g']!r} {0.0 - p['y_g']!r} 0 0 0 0"})
+    box = ElementTree.SubElement(ElementTree.SubElement(seen, "geometry"), "box")
+    _texts(box, {"size": f"{length:.3f} {length / _LONGER:.3f} {length / _LONGER:.3f}"})
+
+
+def _floating(link: ElementTree.Element) -> ElementTree.Element:
+    """The link, which gravity does not pull."""
+    _texts(link, {"gravity": "false"})
+    return link
+
+
 def _blade() -> float:
     """Inertia of a propeller about its own axes [kg m^2]: of a ball of 0.1 m."""
     return 0.4 * _PROPELLER * 0.05**2
 
 
 def _propeller(model: ElementTree.Element, name: str, place: tuple[float, float], angle: float) -> None:
-    link = ElementTree.SubElement(model, "link", name=f"{name}_propeller")
+    link = _floating(ElementTree.SubElement(model, "link", name=f"{name}_propeller"))
     _texts(link, {"pose": f"{place[0]!r} {place[1]!r} 0 0 0 {0.0 - angle!r}"})
     inside = ElementTree.SubElement(link, "inertial")
     _texts(inside, {"mass": repr(_PROPELLER)})
