@@ -31,7 +31,9 @@ def check_ending(path: Path) -> None:
         for an ending that is none of .csv, .csv.gz and .parquet; a name without one is a table.
     """
     if path.suffix and not path.name.lower().endswith(_ENDINGS):
-        raise RequestError(f"cannot write {path}: expected a name that ends in .csv, .csv.gz or .parquet")
+        raise RequestError(
+            f"cannot write {path}: expected a name that ends in .csv, .csv.gz or .parquet; bags are read, not written"
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

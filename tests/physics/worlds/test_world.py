@@ -104,11 +104,11 @@ def test_same_seed_gives_the_same_bytes(boat: Vehicle, field_log: SimulatedLog, 
     assert not list(tmp_path.glob(".*")), "no temporary file is left"
 
 
-@pytest.mark.parametrize("name", ["a.txt", "a.mat", "a.gz", "a.csv.zst"])
+@pytest.mark.parametrize("name", ["a.txt", "a.mat", "a.gz", "a.csv.zst", "a.mcap"])
 def test_a_log_is_not_written_under_the_name_of_another_format(
     name: str, field_log: SimulatedLog, tmp_path: Path
 ) -> None:
-    with pytest.raises(RequestError, match=f"{name}: expected a name that ends in .csv, .csv.gz or .parquet"):
+    with pytest.raises(RequestError, match=f"{name}: expected a name that ends in .csv, .* bags are read, not written"):
         field_log.write(tmp_path / name)
     assert not list(tmp_path.iterdir())
 
