@@ -16,7 +16,7 @@ from ..physics.frames import Array
 from .canonical import Channel
 from .channels.channel_map import Entry, entries_of, entry_of, map_dict, read_channel_map
 from .channels.look_alikes import lacks
-from .channels.mapping import map_channels
+from .channels.mapping import map_channels, some
 from .channels.namespaces import check_namespace, is_under
 from .channels.recognition import is_vertical_acceleration, recognise
 from .formats.base import Name, Request, Stream
@@ -74,7 +74,7 @@ class Log(Card):
             ("file", str(self.path)),
             ("time", span),
             ("channels", ", ".join(f"{name} ({rate:.3g} Hz)" for name, rate in rates.items())),
-            ("not used", f"{len(self.unused)} streams" if self.unused else ""),
+            ("not used", some(self.unused, 6) if self.unused else ""),
             *each("to add", self.lacks),
             ("notes", f"{len(self.notes)}, see .notes" if self.notes else ""),
         ]

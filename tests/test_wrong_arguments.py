@@ -48,6 +48,12 @@ CASES: dict[str, tuple[Call, tuple[Any, ...], str]] = {
         (MOTION, VEHICLE, ["yaw_trim"], undertow.DiscoverySettings()),
         r"adapt: settings: expected an AdaptSettings, got a DiscoverySettings; undertow.AdaptSettings",
     ),
+    "report, what is no run folder": (
+        undertow.report,
+        (VEHICLE.values.get,),
+        r"report: runs: expected a str or PathLike, got a \w+; undertow.write_run\(RUN, FOLDER\) writes one",
+    ),
+    "report, one path": (undertow.report, ("nowhere",), "expected a run folder at nowhere, but there is none"),
     "distil, a path as inputs": (
         undertow.distil,
         ("lstm", "log.csv"),

@@ -1,12 +1,12 @@
 """The verb `report`: the page of each run, one page of several runs, models compared on demand, and PDF."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from ..comparison.facts import Comparison
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.file_system import at_rest, identity, link
 from ..physics.files import write_json, write_text
 from ..physics.folders import check_folder, replace_folder
@@ -28,7 +28,7 @@ COMPARISON = "comparison.json"
 
 @showing
 def report(
-    runs: Sequence[PathLike],
+    runs: Sequence[PathLike] | PathLike,
     *,
     models: Sequence[PathLike] = (),
     pdf: bool = False,
@@ -41,7 +41,7 @@ def report(
 
     Parameters
     ----------
-    runs : run folders; each gets its `report.html`
+    runs : run folders, or one; each gets its `report.html`
     models : to compare with the run's own, on the run's logs, before the page is written; `comparison.json` then has
         them
     pdf : print every page to a PDF file beside it
@@ -61,7 +61,10 @@ def report(
         no browser for `pdf` is there; nothing is written then. When another process replaces a run meanwhile, those
         before it are written.
     """
-    folders = [Path(run) for run in runs]
+    given = [runs] if isinstance(runs, str | os.PathLike) or not isinstance(runs, Iterable) else list(runs)
+    for run in given:
+        expect("report: runs", run, (str, os.PathLike), "undertow.write_run(RUN, FOLDER) writes one, with its page")
+    folders = [Path(run) for run in given]
     twice = sorted({str(folder) for k, folder in enumerate(folders) if any(same_place(folder, o) for o in folders[:k])})
     if twice:
         raise RequestError(f"report: {', '.join(twice)} is given twice; give each run once")

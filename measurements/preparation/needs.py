@@ -59,7 +59,7 @@ def require(log: Log, vehicle: Vehicle | None) -> None:
     """
     found = problems(log, vehicle)
     if found:
-        raise LogError(f"{log.path}: {found[0]}")
+        raise LogError(f"{log.path}: {' '.join((found[0], *log.lacks))}")
 
 
 def _listed(log: Log) -> str:

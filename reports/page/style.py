@@ -205,6 +205,7 @@ footer {{ color: var(--muted); font-size: .9rem; }}
 @media (max-width: 720px) {{
   main {{ padding: 18px 12px 48px; }}
   .card {{ padding: 14px; }}
+  .numbers {{ column-gap: 14px; }}
   h2 {{ margin-top: 1.5em; }}
   .effect p {{ font-size: .92rem; line-height: 1.45; }}
   .plots.three svg {{ max-width: 330px; }}

@@ -8,6 +8,7 @@ import pytest
 
 import undertow
 from undertow.measurements.log import Log, read_log
+from undertow.measurements.preparation.needs import require
 from undertow.physics.errors import LogError, RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
@@ -200,6 +201,11 @@ def test_a_heading_and_a_place_by_other_names_are_told_with_the_lines_that_take_
     assert place.endswith("try channel_map={'x': 'north', 'y': 'east'}.")
     chart = {"psi": {"from": "heading", "unit": "deg"}, "x": "north", "y": "east"}
     assert Log.from_dataframe(other, channel_map=chart).lacks == ()
+    with pytest.raises(
+        LogError, match=r"expected a heading.*try channel_map=\{'psi': \{'from': 'heading', 'unit': 'deg'"
+    ):
+        require(log, None)
+    assert "not used  north, east, heading" in str(log)
 
 
 def test_it_goes_all_the_way_to_a_run(table: pd.DataFrame, tmp_path: Path) -> None:

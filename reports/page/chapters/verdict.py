@@ -23,15 +23,13 @@ LONGEST_NAME = 30  # letters of an effect's name that fit beside the bars
 
 
 def headline(run: RunFolder, *, title: str = "h1") -> Html:
-    """The verdict, below it the reasons in smaller print, and the rollout error before and after as big figures."""
+    """The verdict, below it why and what became of the error, in words and as big figures; then how sure that is."""
     findings, steps = run.findings, run.findings.steps
     before, after, horizon, metric, _ = hero_errors(run)
     missing = [words(name) for name in findings.missing]
     lacking = f"The model lacks {listing(missing)}." if missing else "Nothing is missing that this log can show."
-    sentences = []
-    sentences += [did] if (did := outcome(findings, run.comparison)) else []
-    sentences += [worse] if (worse := also_worse(findings, run.comparison)) else []
-    sentences += [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
+    became = " ".join(filter(None, (outcome(findings, run.comparison), also_worse(findings, run.comparison))))
+    sentences = [again] if findings.folds and (again := findings.folds.in_words(bool(findings.added))) else []
     best = run.comparison.best.sentence
     if best:
         sentences.append(unit_text(best))
@@ -57,12 +55,9 @@ def headline(run: RunFolder, *, title: str = "h1") -> Html:
     return render(
         *(element("p", unit_text(text), cls="card warning") for text in findings.warnings),
         element(title, findings.headline or lacking),
-        *(
-            element("p", text, cls="lead")
-            for text in (unit_text(" ".join(findings.reasons)), " ".join(sentences))
-            if text
-        ),
+        *(element("p", text, cls="lead") for text in (unit_text(" ".join(findings.reasons)), became) if text),
         element("div", *figures, what, cls="card numbers"),
+        *[element("p", " ".join(sentences), cls="lead")] * bool(sentences),
     )
 
 

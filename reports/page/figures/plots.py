@@ -20,14 +20,14 @@ from ...run_contents import RunFolder
 from ..coefficients import coefficient_rows
 from .figure_data import held_out_stretch, rollouts
 from .missing_force import SIGNALS, MissingForce, means, missing_force, signals
-from .record_plots import AFTER, BEFORE, MEASURED, FindingsPlots, draw_coefficients, new_axes
+from .record_plots import AFTER, BEFORE, MEASURED, Drawings, FindingsPlots, draw_coefficients, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@dataclass(frozen=True, slots=True)
-class Plots:
+@dataclass(frozen=True, slots=True, repr=False)
+class Plots(Drawings):
     """What can be drawn of a run; every method takes axes to draw on, and gives them back.
 
     Attributes
@@ -42,7 +42,10 @@ class Plots:
     corrected: Vehicle
 
     def staircase(self, quantity: str = "position", horizon: str = "", ax: "Axes | None" = None) -> "Axes":
-        """The error of predictions as effects are added; see `FindingsPlots.staircase`."""
+        """The error of predictions as effects are added, on rows that no fit saw.
+
+        See `FindingsPlots.staircase`.
+        """
         return FindingsPlots(self.findings).staircase(quantity, horizon, ax)
 
     def predictions(self, axes: "Sequence[Axes]" = ()) -> "Sequence[Axes]":

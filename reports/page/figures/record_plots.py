@@ -9,6 +9,7 @@ import numpy as np
 
 from ....comparison.facts import Comparison
 from ....discovery.findings import FailingPlace, Findings
+from ....physics.cards import Card
 from ....physics.errors import RequestError
 from ....physics.in_words import unit_text, words
 from ....residuals.scores import ROLLOUT_UNITS, RolloutRecord
@@ -24,8 +25,19 @@ _LETTERS = 44
 """Letters of a place on a line: beside them half of a figure is left for its bar."""
 
 
-@dataclass(frozen=True, slots=True)
-class FindingsPlots:
+class Drawings(Card):
+    """Plots that show themselves as the list of their methods, and not all that they draw from."""
+
+    __slots__ = ()
+
+    def card(self) -> list[tuple[str, str]]:
+        """See `Card`."""
+        methods = {name: one for name, one in vars(type(self)).items() if callable(one) and name[0] != "_"}
+        return [(f".{name}()", (one.__doc__ or "").partition("\n")[0]) for name, one in methods.items()]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class FindingsPlots(Drawings):
     """What can be drawn of findings alone; every method takes axes to draw on, and gives them back."""
 
     findings: Findings
@@ -60,8 +72,8 @@ class FindingsPlots:
         return _places(self.findings.failures, ax)
 
 
-@dataclass(frozen=True, slots=True)
-class ComparisonPlots:
+@dataclass(frozen=True, slots=True, repr=False)
+class ComparisonPlots(Drawings):
     """What can be drawn of a comparison; every method takes axes to draw on, and gives them back."""
 
     comparison: Comparison

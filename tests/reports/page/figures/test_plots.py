@@ -93,6 +93,14 @@ def test_findings_and_comparisons_draw_themselves(run: Any) -> None:
         compared.plot.errors(horizon="99")
 
 
+def test_plots_show_what_can_be_drawn(run: Any) -> None:
+    for plots in (run.plot, run.findings.plot, run.comparison.plot):
+        names = [line.split("()")[0].strip() for line in repr(plots).splitlines()[1:]]
+        assert names
+        assert all(callable(getattr(plots, name.removeprefix("."))) for name in names)
+    assert ".force()         The force that the nominal model lacks" in repr(run.plot)
+
+
 def test_what_is_not_there_is_refused(run: Any) -> None:
     with pytest.raises(RequestError, match="no error of heading over 10 s"):
         run.plot.staircase("heading")
