@@ -76,9 +76,8 @@ class Folds(Record):
             return f"{told} it found {listing(some) or 'nothing'}."
         others = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n < self.count]
         one_by_one = f" ({listing(others)})" if others else ""
-        found = (
-            f"found just these names {_times(self.same_names)}" if self.same_names else "never found just these names"
-        )
+        how_often = f"found just these names {_times(self.same_names)}"
+        found = how_often if self.same_names else "never found just these names"
         return f"{told} it {found}{one_by_one}. A name that hangs on one part of the log is less sure."
 
 

@@ -23,7 +23,7 @@ ELSEWHERE = {
 """Blocks whose first line names a file below these folders are put into a copy of the package by test_extending.py."""
 QUICKSTART = "README.md"
 """Its Python is examples/quickstart.py, which test_examples.py runs, with what it prints."""
-LANGUAGES = {"sh", "python", "yaml", "text"}
+LANGUAGES = {"sh", "python", "yaml", "text", "xml"}
 VERBS = set(typer.main.get_group(app).commands)
 
 
@@ -34,6 +34,7 @@ def to_follow(page: str) -> list:
         for block in blocks(page)
         if not (block.file and block.file.startswith(ELSEWHERE.get(page, ("nowhere/",))))
         and not (page == QUICKSTART and block.language in ("python", "text"))
+        and block.language != "xml"  # of other programs; the tests of exports look at it
     ]
 
 

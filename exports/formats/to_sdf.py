@@ -164,8 +164,8 @@ def _left_out(given: Given) -> list[str]:
         size = max(-vehicle.value("X_udot"), -vehicle.value("Y_vdot")) * speed * most
         sentences.append(f"The physics engine's added mass does not know the current: up to {size:.3g} N in a turn.")
     sentences.append(
-        "Heave, roll and pitch: their inertia and damping are invented, as is the box that is seen. Gravity does not pull "
-        "the boat, which stays at its height in any world; it has no buoyancy, and collides with nothing."
+        "Heave, roll and pitch: their inertia and damping are invented, as is the box that is seen. Gravity does not "
+        "pull the boat, which stays at its height in any world; it has no buoyancy, and collides with nothing."
     )
     return sentences
 
