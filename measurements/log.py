@@ -170,6 +170,9 @@ class Log(Card):
             channel: entry_of(where, channel, {**map_dict({channel: entry})[channel], "unit": units[entry.source]})
             for channel, entry in mapped.entries.items()
             if units and entry is not None and entry.source in units
+            # A map that was made of the same table, with its units, has them in it.
+            if entry.scale == 1.0
+            or entry.scale != entry_of(where, channel, {"from": entry.source, "unit": units[entry.source]}).scale
         }
         if told:
             mapped = map_channels(streams, frame, {**given, **told}, name)

@@ -193,6 +193,15 @@ def test_a_table_without_what_a_search_needs_says_what_looks_like_it(
     assert Log.from_dataframe(table).lacks == ()
 
 
+def test_a_map_that_has_the_units_in_it_is_not_turned_twice(table: pd.DataFrame) -> None:
+    degrees = table.assign(psi=np.degrees(table.psi))
+    first = Log.from_dataframe(degrees, units={"psi": "deg"})
+    again = Log.from_dataframe(degrees, units={"psi": "deg"}, channel_map=first.entries)
+    np.testing.assert_allclose(again.channels["psi"].value, table.psi)
+    half = Log.from_dataframe(degrees, units={"psi": "deg"}, channel_map={"psi": {"from": "psi", "scale": 0.5}})
+    np.testing.assert_allclose(half.channels["psi"].value, 0.5 * table.psi)
+
+
 def test_a_heading_and_a_place_by_other_names_are_told_with_the_lines_that_take_them(table: pd.DataFrame) -> None:
     other = table.rename(columns={"x": "north", "y": "east", "psi": "heading"}).drop(columns=["u", "v", "r"])
     log = Log.from_dataframe(other.assign(heading=np.degrees(other.heading) % 360.0))
