@@ -178,6 +178,6 @@ class Comparison(Card, Drawn, Record):
             *each("warnings", self.warnings),
             ("judged on", self.split),
             ("gets worse", listing([one.in_words for one in self.worsened])),
-            ("trust", f"{self.best.model}: {self.best.sentence}" if self.best.model else self.best.sentence),
+            ("trust", self.best.sentence.removeprefix("Trust ")),
             ("models", ", ".join(model.name for model in self.models)),
         ]

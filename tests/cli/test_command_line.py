@@ -58,6 +58,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_help_of_every_verb() -> None:
     for verb in VERBS:
         assert f"{verb} [OPTIONS]" in done(verb, "--help")
+    assert done("plan", "-h") == done("plan", "--help")
 
 
 @pytest.mark.parametrize("command", [[SCRIPT], [sys.executable, "-m", "undertow"]], ids=["script", "module"])

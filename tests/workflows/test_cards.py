@@ -64,6 +64,7 @@ def test_a_card_is_short_and_says_what_matters(shown: dict[str, object], name: s
     assert text.startswith(type(card).__name__)
     for word in words:
         assert word in text
+    assert "Trust" not in text, "the label says it"
     assert "<b>" not in html
     assert html.startswith("<table>")
 
