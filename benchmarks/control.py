@@ -3,7 +3,8 @@
 Each boat is a random sister of a BlueBoat or an Otter. Three effects of typical size are hidden from its nominal model
 where the perfect one tracks at least two fifths better than the nominal one; or nothing is. All other models are made
 from one log of five minutes of the true boat. Results are kept boat by boat in a folder, so that a study that was
-stopped goes on where it was. Prints every figure beside what is asked of it, and exits 1 where something is broken.
+stopped goes on where it was; boats of other sources are steered anew. Prints every figure beside what is asked of it,
+and exits 1 where something is broken.
 
     python benchmarks/control.py [--boats 20] [--first 0] [--networks lstm --networks tcn] [--table PAGE] [--tell]
 """
@@ -11,12 +12,15 @@ stopped goes on where it was. Prints every figure beside what is asked of it, an
 import argparse
 import json
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from measured import Figures
+from scipy import stats
+from study.fingerprint import fingerprint
 from study.steered import STEERED, mean_error, models, passages, world
 
 from undertow.physics.errors import RequestError
@@ -27,15 +31,17 @@ ROOT = Path(__file__).resolve().parents[1]
 KINDS = {"hidden": "hidden effects that are worth it", "nothing": "nothing hidden"}
 OTHER_SEED = 500
 """By how much the seed of the nominal model's second passage differs: how far the two are apart is noise."""
-DRAWS = 10_000
-"""Draws of boats from which an interval is read: its ends then move by less than is printed."""
+PACKAGES = ("physics", "measurements", "residuals", "discovery", "exports/formats", "exports/program", "steering")
+"""Packages whose source decides the results."""
 ORDER = ("nominal", "calibrated", "corrected", "hybrid lstm", "hybrid tcn", "perfect")
 Rows = list[dict[str, Any]]
 
 
-def steer(kind: str, seed: int, networks: Sequence[str], target: Path) -> None:
-    """Run what is not yet kept of a world."""
-    kept: dict[str, Any] = json.loads(target.read_text("utf-8")) if target.is_file() else {"rows": [], "told": {}}
+def steer(kind: str, seed: int, networks: Sequence[str], target: Path, source: str) -> None:
+    """Run what is not yet kept of a world, or all of it where another source made it."""
+    kept: dict[str, Any] = json.loads(target.read_text("utf-8")) if target.is_file() else {}
+    if kept.get("source") != source:
+        kept = {"source": source, "rows": [], "told": {}}
     names = [*ORDER[:3], *(f"hybrid {name}" for name in networks), ORDER[-1]]
     if set(names) <= {row["model"] for row in kept["rows"]}:
         return
@@ -45,7 +51,7 @@ def steer(kind: str, seed: int, networks: Sequence[str], target: Path) -> None:
     for model, told in models(case, seed, networks, done):
         if model.name != "nominal" and model.kind != "hybrid" and same(model.vehicle, case.nominal):
             alike = [row for row in kept["rows"] if row["model"] == "nominal"]
-            kept["rows"] += [{**row, "model": model.name} for row in alike]
+            kept["rows"] += [{**row, "model": model.name, "copied": True} for row in alike]
             kept["told"][model.name] = {**told, "steers as": "nominal"}
             write_json(target, kept)
             continue
@@ -79,35 +85,38 @@ def ratios(worlds: Sequence[Rows], model: str, other: str, controller: str) -> n
     return np.array([np.log(mean_error(a) / mean_error(b)) for a, b in pairs if a and b])
 
 
-def interval(logs: np.ndarray) -> tuple[float, float, float]:
-    """Geometric mean of ratios, and its 95 % interval by drawing boats with replacement."""
-    rng = np.random.default_rng(0)
-    means = logs[rng.integers(0, logs.size, (DRAWS, logs.size))].mean(axis=1)
-    low, high = np.quantile(means, (0.025, 0.975))
-    return float(np.exp(logs.mean())), float(np.exp(low)), float(np.exp(high))
+def interval(logs: np.ndarray) -> str:
+    """Geometric mean of ratios, with its 95 % interval by Student's t on their logarithms; without, of one boat."""
+    middle = float(logs.mean())
+    if logs.size < 2:
+        return f"{np.exp(middle):.2f}"
+    half = float(stats.t.ppf(0.975, logs.size - 1) * logs.std(ddof=1) / np.sqrt(logs.size))
+    return f"{np.exp(middle):.2f} ({np.exp(middle - half):.2f} to {np.exp(middle + half):.2f})"
 
 
 def table(worlds: Sequence[Rows], controller: str) -> list[str]:
     """A line for each model."""
     lines = [
-        "| model | boats | error [m] | against nominal | against perfect | effort | off lane | at limit "
-        "| step, median [ms] | slow step [ms] | unsolved | lost |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| model | boats | error [m] | nominal, same boats [m] | against nominal | against perfect | effort | off lane "
+        "| at limit | step, median [ms] | slow step [ms] | unsolved | lost |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for model in ORDER:
-        rows = [row for each in worlds for row in of(each, model, controller)]
-        if not rows:
+        steered = [each for each in worlds if of(each, model, controller)]
+        if not steered:
             continue
-        boats = sum(bool(of(each, model, controller)) for each in worlds)
+        rows, nominal = ([row for each in steered for row in of(each, m, controller)] for m in (model, "nominal"))
+        copied = sum(any(row.get("copied") for row in of(each, model, controller)) for each in steered)
+        boats = f"{len(steered)}, {copied} as nominal" if copied else str(len(steered))
         told = []
         for other in ("nominal", "perfect"):
             logs = ratios(worlds, model, other, controller)
-            told.append("" if model == other else "{:.2f} ({:.2f} to {:.2f})".format(*interval(logs)))
+            told.append("" if model == other or not logs.size else interval(logs))
         mean = {k: float(np.mean([row[k] for row in rows])) for k in ("effort", "off_lane", "at_limit")}
         step, slow = (float(np.median([row[k] for row in rows])) for k in ("step", "slow_step"))
         lines.append(
-            f"| {model} | {boats} | {mean_error(rows):.3f} | {told[0]} | {told[1]} | {mean['effort']:.2f} "
-            f"| {mean['off_lane']:.0%} | {mean['at_limit']:.0%} | {step:.1f} | {slow:.1f} "
+            f"| {model} | {boats} | {mean_error(rows):.3f} | {mean_error(nominal):.3f} | {told[0]} | {told[1]} "
+            f"| {mean['effort']:.2f} | {mean['off_lane']:.0%} | {mean['at_limit']:.0%} | {step:.1f} | {slow:.1f} "
             f"| {sum(row['unsolved'] for row in rows)} | {sum(row['lost'] for row in rows)} |"
         )
     return lines
@@ -116,42 +125,59 @@ def table(worlds: Sequence[Rows], controller: str) -> list[str]:
 def page(kept: dict[str, list[dict[str, Any]]], given: argparse.Namespace) -> tuple[str, bool]:
     """The page, and whether something is broken."""
     figures, lines = Figures(), []
-    command = f"python benchmarks/control.py --boats {given.boats} --first {given.first} --networks lstm --networks tcn"
     for kind, content in kept.items():
         worlds = [each["rows"] for each in content]
         for controller in STEERED[kind]:
             lines += ["", f"## {controller}, {KINDS[kind]}, {len(worlds)} boats", "", *table(worlds, controller)]
-            judge(figures, kind, controller, worlds)
+            judge(figures, kind, controller, worlds, given.boats)
     asked = ["", "## What is asked", "", "| what | measured | asked | |", "| --- | --- | --- | --- |"]
     counted = ", ".join(f"{len(found)} of {given.boats} boats with {KINDS[kind]}" for kind, found in kept.items())
     head = [
         "# Closed loop: the figures",
         "",
-        f"Written by `{command}`; [control.md](control.md) says what they are. In it are {counted}; the study goes on "
-        "where it was stopped. Errors are geometric means over tracks and boats, intervals (95 %) are of paired "
-        "ratios, by drawing boats with replacement. Times are those of the processor.",
+        f"Written by `{command(given)}`; [control.md](control.md) says what they are. In it are {counted}; the study "
+        "goes on where it was stopped. Errors are geometric means over tracks and boats. Intervals (95 %) are of the "
+        "ratios boat by boat, by Student's t on their logarithms; one boat has none. *As nominal*: of so many boats "
+        "the model is the nominal one to the last digit, so its figures are those of the nominal passages. Times are those "
+        "of the processor.",
     ]
+    made_by = Counter(each.get("source", "not kept") for found in kept.values() for each in found)
+    if len(made_by) > 1:
+        told = ", ".join(f"{number} by {source}" for source, number in made_by.items())
+        head += ["", f"The boats were steered by different sources: {told}."]
     return "\n".join([*head, *asked, *map(figures.line, figures.rows), *lines, ""]), figures.broken
 
 
-def judge(figures: Figures, kind: str, controller: str, worlds: Sequence[Rows]) -> None:
-    """What must hold, of a kind of worlds and a controller."""
+def command(given: argparse.Namespace) -> str:
+    """The call that makes the page, without the folders."""
+    words = [f"--boats {given.boats} --first {given.first}", *(f"--kind {kind}" for kind in given.kind or ())]
+    words += [*(f"--networks {name}" for name in given.networks or ()), *["--tell"] * given.tell]
+    return f"python benchmarks/control.py {' '.join(words)}"
+
+
+def judge(figures: Figures, kind: str, controller: str, worlds: Sequence[Rows], boats: int) -> None:
+    """What must hold, of a kind of worlds and a controller; with fewer boats than asked for, it holds so far."""
     against = {other: ratios(worlds, "corrected", other, controller) for other in ("nominal", "perfect")}
     if kind == "hidden" and against["nominal"].size:
         for other, limit in (("nominal", 0.7), ("perfect", 1.1)):
-            middle, low, high = interval(against[other])
-            figures.tell(f"{controller}: corrected against {other}, {low:.2f} to {high:.2f}", middle, limit, "")
-            worst = float(np.exp(against[other].max()))
-            figures.tell(f"{controller}: the same, worst of {against[other].size} boats", worst, None, "")
+            logs = against[other]
+            if not logs.size:
+                continue
+            what = f"{controller}: corrected against {other}, {logs.size} boats, {interval(logs)}"
+            figures.tell(what, float(np.exp(logs.mean())), limit, "", whole=logs.size >= boats)
+            figures.tell(f"{controller}: the same, worst boat", float(np.exp(logs.max())), None, "")
     elif against["nominal"].size:
         noise = np.abs(ratios(worlds, "nominal, other noise", "nominal", controller))
         limit = float(np.exp(np.quantile(noise, 0.95)))
         worst = float(np.exp(against["nominal"].max()))
-        figures.tell(f"{controller}, nothing hidden: corrected against nominal, worst boat", worst, limit, "")
+        what = f"{controller}, nothing hidden: corrected against nominal, worst of {against['nominal'].size} boats"
+        figures.tell(what, worst, limit, "", whole=against["nominal"].size >= boats)
     for model, limit in (("corrected", 20.0), ("hybrid lstm", 60.0)):
-        steps = [row["step"] for rows in worlds for row in of(rows, model, controller)]
-        if controller == "nmpc" and kind == "hidden" and steps:
-            figures.tell(f"nmpc: median step with {model}", float(np.median(steps)), limit, "ms")
+        steered = [of(rows, model, controller) for rows in worlds if of(rows, model, controller)]
+        if controller == "nmpc" and kind == "hidden" and steered:
+            step = float(np.median([row["step"] for rows in steered for row in rows]))
+            what = f"nmpc: median step with {model}, {len(steered)} boats"
+            figures.tell(what, step, limit, "ms", whole=len(steered) >= boats)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -168,9 +194,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     kinds = given.kind or list(KINDS)
     seeds = range(given.first, given.first + given.boats)
     places = [(kind, seed, given.folder / f"{kind}-{seed}.json") for seed in seeds for kind in kinds]
+    source = fingerprint(PACKAGES)
     for kind, seed, target in [] if given.tell else places:
         try:
-            steer(kind, seed, given.networks or (), target)
+            steer(kind, seed, given.networks or (), target, source)
         except RequestError as error:
             print(f"{kind} {seed}: {error}", flush=True)
     kept: dict[str, list[dict[str, Any]]] = {kind: [] for kind in kinds}

@@ -9,7 +9,6 @@ reporting seeds writes its table to `docs/hidden_effects.md`.
 """
 
 import argparse
-import hashlib
 import json
 import os
 import sys
@@ -20,6 +19,7 @@ from typing import Any, cast
 
 from joblib import Parallel, delayed
 from study.figures import exact, table
+from study.fingerprint import fingerprint
 from study.judging import judge
 from study.worlds import PARTS, SEEDS
 
@@ -27,14 +27,6 @@ ROOT = Path(__file__).resolve().parents[1]
 TABLE = ROOT / "docs" / "hidden_effects.md"
 PACKAGES = ("physics", "measurements", "discovery")
 """Packages whose source decides the results."""
-
-
-def fingerprint() -> str:
-    """A hash of the sources that decide the results."""
-    digest = hashlib.sha256()
-    for path in sorted(p for package in PACKAGES for p in (ROOT / package).rglob("*") if p.suffix in (".py", ".yaml")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def kept(path: Path, made_by: str) -> list[dict[str, Any]]:
@@ -47,7 +39,7 @@ def kept(path: Path, made_by: str) -> list[dict[str, Any]]:
 
 def run_part(part: str, seeds: str, logs: int, folder: Path, jobs: int) -> list[dict[str, Any]]:
     """Run what is not yet kept of a part; write the results every few logs."""
-    made_by, path = fingerprint(), folder / f"{part}.json"
+    made_by, path = fingerprint(PACKAGES), folder / f"{part}.json"
     records = kept(path, made_by)[:logs]
     start, block = SEEDS[seeds]
     first = start + block * list(PARTS).index(part)
@@ -82,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = {}
     for part in given.part or PARTS:
         logs = min(given.logs, getattr(PARTS[part], given.size))
-        stored = kept(folder / f"{part}.json", fingerprint()) if given.tell else []
+        stored = kept(folder / f"{part}.json", fingerprint(PACKAGES)) if given.tell else []
         records = stored if given.tell else run_part(part, given.seeds, logs, folder, given.jobs)
         if records:
             results[part] = records

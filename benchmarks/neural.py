@@ -9,7 +9,6 @@ made them. The full study takes an hour and writes its tables to `docs/neural_ta
 """
 
 import argparse
-import hashlib
 import json
 import os
 import sys
@@ -19,6 +18,7 @@ from typing import Any
 
 import torch
 from joblib import Parallel, delayed
+from study.fingerprint import fingerprint
 from zoo.cases import Setting, cases
 from zoo.contenders import CONTENDERS, made, vehicles
 from zoo.tables import page
@@ -34,14 +34,6 @@ PACKAGES = ("physics", "measurements", "residuals", "discovery", "reports", "ben
 OPTIONS = ("hybrid LSTM that sees no noise", "hybrid LSTM through rollouts", "hybrid LSTM, varied")
 FEW = 2
 """Options of the recipe are shown on the first seeds only, so that the study takes an hour and not two."""
-
-
-def fingerprint() -> str:
-    """A hash of the sources that decide the results."""
-    digest = hashlib.sha256()
-    for path in sorted(p for package in PACKAGES for p in (ROOT / package).rglob("*") if p.suffix in (".py", ".yaml")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def judge(label: str, setting: Setting, seed: int, target: Path, made_by: str) -> list[dict[str, Any]]:
@@ -90,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     known = cases(given.gazebo, given.blueboat)
     chosen = {name: known[name] for name in given.case or known}
-    made_by = fingerprint()
+    made_by = fingerprint(PACKAGES)
     todo = [
         (name, seed, given.folder / f"{name.replace(' ', '_')}-{seed}.json")
         for seed in range(given.seeds)

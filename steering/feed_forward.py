@@ -64,7 +64,7 @@ class FeedForward(Controller):
         """Rates of change of surge speed and yaw rate (2,) [m/s^2, rad/s^2]."""
         psi, u, v, r = state[2:6]
         fast = max(abs(u), _SLOWEST * self.track.pace.speed)
-        drift = float(np.arctan2(-v if wanted.astern else v, fast)) * (wanted.speed != 0.0)
+        drift = float(np.arctan2(v, fast)) * wanted.way
         bow = wanted.course - float(np.clip(drift, -_MOST_DRIFT, _MOST_DRIFT))
         rate = wanted.turn + float(wrap_angle(np.array(bow - psi))) / _HEADING_TIME
         most = 2.0 * self.track.pace.turn_rate

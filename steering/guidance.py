@@ -17,6 +17,9 @@ _CATCH_UP = 3.0
 """Time in which an along-track error is made good [s]."""
 _FASTEST = 1.6
 """Share of the pace's speed that catching up may ask for: under a half of full thrust where drag is quadratic."""
+_SLOW = 0.2
+"""Share of the pace's speed below which steering fades: it turns round where the boat changes to astern, without a jump
+of the course, and at such a speed no course would bring the boat to its line."""
 _AT_PLACE = 0.3
 """Distance within which a boat is at its place, in seconds at the pace's speed: what positions are measured to."""
 
@@ -28,7 +31,7 @@ class Steering(NamedTuple):
     ----------
     rise : of the speed [m/s^2]
     turn, turn_rise : of the course [rad/s, rad/s^2]
-    astern : the boat goes backwards along the course's line
+    way : 1 ahead, -1 where the boat goes backwards along the course's line, between them where hardly any way is wanted
     """
 
     speed: float
@@ -36,7 +39,7 @@ class Steering(NamedTuple):
     rise: float = 0.0
     turn: float = 0.0
     turn_rise: float = 0.0
-    astern: bool = False
+    way: float = 1.0
 
 
 def line_of_sight(point: Array, place: Array, heading: float, pace: Pace) -> Steering:
@@ -52,22 +55,22 @@ def line_of_sight(point: Array, place: Array, heading: float, pace: Pace) -> Ste
     if speed == 0.0 and rise == 0.0:
         return _kept_place(np.array([north, east]) - place, heading, pace)
     along, across = earth_to_body(np.array(course), place[0] - north, place[1] - east)
-    back = speed < 0.0
     towards = np.arctan2(float(across), LOOKAHEAD * pace.speed)
     most = _FASTEST * pace.speed
     wanted = float(np.clip(speed - float(along) / _CATCH_UP, -most, most))
-    return Steering(wanted, course + towards if back else course - towards, rise, turn, turn_rise, back)
+    way = float(np.clip(wanted / (_SLOW * pace.speed), -1.0, 1.0))
+    return Steering(wanted, course - way * towards, rise, turn, turn_rise, way)
 
 
 def _kept_place(away: Array, heading: float, pace: Pace) -> Steering:
     """Towards a place, bow or stern first, whichever is nearer; at the place, with the bow where it is."""
     distance = float(np.hypot(*away))
     if distance < _AT_PLACE * pace.speed:
-        return Steering(0.0, heading)
+        return Steering(0.0, heading, way=0.0)
     course = float(np.arctan2(away[1], away[0]))
     off = float(wrap_angle(np.array(course - heading)))
     back = abs(off) > 0.5 * np.pi
     bow = course + np.pi if back else course
     facing = max(0.0, abs(np.cos(off)))
     speed = min(distance / _CATCH_UP, pace.speed) * facing
-    return Steering(-speed if back else speed, bow, astern=back)
+    return Steering(-speed if back else speed, bow, way=-1.0 if back else 1.0)

@@ -32,7 +32,7 @@ class Trial:
 
     Attributes
     ----------
-    tracks : names of `steering.tracks.TRACKS`
+    tracks : names of `steering.tracks.TRACKS`; each is steered once
     controller : "los" or "nmpc"
     around : gusts, current and sensors, of which no model knows
     seed : of what is random in them
@@ -123,11 +123,12 @@ def control(
     boat = apply_effects(base, effects or {})
     _check_thrusters(boat, steering)
     pace = pace_of(steering[0].vehicle)
+    tracks = {name: track_named(name, pace) for name in chosen.tracks}
     known = [known_model(model) for model in (*steering, VehicleModel(boat, PERFECT))]
     passages: dict[tuple[str, str], Passage] = {}
     results: list[Tracking] = []
-    for name in chosen.tracks:
-        track, first = track_named(name, pace), 0.0
+    for name, track in tracks.items():
+        first = 0.0
         for each in known:
             if progress is not None:
                 progress(f"{name}: {each.name} steers")

@@ -43,11 +43,16 @@ def test_json_holds_every_figure(here: Path):
 
 
 def test_python_gives_the_passages():
-    trial = undertow.Trial(tracks=("transients",), seed=2)
+    trial = undertow.Trial(tracks=("transients", "transients"), seed=2)
     run = undertow.control(["blueboat"], None, {"thrust_scale": 0.8}, trial, progress=None)
     assert set(run.passages) == {("transients", "blueboat"), ("transients", "perfect")}
     assert "perfect on transients" in repr(run)
+    assert [row.model for row in run.record.results] == ["blueboat", "perfect"]
     assert run.record.results[1].against_first < 0.0
+    said: list[str] = []
+    with pytest.raises(undertow.RequestError, match="did you mean 'square'"):
+        undertow.control(["blueboat"], trial=undertow.Trial(tracks=("station", "sqare")), progress=said.append)
+    assert not said
 
 
 @pytest.mark.parametrize(

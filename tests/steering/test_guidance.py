@@ -31,10 +31,30 @@ def test_astern_it_steers_the_other_way():
     back = NORTHWARD.copy()
     back[3] = -0.5
     found = line_of_sight(back, np.array([10.0, 1.0]), 0.0, PACE)
-    assert found.astern
+    assert found.way == -1.0
     assert found.speed < 0.0
     # Stern first, a bow that points to starboard brings the boat to port.
     assert found.course > 0.0
+
+
+@pytest.mark.parametrize(("speed", "ahead", "wanted"), [(0.4, 3.0, -0.6), (-0.4, -3.0, 0.6)])
+def test_a_boat_that_comes_back_to_its_point_nears_the_line(speed: float, ahead: float, wanted: float):
+    """Past its point by 3 m and 1 m to starboard: it turns round on the line by the way it goes, not by the point's."""
+    point = NORTHWARD.copy()
+    point[3] = speed
+    found = line_of_sight(point, np.array([10.0 + ahead, 1.0]), 0.0, PACE)
+    assert found.speed == pytest.approx(wanted)
+    assert found.course == pytest.approx(-np.sign(wanted) * np.arctan2(1.0, LOOKAHEAD * PACE.speed))
+    assert found.speed * np.sin(found.course) < 0.0
+
+
+def test_where_it_changes_to_astern_its_course_does_not_jump():
+    point = NORTHWARD.copy()
+    point[3] = 0.4
+    rest = 10.0 + 3.0 * 0.4  # where what is left to catch up takes the point's own speed away
+    before, after = (line_of_sight(point, np.array([rest + off, 1.0]), 0.0, PACE) for off in (-0.01, 0.01))
+    assert before.speed > 0.0 > after.speed
+    assert before.course == pytest.approx(after.course, abs=0.01)
 
 
 @pytest.mark.parametrize(("north", "speed"), [(8.0, 1.0), (12.0, -1.0)])
