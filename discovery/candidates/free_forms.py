@@ -5,6 +5,7 @@ not be physics, only rich: monomials of the velocities, what acts beyond a speed
 the motion, and anything that sets in during the log.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -60,6 +61,16 @@ def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING)
     copies = max(column.shape[0] for _, column in tested)
     every = np.stack([np.broadcast_to(column, (copies, column.shape[1])) for _, column in tested], axis=-1)
     return FreeForms(tuple(name for name, _ in tested), every[0], every[1:] - every[0])
+
+
+def is_sideways(name: str) -> bool:
+    """Whether a form follows sway speed or yaw rate, and nothing but speeds and steps of them."""
+    return re.fullmatch(r"[uvr|^\d]*[vr][uvr|^\d]*", name.partition(" ")[0]) is not None and not changes_in_time(name)
+
+
+def changes_in_time(name: str) -> bool:
+    """Whether a form grows while the log goes on, or sets in at some time."""
+    return re.match(r"the time|(.* )?from (minute|part)", name) is not None
 
 
 def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:

@@ -15,6 +15,7 @@ from ...physics.frames import AXES, Array
 from ...physics.vehicle import Vehicle
 from ..balance.base import Balance
 from ..candidates.candidate import Candidate, Kind
+from ..candidates.free_forms import changes_in_time, is_sideways
 from ..findings import LastingRest, OtherForm
 from ..search.floating import Search
 
@@ -28,6 +29,8 @@ _LASTING = 0.5
 _LEFT = 0.5
 """Share of what the nominal model leaves, in these means and in rollouts where those judge, from which what was found
 explains little: weather leaves less in the field where the effects that are missing take the rest."""
+_STRIPS, _OF_HULL = set(AXES[1:]), ("hull", "coupling")
+"""Axes on which strips of a hull push sideways, and families of effects that such forces belong to."""
 _LEAST = 8
 """Means below which their size is chance."""
 
@@ -60,10 +63,11 @@ def lasting_rests(forces: Search, judge: Balance, found: Vehicle) -> tuple[Lasti
 
 
 class Remains(NamedTuple):
-    """What is left on an axis by all that was found, as a part of a sentence."""
+    """What is left on an axis by all that was found, as a part of a sentence, and the form that it has, if any."""
 
     axis: str
     in_words: str
+    follows: str | None = None
 
 
 def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], material: float) -> list[Remains]:
@@ -74,22 +78,35 @@ def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], materi
     found = [Remains(rest.axis, rest.in_words) for rest in rests]
     for form in (form for form in forms if form.share >= material):
         told = f"{form.in_words} stays unexplained, {100.0 * form.share:.2g} % of the force at work"
-        found.append(Remains(form.axis, told))
+        found.append(Remains(form.axis, told, form.follows))
     return found
 
 
 def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[Remains]) -> dict[str, str]:
     """Why effects that act where something is left are not certain, by key, as the end of a sentence.
 
-    One without an axis of its own acts on all of them.
+    One without an axis of its own acts on all of them. A hull that moves sideways or turns feels it along its length:
+    sway force and yaw moment are sums over the same strips (the cross-flow principle; Faltinsen 1990, chapter 6), and a
+    law that is not known on one of these axes is not known on the other. What changes while the log goes on makes
+    another boat of it, and a name that the whole log gave is that of no boat.
     """
     found = {}
     for candidate in (c for c in pool if c.key in kept and c.kind is Kind.EFFECT):
         own = {AXES[p.axis] for p in candidate.parameters if p.axis is not None} or set(AXES)
-        why = [one.in_words for one in left if one.axis in own]
+        along = own | _STRIPS if candidate.effect.family in _OF_HULL and own <= _STRIPS else own
+        why = [one.in_words for one in left if one.axis in _reached(one.follows, own, along)]
         if why:
             found[candidate.key] = " and ".join(why)
     return found
+
+
+def _reached(follows: str | None, own: set[str], along: set[str]) -> set[str]:
+    """Axes on which what is left doubts an effect that acts on its own ones, or along a hull."""
+    if follows is None:
+        return own
+    if changes_in_time(follows):
+        return set(AXES)
+    return along if is_sideways(follows) else own
 
 
 def _pieces(time: Array) -> NDArray[np.int64]:

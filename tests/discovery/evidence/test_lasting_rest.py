@@ -10,6 +10,7 @@ from undertow.discovery.balance.base import WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
+from undertow.discovery.candidates.free_forms import changes_in_time, free_forms, is_sideways
 from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.lasting_rest import beside_rests, lasting_rests, left_by_all
 from undertow.discovery.evidence.other_forms import OtherForms
@@ -95,6 +96,35 @@ def test_a_material_form_that_is_left_doubts_the_names_on_its_axis(axis: str, sh
     why = beside_rests(candidates(HULL), ["surge_quadratic_damping"], left_by_all((), [form], 0.02))
     assert bool(why) == doubted
     assert not why or "that follows v|v| stays unexplained" in why["surge_quadratic_damping"]
+
+
+@pytest.mark.parametrize(
+    ("follows", "doubted"),
+    [
+        ("v^3", ["sway_lift"]),
+        ("r beyond 0.3 rad/s either way", ["sway_lift"]),
+        ("u|u|", []),
+        ("the thrust of port", []),
+        ("v from minute 2.0 on", ["sway_lift", "sway_trim", "surge_quadratic_damping"]),
+        ("the time", ["sway_lift", "sway_trim", "surge_quadratic_damping"]),
+    ],
+)
+def test_a_form_reaches_as_far_as_its_cause(follows: str, doubted: list[str]):
+    """Strips of a hull push in sway and yaw alike, and what changes in time makes another boat."""
+    form = OtherForm(axis="yaw", follows=follows, force=0.1, share=0.05, unit="N m")
+    names = ["sway_lift", "sway_trim", "surge_quadratic_damping"]
+    assert sorted(beside_rests(candidates(HULL), names, left_by_all((), [form], 0.02))) == sorted(doubted)
+
+
+def test_every_form_in_time_is_known_as_one():
+    forms = free_forms(WeakForm([world()], WeakSettings()), HULL).names
+    in_time = {name for name in forms if "minute" in name or "the time" in name}
+    assert {name for name in forms if changes_in_time(name)} == in_time
+    assert len(in_time) > 20
+    sideways = {name for name in forms if is_sideways(name)}
+    assert {"v", "r|r|", "u^2v", "uvr"} <= sideways
+    assert not any("thrust" in name or "heading" in name or name.startswith("u ") for name in sideways)
+    assert any(" beyond " in name for name in sideways)
 
 
 def test_a_log_that_leaves_a_material_form_gets_no_name(monkeypatch: pytest.MonkeyPatch):
