@@ -1,5 +1,6 @@
 """The page: a bar above, and below it the opening, or the bench."""
 
+from collections.abc import Mapping
 from importlib import resources
 
 from nicegui import ui
@@ -26,12 +27,12 @@ class Page:
     Parameters
     ----------
     session : what the tab works on
-    vehicles : names of those that come with undertow
+    vehicles : names of those that come with undertow, each with what it is
     first : what is opened at once; None for nothing
     paths : see `Opening`
     """
 
-    def __init__(self, session: Session, vehicles: tuple[str, ...], first: Source | None, *, paths: bool) -> None:
+    def __init__(self, session: Session, vehicles: Mapping[str, str], first: Source | None, *, paths: bool) -> None:
         self._session, self._vehicles = session, vehicles
         self._kind, self._paths = "", paths
         self._source: Source | None = None

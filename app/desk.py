@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 from ..measurements.log_options import Reading
 from ..measurements.prepared_logs import Inputs
 from ..physics.errors import RequestError, VehicleError
-from ..physics.vehicle import Vehicle, load_vehicle, shipped_vehicles
+from ..physics.files import write_text
+from ..physics.vehicle import Vehicle, load_vehicle
 from ..workflows.first_vehicle import Hull
 from ..workflows.inputs import read_inputs
 from ..workflows.opened_log import OpenedLog
@@ -33,7 +34,8 @@ from ..workflows.workbench_facts import (
     Way,
     Wire,
 )
-from .vehicle_numbers import form_of
+from .file_names import FileNames
+from .vehicle_numbers import assumed_of, form_of
 
 if TYPE_CHECKING:
     from ..workflows.workbench import Workbench
@@ -73,10 +75,6 @@ class Desk:
         self._read: _Read | None = None
         self._kept: dict[Source, _Read] = {}
         self._folder: Path | None = None
-
-    def shipped(self) -> tuple[str, ...]:
-        """Names of the vehicles that come with undertow."""
-        return shipped_vehicles()
 
     def open(self, source: Source, folder: str, say: Say | None = None) -> Opened:
         """Read logs for a vehicle.
@@ -123,7 +121,8 @@ class Desk:
         """See `Workbench.opened`."""
         read = self._open
         opened = read.log.opened() if read.bench is None and not left else self._open_bench.opened(left)
-        return replace(opened, doubt=read.doubt, notes=(*read.how, *opened.notes))
+        notes, assumed = (*read.how, *opened.notes), assumed_of(read.inputs.vehicle)
+        return replace(opened, doubt=read.doubt, notes=notes, assumed=assumed)
 
     def search(self, say: Say | None = None) -> Searched:
         """See `Workbench.search`."""
@@ -174,19 +173,22 @@ class Desk:
             return error.typed
         return ""
 
-    def take(self, what: str, stand: Stand, folder: str, say: Say | None = None) -> str:
+    def take(self, what: str, stand: Stand, folder: str, names: FileNames, say: Say | None = None) -> str:
         """Write what is to be taken away into a folder, and give the path of the file.
 
         Parameters
         ----------
         what : "page", "model", "findings", "run", the whole run folder as a zip, or the name of an export's format
+        names : by which the user knows the logs
         """
         target = Path(folder)
         if what == "model":
-            return str(self._model(stand, target))
+            return str(self._model(stand, target, names))
         if what not in _OF_A_RUN:
-            return str(self._exported(what, stand, target, say))
-        run = self._run(stand, target, say)
+            held = stand.names and not self._open_bench.no_run(stand)  # without effects it is that of the search
+            model = self._run(stand, target, names, say) if held else self._model(stand, target, names)
+            return str(_exported(what, model, target))
+        run = self._run(stand, target, names, say)
         if what == "run":
             return shutil.make_archive(str(target / "undertow-run"), "zip", run)
         return str(run / _OF_A_RUN[what])
@@ -197,34 +199,22 @@ class Desk:
 
         return tuple((name, format_named(name).about) for name in format_names())
 
-    def _model(self, stand: Stand, target: Path) -> Path:
-        self._open_bench.vehicle(stand).save(target / "model.yaml")
-        return target / "model.yaml"
+    def _model(self, stand: Stand, target: Path, names: FileNames) -> Path:
+        model = target / "model.yaml"
+        self._open_bench.vehicle(stand).save(model)
+        return write_text(model, names.in_file(model.read_text("utf-8")))
 
-    def _run(self, stand: Stand, target: Path, say: Say | None) -> Path:
+    def _run(self, stand: Stand, target: Path, names: FileNames, say: Say | None) -> Path:
         run = target / "run"
         if run.exists():
             shutil.rmtree(run)
-        self._open_bench.write(stand, run, say)
         mapped = self._open.inputs.reading.channel_map
+        if mapped is not None:
+            names.call(Path(mapped), "channels.yaml")
+        self._open_bench.write(stand, run, say, names.in_file)
         if mapped is not None:  # what reads the log as this model was fitted to it lies in the page's own folder
             shutil.copyfile(mapped, run / "channels.yaml")
         return run
-
-    def _exported(self, to: str, stand: Stand, target: Path, say: Say | None) -> Path:
-        """The model in the format of another tool; where no run holds it, without intervals and the run's audit."""
-        from ..exports.formats.registry import format_named
-        from ..workflows.export import export
-
-        # A run of no effects is that of the search, which is not what is shown.
-        held = stand.names and not self._open_bench.no_run(stand)
-        model = self._run(stand, target, say) if held else self._model(stand, target)
-        there = target / "exported"
-        if there.exists():
-            shutil.rmtree(there)
-        there.mkdir()
-        first, *others = export(model, to, there / f"model{format_named(to).suffix}").files
-        return Path(shutil.make_archive(str(target / f"model-{to}"), "zip", there)) if others else first
 
     def train(self, network: str, stand: Stand, epochs: int, say: Callable[[Any], None] | None = None) -> Trained:
         """Train a network beside the model of a stand, on the log as that reads it; each `Epoch` is told."""
@@ -279,6 +269,19 @@ class Desk:
         if source.changed or source.places:
             vehicle = put_right(vehicle, dict(source.changed), source.places)
         return vehicle, mapped, doubt, how
+
+
+def _exported(to: str, model: Path, target: Path) -> Path:
+    """A model in the format of another tool; of one that no run holds, without intervals and the run's audit."""
+    from ..exports.formats.registry import format_named
+    from ..workflows.export import export
+
+    there = target / "exported"
+    if there.exists():
+        shutil.rmtree(there)
+    there.mkdir()
+    first, *others = export(model, to, there / f"model{format_named(to).suffix}").files
+    return Path(shutil.make_archive(str(target / f"model-{to}"), "zip", there)) if others else first
 
 
 def _fresh(folder: Path, name: str) -> Path:

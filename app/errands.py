@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -18,6 +17,8 @@ from .worker import Worker, WorkerLostError
 LOST = (
     "The process that computes has ended: it was killed, or the memory was not enough. Your log and your steps are kept"
 )
+
+_READING = "reading the log"
 
 
 class Errands:
@@ -52,19 +53,24 @@ class Errands:
         name : of the work that all views show meanwhile; empty for what is quick
         what, given : see `Desk`
         """
-        if self.worker is None:
-            self.worker = Worker()
-        if name:
-            self.work = Work(name, None, monotonic())
-            self._audience.tell()
-        with self.telling():
-            try:
-                return await self.worker.ask(what, *given, say=self._tell if name else None)
-            finally:
-                if name:
-                    self.work = None
-                    self._audience.tell()
+        with self.telling(), self._working(name):
+            if self.worker is None:
+                self.worker = Worker()
+            return await self.worker.ask(what, *given, say=self._tell if name else None)
         return None
+
+    @contextmanager
+    def _working(self, name: str) -> Iterator[None]:
+        """Show that something goes on; what is quick has no name, and is not shown."""
+        if name:
+            self.work = Work(name, monotonic())
+            self._audience.tell()
+        try:
+            yield
+        finally:
+            if name:
+                self.work = None
+                self._audience.tell()
 
     @contextmanager
     def telling(self) -> Iterator[None]:
@@ -85,9 +91,12 @@ class Errands:
         taken = self._spare.take(source) if self._spare is not None and self.worker is None else None
         if taken is not None:
             self.worker, self.lent, waiting = taken
-            with suppress(WorkerLostError, LogError, RequestError, VehicleError, RuntimeError):
+            with (
+                suppress(WorkerLostError, LogError, RequestError, VehicleError, RuntimeError),
+                self._working(_READING),
+            ):
                 return await waiting
-        return await self.ask("reading the log", "open", source, str(folder))
+        return await self.ask(_READING, "open", source, str(folder))
 
     def end(self) -> None:
         """End the worker; what is asked next begins with another."""
@@ -98,6 +107,5 @@ class Errands:
 
     def _tell(self, line: str) -> None:
         if self.work is not None:
-            behind = line.behind if isinstance(line, Stage) else self.work.behind
-            self.work = replace(self.work, name=str(line), behind=behind)
+            self.work = self.work.at(str(line), line.behind if isinstance(line, Stage) else 0.0, monotonic())
             self._audience.tell()

@@ -1,14 +1,18 @@
 """What the user calls the files of a tab, which are kept under names that no browser can choose."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
+from shlex import quote
 
 _OF_A_VERB = re.compile(r"^(init|discover|add|fit|train): ")
 """How messages of the command line begin: with the verb that nobody typed here."""
+_UNSAFE = re.compile(r"[^\w.+-]+")
+"""What a file that is taken away may give a meaning: quotes, brackets, colons, commas, spaces."""
 
 
 class FileNames:
-    """The user's names of files in a folder."""
+    """The user's names of files in a folder; they are told, and never become a path here."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -19,7 +23,7 @@ class FileNames:
         self._names[kept.name] = name
 
     def told(self, text: str) -> str:
-        """A text with the user's names in the place of those under which files are kept.
+        """A text for the page, with the user's names in the place of those under which files are kept.
 
         Examples
         --------
@@ -28,7 +32,38 @@ class FileNames:
         >>> names.told("discover: /tmp/x/upload-1.csv is empty")
         'harbour.csv is empty'
         """
-        for kept, name in self._names.items():
-            text = text.replace(f"{self._folder}/{kept}", name).replace(kept, name)
-            text = text.replace(f"of {kept.split('.')[0]}", f"of {name.split('.')[0]}")
-        return _OF_A_VERB.sub("", text)
+        return _OF_A_VERB.sub("", self._put(text, str))
+
+    def in_commands(self, text: str) -> str:
+        """Command lines with the user's names, quoted where a shell needs it."""
+        return self._put(text, quote)
+
+    def in_file(self, text: str) -> str:
+        """The text of a file that is taken away, with the user's names, in which nothing has a meaning for any format.
+
+        Examples
+        --------
+        >>> names = FileNames(Path("/tmp/x"))
+        >>> names.call(Path("/tmp/x/upload-1.csv"), "run: 'one'.csv")
+        >>> names.in_file("name: boat of upload-1, from upload-1.csv")
+        'name: boat of run_one, from run_one_.csv'
+        """
+        return self._put(text, _plain)
+
+    def _put(self, text: str, spelt: Callable[[str], str]) -> str:
+        """Every name in its place, in one go: a user's name may look like one under which another file is kept."""
+        if not self._names:
+            return text
+        own = {end: name for kept, name in self._names.items() for end, name in ((kept, name), _stems(kept, name))}
+        kept = "|".join(re.escape(one) for one in sorted(own, key=len, reverse=True))
+        pattern = re.compile(rf"(?:{re.escape(str(self._folder))}/)?(?<![\w.-])({kept})(?![\w-])")
+        return pattern.sub(lambda found: spelt(own[found[1]]), text)
+
+
+def _stems(kept: str, name: str) -> tuple[str, str]:
+    """Both names without their ends, as a vehicle is called that is made of a log."""
+    return kept.partition(".")[0], name.partition(".")[0]
+
+
+def _plain(name: str) -> str:
+    return _UNSAFE.sub("_", name).strip("_").lstrip("_.+-") or "file"

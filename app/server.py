@@ -115,18 +115,20 @@ def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
         from nicegui import app as nicegui_app
     from fastapi import FastAPI
 
-    from ..physics.vehicle import shipped_vehicles
+    from ..physics.vehicle import load_vehicle, shipped_vehicles
     from .bench_page import Page
     from .session import Session
     from .spare import Spare
+    from .vehicle_numbers import in_a_line
 
+    vehicles = {name: in_a_line(load_vehicle(name)) for name in shipped_vehicles()}
     sessions: dict[str, Session] = {}
     spares: list[Spare] = []
 
     def made() -> Session:
         """A session with its page."""
         session = Session(spares[0] if spares else None)
-        Page(session, shipped_vehicles(), first, paths=paths)
+        Page(session, vehicles, first, paths=paths)
         return session
 
     @ui.page("/", title="undertow")
@@ -143,7 +145,7 @@ def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
         elif tab not in sessions:
             sessions[tab] = made()
         else:
-            Page(sessions[tab], shipped_vehicles(), first, paths=paths)
+            Page(sessions[tab], vehicles, first, paths=paths)
         session = sessions[tab]
 
         def left() -> None:

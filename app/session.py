@@ -3,7 +3,8 @@
 import asyncio
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,7 @@ class Session:
     names : what the user calls uploads
     audience : who is told of every change
     errands, training : what the worker is asked, and a network that another trains
+    waiting : how much that was asked for waits for its turn
     """
 
     def __init__(self, spare: Spare | None = None) -> None:
@@ -46,6 +48,26 @@ class Session:
         self._refusal = ""
         self._moving: dict[str, float] = {}
         self._turn = asyncio.Lock()
+        self.waiting = 0
+
+    @asynccontextmanager
+    async def _my_turn(self) -> AsyncIterator[None]:
+        """Wait until all is done that was asked for before, and let everybody see that meanwhile."""
+        if waits := self._turn.locked():
+            self._wait(1)
+        try:
+            await self._turn.acquire()
+        finally:
+            if waits:
+                self._wait(-1)
+        try:
+            yield
+        finally:
+            self._turn.release()
+
+    def _wait(self, more: int) -> None:
+        self.waiting += more
+        self.audience.tell()
 
     # -- what is told --------------------------------------------------------------------------------------------------
 
@@ -55,7 +77,7 @@ class Session:
         if shown.source is None:
             return ""
         found = () if shown.searched is None else shown.searched.found
-        return self.names.told(same_commands(shown.source, shown.stand, found))
+        return self.names.in_commands(same_commands(shown.source, shown.stand, found))
 
     # -- what is opened ------------------------------------------------------------------------------------------------
 
@@ -66,7 +88,7 @@ class Session:
         ----------
         opened_one : called when the log is shown, or was refused, before the search
         """
-        async with self._turn:
+        async with self._my_turn():
             self.errands.trouble, self.asked = "", source
             opened = await self.errands.open(source, self.folder)
             if opened is None:
@@ -101,7 +123,7 @@ class Session:
         source = self.refused or self.shown.source
         if source is None:
             return
-        async with self._turn:
+        async with self._my_turn():
             fixed = await self.errands.ask("repairing the log", "repair", source, str(self.folder))
         if fixed is not None:
             self.names.call(Path(fixed), "repaired.csv")
@@ -121,13 +143,13 @@ class Session:
 
     async def search(self) -> None:
         """Search for what is missing."""
-        async with self._turn:
+        async with self._my_turn():
             await self.shown.search()
 
     async def again(self) -> None:
         """Begin with a new worker where the old one has ended: the same log, the same steps."""
         self.errands.end()
-        async with self._turn:
+        async with self._my_turn():
             history = self.shown.history
             if history is None or not await self.shown.show(history, anew=True):
                 self.audience.tell()
@@ -191,7 +213,7 @@ class Session:
         moving : what sliders have moved since anything else was asked for
         """
         self._moving = {} if moving is None else moving
-        async with self._turn:
+        async with self._my_turn():
             before, open_before = begun or self.shown.history, self.shown.source
             history = None if before is None else onward(before)
             if history is None or history == self.shown.history:
@@ -210,24 +232,24 @@ class Session:
 
     async def way(self, time: float) -> Way | None:
         """Where the models go from an instant on."""
-        async with self._turn:
+        async with self._my_turn():
             return await self.errands.ask("", "way", self.shown.stand, time)
 
     async def take(self, what: str) -> Path | None:
         """Write a file to be taken away, of what is shown when this is asked for."""
         shown = self.shown.history
-        async with self._turn:
+        async with self._my_turn():
             if shown is None or shown.now.source != self.shown.source:
                 self.errands.trouble = "Another log was opened meanwhile; take the file again"
                 return None
             name = "" if what == "model" else "writing the run"
-            path = await self.errands.ask(name, "take", what, shown.now.stand, str(self.folder))
+            path = await self.errands.ask(name, "take", what, shown.now.stand, str(self.folder), self.names)
             self.audience.tell()
             return None if path is None else Path(path)
 
     async def ask(self, what: str, *given: Any) -> Any:
         """Something quick of the worker, on what is shown; None where it refuses, and `trouble` says why."""
-        async with self._turn:
+        async with self._my_turn():
             return await self.errands.ask("", what, *given)
 
     async def train(self, network: str, epochs: int, told: Callable[[object], None]) -> Trained | None:

@@ -26,7 +26,8 @@ class Shown:
     opened : the log, as that step reads it
     searches : what was found, by what was searched
     fit : the model of the step
-    stairs : the models of every beginning of its effects, the nominal one first, for the falling error
+    stairs : the models of every beginning of its effects, the nominal one first, for the falling error; where numbers
+        were moved by hand, that with all effects as they are fitted comes before it
     by_hand : what there is to say for terms and effects that were added by name, as they last stood in the model
     selected : stretches of time that are marked in all views [s]
     """
@@ -122,7 +123,7 @@ class Shown:
     async def _climb(self, stand: Stand, opened: Opened, fit: Fit) -> None:
         """Show the error as it falls with every effect, and what there is to say for those that were added by name."""
         stairs = [opened.nominal] if stand.names else []
-        for count in range(1, len(stand.names)):
+        for count in range(1, len(stand.names) + bool(stand.moved)):
             stair = await self._errands.ask("", "fit", Stand(stand.names[:count], left=stand.left))
             if stair is None:
                 return

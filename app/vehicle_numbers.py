@@ -1,12 +1,13 @@
-"""The numbers of a vehicle as a form has them: each with its meaning, its unit, and where it is from."""
+"""The numbers of a vehicle: as a form has them, each with where it is from, which are assumed, and in a line."""
 
 from collections.abc import Sequence
 
+from ..physics.assumed_numbers import assumed
 from ..physics.effects import EFFECTS
-from ..physics.in_words import unit_text, words
+from ..physics.in_words import number, unit_text, words
 from ..physics.vehicle import Vehicle
 from ..workflows.thrusters_put_right import wires_of
-from ..workflows.workbench_facts import Field, Form, Place, Wire
+from ..workflows.workbench_facts import Assumed, Field, Form, Place, Wire
 
 _RIGID_BODY = (
     ("mass", "mass with payload", "kg"),
@@ -15,6 +16,14 @@ _RIGID_BODY = (
 )
 """What a scale and a drawing tell: symbol, meaning, unit."""
 _APART = ("mass", "inertia_z", "x_g", "y_g")
+_ELSE = {
+    "force": "full thrust",
+    "y": "places of the thrusters",
+    "mass": "mass",
+    "inertia_z": "inertia",
+    "all": "what another boat's file has",
+}
+"""What is assumed beside numbers that stand in a section of the vehicle file."""
 _ALWAYS = ("added_mass", "damping")
 """Sections of the vehicle file that are shown whole: what stands at zero there is what may be missing."""
 
@@ -32,6 +41,22 @@ def form_of(vehicle: Vehicle, wires: Sequence[Wire]) -> Form:
             fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
     places = tuple(Place(t.name, t.x, t.y, t.angle) for t in vehicle.thrusters)
     return Form(tuple(fields), places, wires_of(vehicle, wires))
+
+
+def assumed_of(vehicle: Vehicle) -> tuple[Assumed, ...]:
+    """What a vehicle has that nobody measured or gave, those of a section together."""
+    found: dict[str, Assumed] = {}
+    for symbol, sure in assumed(vehicle).items():
+        what = _ELSE.get(symbol) or words(_section(vehicle, symbol))
+        found[what] = Assumed(what, (*(found[what].symbols if what in found else ()), symbol), sure)
+    order = {what: k for k, what in enumerate(_ELSE.values())}
+    return tuple(sorted(found.values(), key=lambda one: order.get(one.what, len(order))))
+
+
+def in_a_line(vehicle: Vehicle) -> str:
+    """What boat it is, and its mass."""
+    told = f"{vehicle.name}: {vehicle.about}" if vehicle.about else vehicle.name
+    return f"{told}, {number(vehicle.mass)} kg"
 
 
 def _source(vehicle: Vehicle, symbol: str) -> str:

@@ -128,6 +128,7 @@ def write_series(
     parts: Parts,
     starts: Mapping[str, int],
     progress: Callable[[int, int], None] | None = None,
+    called: Callable[[str], str] = str,
 ) -> Path:
     """Write what was measured and what each model predicts; equal inputs give equal bytes.
 
@@ -138,6 +139,7 @@ def write_series(
     parts : that the series runs along; where they are of several logs, topics begin with `/log0`, `/log1` ...
     starts : stamp of each log at the zero of its motions' time [ns], by their source
     progress : told rows done and rows in all
+    called : gives the name by which a reader knows a log
 
     Raises
     ------
@@ -170,7 +172,7 @@ def write_series(
             boat = f"{prefix}/{BOAT}".removeprefix("/")
             blocks = _blocks(predictions, channels, slice(int(rows[0]), int(rows[-1]) + 1), time, start, boat, made)
             clock, topics = next(blocks)
-            about[f"log{log}"] = one_line(source)
+            about[f"log{log}"] = one_line(called(source))
             if start:
                 about[f"log{log}_starts_at_ns"] = str(start)
             if clock.shift:

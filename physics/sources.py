@@ -8,6 +8,8 @@ from .vehicle import Vehicle
 
 ALL = "all"
 """The entry that speaks of every number for which no other entry does."""
+EARLIER = "before: "
+"""Before what a source said of a number that was identified since."""
 WHOLE = "all of "
 """Before the names of logs of which no part was kept aside: a model was fitted to every row of them."""
 _NOT_ALL = re.compile(r"Not of what undertow identified \(see (.*?)\): ")
@@ -30,9 +32,9 @@ def with_sources(before: Vehicle, after: Vehicle, how: str) -> Vehicle:
         section = _section(symbol)
         entry = sources.get(section)
         if symbol in sources:
-            sources[symbol] = f"{how}; before: {sources[symbol]}"
+            sources[symbol] = f"{how}; {EARLIER}{sources[symbol]}"
         elif isinstance(entry, dict):
-            earlier = f"; before: {entry[symbol]}" if symbol in entry else ""
+            earlier = f"; {EARLIER}{entry[symbol]}" if symbol in entry else ""
             sources[section] = {**entry, symbol: how + earlier}
         elif section == symbol:
             sources[symbol] = how

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterator
 
+from .sources import EARLIER
 from .vehicle import Vehicle
 
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
@@ -11,8 +12,6 @@ _SUM = rf"(?<![\w.*/^(+])(?<![*/^(+-] )-?{_NUMBER}(?: *[-+*/] *{_NUMBER})*"
 """A number, or a calculation without brackets, that is no part of another."""
 _ALONE = r"(?![\w^/*])(?! (?:m|s|rad|kg|N)\b)"
 """After a unit: no more of it."""
-_EARLIER = "before: "
-"""Before what `physics.sources` keeps of a source that was true once."""
 _SAME = 0.006
 """Share by which a number may differ from the one that its source states: sources round to three digits."""
 
@@ -30,7 +29,7 @@ def stale_sources(vehicle: Vehicle) -> list[str]:
     found = []
     for symbol, source in _of_one_number(vehicle):
         unit = vehicle.parameter(symbol).unit
-        stated = re.findall(rf"({_SUM}) ?{re.escape(unit)}{_ALONE}", source.partition(_EARLIER)[0])
+        stated = re.findall(rf"({_SUM}) ?{re.escape(unit)}{_ALONE}", source.partition(EARLIER)[0])
         value = vehicle.value(symbol)
         if len(stated) == 1 and not math.isclose(number := _worth(stated[0]), value, rel_tol=_SAME):
             equals = "" if re.fullmatch(rf"-?{_NUMBER}", stated[0]) else f" = {number:g} {unit}"

@@ -7,6 +7,8 @@ the estimates of T. I. Fossen's model of the Otter (MSS, VESSELS/models/otter.m,
 from dataclasses import dataclass
 from math import exp
 
+from .assumed_numbers import SURE, TO_REPLACE
+
 LENGTH = 1.2
 """Length that is taken where nobody tells one [m]: that of the small boats that two thrusters drive by hand."""
 _DENSITY = 1025.0
@@ -40,8 +42,8 @@ def typical_spacing(length: float) -> Estimate:
 def typical_thrust(mass: float, thrusters: int) -> Estimate:
     """Full thrust of each of some thrusters [N] on a boat of this mass [kg]."""
     words = (
-        f"typical of small boats, to be replaced: {_FORCE_PER_MASS:g} N/kg mass / {thrusters} (Otter 4.4 N/kg), sure "
-        f"to a factor of {exp(1.96 * THRUST_SPREAD):.1f}"
+        f"typical of small boats, {TO_REPLACE}: {_FORCE_PER_MASS:g} N/kg mass / {thrusters} (Otter 4.4 N/kg), {SURE} "
+        f"{exp(1.96 * THRUST_SPREAD):.1f}"
     )
     return Estimate(_round(_FORCE_PER_MASS * mass / thrusters), words)
 
@@ -81,7 +83,7 @@ def typical_damping(inertias: tuple[float, float, float], length: float) -> dict
 
 
 def _typical(value: float, formula: str, length: float) -> Estimate:
-    return Estimate(_round(value), f"typical of a hull of {length:g} m, to be replaced: {formula}")
+    return Estimate(_round(value), f"typical of a hull of {length:g} m, {TO_REPLACE}: {formula}")
 
 
 def _round(value: float) -> float:

@@ -88,15 +88,16 @@ def _positive(value: float, info: ValidationInfo) -> float:
 class Vehicle(BaseModel):
     """A surface vehicle in three degrees of freedom: M nu_r_dot + C(nu_r) nu_r + D(nu_r) nu_r = tau + other.
 
-    Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6: hydrodynamic derivatives carry their sign, so
-    damping and added mass are negative. `mass` [kg], `inertia_z` [kg m^2] about the body origin, `x_g` and `y_g` [m]
-    ahead and to starboard of the origin. Sections hold the symbols of the effects catalogue; an absent symbol has its
-    null value. What no hull has, such as positive damping, is refused unless `insist` names it (see
-    `possible_hulls.impossible`).
+    `about` says in a line what boat it is. Symbols and signs follow SNAME (1950) and Fossen (2021), chapter 6:
+    hydrodynamic derivatives carry their sign, so damping and added mass are negative. `mass` [kg], `inertia_z`
+    [kg m^2] about the body origin, `x_g` and `y_g` [m] ahead and to starboard of the origin. Sections hold the symbols
+    of the effects catalogue; an absent symbol has its null value. What no hull has, such as positive damping, is
+    refused unless `insist` names it (see `possible_hulls.impossible`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     name: str = Field(default="vehicle", max_length=_LONGEST_NAME)
+    about: str = Field(default="", max_length=_LONGEST_NAME)
     mass: Annotated[Number, AfterValidator(_positive)]
     inertia_z: Annotated[Number, AfterValidator(_positive)]
     x_g: Number = 0.0
@@ -282,8 +283,8 @@ class Vehicle(BaseModel):
 
     @property
     def digest(self) -> str:
-        """Sixteen hexadecimal digits that tell this vehicle from any other."""
-        return hashlib.sha256(self.model_dump_json().encode()).hexdigest()[:16]
+        """Sixteen hexadecimal digits that tell this vehicle from any other; what it is about is none of it."""
+        return hashlib.sha256(self.model_dump_json(exclude={"about"}).encode()).hexdigest()[:16]
 
     def save(self, path: str | os.PathLike[str], by: str | None = None) -> None:
         """Write the vehicle file (YAML, DESIGN section 4), to a temporary name first, then renamed.

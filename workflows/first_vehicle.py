@@ -9,6 +9,7 @@ import numpy as np
 from ..measurements.quality.record import Record
 from ..measurements.statistics.prior import weighed
 from ..measurements.thrusters_in_log import FoundThruster, drag_at_speed, surge_at_full, top_speed
+from ..physics.assumed_numbers import SURE, TO_REPLACE
 from ..physics.errors import RequestError
 from ..physics.frames import AXES, Array
 from ..physics.reading import Plain
@@ -129,7 +130,7 @@ def _straight(typical: Estimate, yaw: float, totals: tuple[float, float, float],
     most = totals[1] / _QUICKEST
     if -typical.value >= min(needed, most):
         return typical
-    words = f"so large that the hull keeps its course at the log's top speed of {top:.2g} m/s; a guess, to be replaced"
+    words = f"so large that the hull keeps its course at the log's top speed of {top:.2g} m/s; a guess, {TO_REPLACE}"
     return Estimate(float(f"{-min(needed, most):.3g}"), words)
 
 
@@ -161,8 +162,8 @@ def like_another(base: Vehicle, thrusters: Sequence[FoundThruster], hull: Hull, 
             f"command: {one.output.source}; force: full {full:.4g} N {who}, {_shape(one)}; place: as thruster "
             f"{model.name} of {base.name}"
         )
-    content: dict[str, Any] = {**base.to_dict(), "name": name, "thrusters": built}
-    content["sources"] = {"all": f"as {base.name} has it, to be replaced", "thrusters": sources}
+    content: dict[str, Any] = {**base.to_dict(), "name": name, "about": "", "thrusters": built}
+    content["sources"] = {"all": f"as {base.name} has it, {TO_REPLACE}", "thrusters": sources}
     if hull.mass is not None:
         content["mass"], content["sources"]["mass"] = hull.mass, _GIVEN
     return vehicle_from_dict(content, "init")
@@ -202,7 +203,7 @@ def _thrust(
     size, factor = both
     words = (
         f"to move mass - X_udot = {moved:.4g} kg as the log shows ({shown}), weighed with what is typical "
-        f"({usual.value:g} N), sure to a factor of {factor:.1f}"
+        f"({usual.value:g} N), {SURE} {factor:.1f}"
     )
     return Estimate(float(f"{size:.3g}"), words)
 

@@ -12,6 +12,7 @@ from ..measurements.log import read_log
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
 from ..physics.files import write_text
+from ..physics.sources import with_sources
 from ..physics.thrusters import Thruster, command_of
 from ..physics.vehicle import Vehicle, vehicle_from_dict
 from .workbench_facts import Place, Wire
@@ -52,7 +53,7 @@ def put_right(vehicle: Vehicle, changed: Mapping[str, float], places: Sequence[P
     RequestError
         for a thruster that it does not have.
     """
-    found = placed(vehicle.with_values(changed), places)
+    found = with_sources(vehicle, placed(vehicle.with_values(changed), places), "given on the workbench")
     return vehicle_from_dict(found.model_dump(mode="json") | {"insist": list(vehicle.insist)}, vehicle.name)
 
 

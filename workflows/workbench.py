@@ -1,6 +1,6 @@
 """The workbench: a log and a model that a person corrects step by step, each step fitted and judged at once."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ..comparison.facts import ComparedModel
@@ -143,9 +143,11 @@ class Workbench:
         settings = replace(self._settings, refit=OWN_NUMBERS in stand.names)
         return add(effects, self._whole, settings, progress=progress)
 
-    def write(self, stand: Stand, folder: PathLike, progress: Say | None = None) -> None:
-        """Write the run folder of some effects; see `run`."""
-        write_run(self.run(stand, progress), folder, progress=progress)
+    def write(
+        self, stand: Stand, folder: PathLike, progress: Say | None = None, called: Callable[[str], str] = str
+    ) -> None:
+        """Write the run folder of some effects; see `run` and `write_run`."""
+        write_run(self.run(stand, progress), folder, progress=progress, called=called)
 
     def vehicle(self, stand: Stand) -> Vehicle:
         """A model, which says of every number that it changed where that is from."""
@@ -199,6 +201,7 @@ def _found(run: Run) -> tuple[str, ...]:
 def rival(model: ComparedModel) -> Rival:
     """A model of a comparison as the workbench shows it."""
     step, ahead = model.acceleration.rmse, model.rollout.get(f"{HORIZON:g}")
-    error = {"position": None if ahead is None else ahead.position, **{axis: step.of(axis) for axis in AXES}}
+    error = {name: None if ahead is None else ahead.of(name) for name in ("position", *AXES)}
+    acceleration = {axis: step.of(axis) for axis in AXES}
     broken = tuple(law.law for law in model.laws if law.outcome == "fail")
-    return Rival(model.name, error, broken, asked=bool(model.laws))
+    return Rival(model.name, HORIZON, error, acceleration, broken, asked=bool(model.laws))

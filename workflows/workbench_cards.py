@@ -60,6 +60,7 @@ def _effect(found: FoundEffect, findings: Findings, drawn: LogOnBench | None) ->
         unit_text(found.sentence),
         found.verdict,
         numbers_of(found.terms) if found.verdict != "no evidence" else (),
+        effect is not None and effect.added,
         found.chance.in_words if found.chance is not None and likely else "",
         tuple(twins(found)),
         tell,

@@ -92,6 +92,7 @@ class Opened:
     nominal : the model as its file has it
     logs : of several logs the name of each, and where it begins and ends on the axis of time [s]; none for one
     doubt : what of the thrusters' sides and directions the log does not show, in words; empty where it shows them
+    assumed : numbers of the vehicle that nobody measured or gave
     """
 
     log: str
@@ -106,6 +107,16 @@ class Opened:
     nominal: Fit
     logs: "tuple[Span, ...]" = ()
     doubt: str = ""
+    assumed: "tuple[Assumed, ...]" = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Assumed:
+    """What nobody measured or gave: in words, the symbols that it has, and how sure its source says that it is."""
+
+    what: str
+    symbols: tuple[str, ...]
+    sure: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +139,7 @@ class Card:
     verdict : "missing", "possible" or "no evidence", of a sensor "present" or "possible", of what
         was added by name "betters unseen rows", "worse on unseen rows" or "cannot tell"
     numbers : its values with intervals
+    added : they are added to what the vehicle file has
     chance : how often nothing looks as good; empty where it was not rehearsed
     twins : what would explain the log as well
     tell : the manoeuvre that would tell
@@ -140,6 +152,7 @@ class Card:
     sentence: str
     verdict: str
     numbers: tuple[str, ...] = ()
+    added: bool = False
     chance: str = ""
     twins: tuple[str, ...] = ()
     tell: str = ""
@@ -262,13 +275,17 @@ class Rival:
     Attributes
     ----------
     name : of the model
-    error : root mean square of its position after the horizon [m], and of its acceleration by axis [m/s^2, rad/s^2]
+    horizon : seconds that a prediction is judged on
+    error : of predictions, as `Fit` has it; None where the log is too short
+    acceleration : root mean square errors by axis [m/s^2, rad/s^2]
     broken : laws that it breaks
     asked : whether laws were asked; they are not of motion that goes on as it is
     """
 
     name: str
+    horizon: float
     error: Mapping[str, float | None]
+    acceleration: Mapping[str, float]
     broken: tuple[str, ...]
     asked: bool = True
 

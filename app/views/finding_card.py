@@ -23,9 +23,10 @@ class FindingCard:
     card : what it says
     add, remove : what its button does, called with the card's name; a card without a name has no button
     opened : its reasons are shown at once
+    whose : of which fit its numbers are
     """
 
-    def __init__(self, card: Card, add: Act, remove: Act, *, opened: bool = False) -> None:
+    def __init__(self, card: Card, add: Act, remove: Act, *, opened: bool = False, whose: str = "") -> None:
         self._card, self._acts, self._in = card, (add, remove), False
         self._place = ui.element("article").classes("effect").mark(card.name or card.title)
         kind = _KINDS.get(card.verdict, "none")
@@ -40,6 +41,8 @@ class FindingCard:
                 if card.name:
                     self._button = button("Add", self._act, label=f"Add {card.title}")
                     self._button.classes("lead")
+            if whose and card.numbers:
+                line(f"{whose}{', added to what the file has' * card.added}:", "muted small")
             for text in card.numbers:
                 line(text, "small")
             if card.twins:

@@ -1,4 +1,4 @@
-"""The top of the bench: what is missing, in a sentence, and the error that falls with every step."""
+"""The top of the bench: the shown model in a sentence, what is wrong with the log, and the error that falls."""
 
 from time import monotonic
 from typing import NamedTuple
@@ -6,19 +6,16 @@ from typing import NamedTuple
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
-from ...physics.in_words import listing, number, percent, words
-from ...workflows.workbench_facts import OWN_NUMBERS, Fit, Opened
+from ...physics.in_words import number
 from ..session import Session
+from ..work import Work
+from . import headline as says
+from .log_notes import NOTES, worst
 from .vehicle_form import vehicle_form
 from .words import button, line, number_in, watching
 
 _LONG = 130
 """Characters from which a headline is set smaller: a verdict that explains itself."""
-_WITHOUT_OWN = (
-    " The effects were found with the model's own numbers fitted, too, and here these are as the file has them: add "
-    "the own numbers as well, or all that was found."
-)
-"""Why an effect that is missing may not better the error alone."""
 _BEYOND = 1.15
 """Share of the first error up to which a bar reaches: a step that makes it worse is seen to."""
 
@@ -32,25 +29,24 @@ def hero(session: Session) -> None:
             count = ui.element("div").classes("count").mark("count")
             by_axis = line("", "small")
             told = line("", "told small")
-            doubt = ui.element("div").classes("flow small doubt").props('role="note"')
+            found = line("", "told small")
+            doubts = ui.element("div").classes("stack small")
             work = ui.element("div").classes("work").props('role="status"')
         stairs = _Stairs()
     trouble = ui.element("div").classes("card trouble flow").props('role="alert"')
 
     def refresh() -> None:
-        searched, opened = session.shown.searched, session.shown.opened
-        long = searched is not None and len(searched.headline) > _LONG
+        opened, fit = session.shown.opened, session.shown.fit
+        text = session.names.told(says.headline(session.shown))
+        long = len(text) > _LONG
         headline.classes(add="long" if long else None, remove=None if long else "long")
+        headline.set_text(text)
         host.set_visibility(opened is not None or session.errands.work is not None)
-        if searched is not None:
-            headline.set_text(session.names.told(searched.headline))
-        elif opened is not None:
-            text = f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"
-            headline.set_text(session.names.told(text))
         _show_count(session, count)
-        by_axis.set_text(_by_axis(session))
-        told.set_text(_told(session))
-        _show_doubt(session, doubt)
+        by_axis.set_text("" if opened is None or fit is None else says.by_axis(opened, fit))
+        told.set_text(says.how_well(session.shown))
+        found.set_text(session.names.told(says.found(session.shown)))
+        _show_doubts(session, doubts)
         _show_work(session, work)
         stairs.show(session)
         trouble.clear()
@@ -84,58 +80,28 @@ def _show_count(session: Session, place: ui.element) -> None:
         line(f"position error of {opened.horizon:g} s predictions", "muted", tag="span")
 
 
-def _by_axis(session: Session) -> str:
-    """The errors of the speeds, before and now."""
-    fit, opened = session.shown.fit, session.shown.opened
-    if fit is None or opened is None or fit.lost:
-        return ""
-    units, told = {"surge": "m/s", "sway": "m/s", "yaw": "rad/s"}, []
-    for axis, unit in units.items():
-        before, now = opened.nominal.error.get(axis), fit.error.get(axis)
-        if before is None or now is None:
-            continue
-        ends = (
-            number(before, 2) if fit is opened.nominal else f"{number(before, 2)} \N{RIGHTWARDS ARROW} {number(now, 2)}"
-        )
-        told.append(f"{axis} {ends} {unit}")
-    return " \N{MIDDLE DOT} ".join(told)
-
-
-def _told(session: Session) -> str:
-    opened, fit = session.shown.opened, session.shown.fit
-    if opened is None or fit is None:
-        return ""
-    told = _how_well(session, opened, fit)
-    left = listing([words(name) for name in session.shown.stand.left])
-    return f"Read without the correction of {left}; headline and cards are of the log with it. {told}" if left else told
-
-
-def _how_well(session: Session, opened: Opened, fit: Fit) -> str:
-    """What the present model does to the error."""
-    before, now = opened.nominal.error.get("position"), fit.error.get("position")
-    searched, stand = session.shown.searched, session.shown.stand
-    if fit.lost:
-        return f"{fit.lost} of its predictions run away; taken out again, the model is as it was."
-    if fit.names and before and now is not None:
-        change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
-        how = "every row predicted by a model that was fitted without it" if fit.unseen else "moved by hand"
-        own = searched is not None and OWN_NUMBERS in searched.found and OWN_NUMBERS not in stand.names
-        return f"{change} than the model as it was; {how}.{_WITHOUT_OWN * own}"
-    if searched is not None and not stand.left:
-        return " ".join(searched.told)
-    seconds = opened.seconds
-    return f"{seconds:.0f} s of measurement, predicted open loop again and again from what was measured."
-
-
-def _show_doubt(session: Session, place: ui.element) -> None:
-    """What everything rests on and the log does not show, with the way to put it right."""
+def _show_doubts(session: Session, place: ui.element) -> None:
+    """What is wrong with the log, and what everything rests on and nobody knows, with the way to put it right."""
+    opened = session.shown.opened
+    told = [] if opened is None else [worst(opened), opened.doubt, says.leans_on(session.shown)]
     place.clear()
-    text = "" if session.shown.opened is None else session.shown.opened.doubt
-    place.set_visibility(bool(text))
-    if text:
-        with place:
-            line(session.names.told(text), tag="span").style("flex: 1 1 220px")
-            button("Thrusters", lambda: vehicle_form(session), label="Look at sides and directions of the thrusters")
+    place.set_visibility(any(told))
+    if not any(told):
+        return
+    wrong, sides, assumed = (session.names.told(text) for text in told)
+    with place:
+        if wrong:
+            with ui.element("div").classes("flow doubt").props('role="note"'):
+                line(wrong, tag="span").style("flex: 1 1 220px")
+                ui.link("See the notes", f"#{NOTES}")
+        for text, name, label in (
+            (sides, "Thrusters", "Look at sides and directions of the thrusters"),
+            (assumed, "Numbers", "Put in what is known of the vehicle"),
+        ):
+            if text:
+                with ui.element("div").classes("flow doubt").props('role="note"'):
+                    line(text, tag="span").style("flex: 1 1 220px")
+                    button(name, lambda: vehicle_form(session), label=label)
 
 
 def _show_work(session: Session, place: ui.element) -> None:
@@ -143,14 +109,23 @@ def _show_work(session: Session, place: ui.element) -> None:
     work = session.errands.work
     if work is None:
         return
-    behind = work.behind
+    behind, now = work.behind, monotonic()
     with place:
         known = "" if behind is None else " known"
         with ui.element("div").classes("meter" if known else "meter unknown"):
             ui.element("i").style(f"width: {100.0 * behind:.0f}%" if behind is not None else "")
-        left = work.left
-        so_far = f"{monotonic() - work.begun:.0f} s"
-        line(f"{work.name} ({so_far}{f', about {left:.0f} s left' if left else ''})", tag="span")
+        waits = "; what you asked for waits for it" if session.waiting else ""
+        line(f"{work.name} ({_so_far(work, now)}){waits}", tag="span")
+
+
+def _so_far(work: Work, now: float) -> str:
+    """How long it has taken, and how long it may take still."""
+    left = work.left(now)
+    told = f"{now - work.begun:.0f} s"
+    if left is None:
+        return told
+    least, most = (number(max(end, 1.0), 1) for end in left)
+    return f"{told}, about {least} s left" if least == most else f"{told}, {least} to {most} s left"
 
 
 class _Stairs:
@@ -170,7 +145,7 @@ class _Stairs:
             if k == len(self._rows):
                 self._rows.append(self._row(first_one=k == 0))
             stair = self._rows[k]
-            stair.name.set_text("as it was" if not fit.names else f"+ {words(fit.names[-1])}")
+            stair.name.set_text(says.stair_name(fit))
             share = min(fit.error["position"] / (first or 1.0), _BEYOND) / _BEYOND
             stair.fill.style(f"width: {100.0 * share:.2f}%")
             stair.number.set_text("runs away" if fit.lost else number_in(fit.error["position"], "m"))

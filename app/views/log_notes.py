@@ -3,11 +3,23 @@
 from nicegui import ui
 
 from ...measurements.canonical import is_canonical
+from ...workflows.workbench_facts import Opened
 from ..session import Session
 from .words import button, line, watching
 
 _OPEN = ("defect", "warning")
 """Verdicts that are shown at once."""
+NOTES = "the-log"
+"""The place on the page to which the headline leads."""
+
+
+def worst(opened: Opened) -> str:
+    """The worst of what is wrong with the log, in a sentence; empty where nothing is."""
+    bad = [check for check in opened.checks if check.verdict in _OPEN]
+    told = [f"{bad[0].verdict.capitalize()} of the log: {bad[0].sentence.rstrip('.')}"] if bad else []
+    more = f", and {len(bad) - 1} more" if len(bad) > 1 else ""
+    told = told or [text.split(". ")[0].rstrip(".") for text in opened.warnings if text != opened.doubt]
+    return f"{told[0]}{more}." if told else ""
 
 
 def log_notes(session: Session) -> None:
@@ -25,6 +37,7 @@ def log_notes(session: Session) -> None:
         if opened is None or not (repaired or opened.warnings or opened.checks or opened.notes):
             return
         with place, ui.element("div").classes("card stack"):
+            ui.link_target(NOTES).classes("anchor")
             line("The log", tag="h2")
             if repaired:
                 with ui.element("div").classes("flow small"):

@@ -19,6 +19,8 @@ _OWN = Card(
 )
 """What is no effect and may be fitted all the same."""
 _CORRECTED = "The log is read with these corrections. Without one, the same effects are fitted anew."
+_SEARCH, _SHOWN = "In the search's fit", "In the shown model"
+"""Whose the numbers on a card are."""
 _OPEN = 6
 """Cards that are shown at once; the rest is folded."""
 
@@ -74,7 +76,7 @@ class MissingCards:
                         self._cards[name].delete()
                     self._by_name[name] = card
                     with self._typed:
-                        self._card(card)
+                        self._card(card, whose=_SHOWN)
         for name, shown in self._cards.items():
             shown.set_in(name in stand.names)
         for name, card in self._sensors.items():
@@ -87,7 +89,7 @@ class MissingCards:
         found = [card for card in searched.cards if card.verdict != "no evidence"]
         rest = [card for card in searched.cards if card.verdict == "no evidence"]
         if any(card.numbers for card in found):
-            line("Values are with all found effects added.", "muted small")
+            line("The search's fit has all that was found; the shown model's numbers stand beside.", "muted small")
         for card in found[:_OPEN]:
             self._card(card, opened=card is found[0])
         if found[_OPEN:]:
@@ -114,8 +116,9 @@ class MissingCards:
                     self._card(card)
         self._by_hand()
 
-    def _card(self, card: Card, *, opened: bool = False) -> None:
-        self._cards[card.name] = FindingCard(card, self._session.add, self._session.remove, opened=opened)
+    def _card(self, card: Card, *, opened: bool = False, whose: str = _SEARCH) -> None:
+        acts = self._session.add, self._session.remove
+        self._cards[card.name] = FindingCard(card, *acts, opened=opened, whose=whose)
 
     def _by_hand(self) -> None:
         """A term or an effect that the user types."""

@@ -50,6 +50,7 @@ def _numbers(session: Session, sliders: dict[str, tuple[ui.element, TextElement]
             "Nothing is added yet: the model is as its file has it. Add an effect, and its numbers stand here.", "muted"
         )
         return
+    line("Of the shown model, fitted with all that is in it now; cards have the numbers of the search.", "muted small")
     if fit.verdict:
         good = fit.verdict == "pass"
         line(f"{'Lawful' if good else 'Breaks the law'}: {fit.law}", "small" if good else "small trouble")

@@ -1,6 +1,6 @@
 """How a log comes onto the bench: dropped, chosen by its path, or the one of the demo; and its vehicle."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import count
 from pathlib import Path
 from weakref import proxy
@@ -49,12 +49,13 @@ class Opening:
 
     Parameters
     ----------
+    vehicles : names of those that come with undertow, each with what it is
     paths : files of this machine may be named; not where others than its user may see the page
     leave : closes the dialog; None for a page
     """
 
     def __init__(
-        self, session: Session, vehicles: tuple[str, ...], *, paths: bool, leave: Callable[[], object] | None = None
+        self, session: Session, vehicles: Mapping[str, str], *, paths: bool, leave: Callable[[], object] | None = None
     ) -> None:
         self._session = session
         self._leave = leave
@@ -71,7 +72,7 @@ class Opening:
                 line("four minutes of a BlueBoat in Gazebo, and a model with linear drag only", "muted small", "span")
             self._fields(vehicles, paths=paths)
 
-    def _fields(self, vehicles: tuple[str, ...], *, paths: bool) -> None:
+    def _fields(self, vehicles: Mapping[str, str], *, paths: bool) -> None:
         kept = proxy(self)  # FastAPI keeps an upload beyond its page, which would keep all of this
         with ui.element("div").classes("grid pair"):
             with ui.element("div").classes("stack"):
@@ -95,7 +96,8 @@ class Opening:
                 self._as_is = ui.checkbox("take a broken log as it is (every result then carries a warning)")
             with ui.element("div").classes("stack"):
                 line("2. The vehicle", tag="h2")
-                self._choice = ui.select([_MADE, *vehicles], value=_MADE, label="vehicle").props("outlined dense")
+                self._choice = ui.select({_MADE: _MADE, **vehicles}, value=_MADE, label="vehicle")
+                self._choice.props("outlined dense")
                 self._hull = ui.element("div").classes("flow")
                 with self._hull:
                     self._known = {

@@ -1,6 +1,6 @@
 """Models side by side: their errors on the same rows, and the laws that they keep."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from nicegui import ui
 
@@ -9,13 +9,9 @@ from ...workflows.workbench_facts import Rival, Searched
 from ..session import Session
 from .words import line, watching
 
-_HEAD = (
-    "model",
-    "position, 10 s predictions [m]",
-    "surge [m/s\N{SUPERSCRIPT TWO}]",
-    "sway [m/s\N{SUPERSCRIPT TWO}]",
-    "yaw [rad/s\N{SUPERSCRIPT TWO}]",
-    "laws",
+_ERRORS = ("position [m]", "surge [m/s]", "sway [m/s]", "yaw [rad/s]")
+_ACCELERATIONS = tuple(
+    f"{axis} [{unit}/s\N{SUPERSCRIPT TWO}]" for axis, unit in (("surge", "m"), ("sway", "m"), ("yaw", "rad"))
 )
 
 
@@ -38,22 +34,34 @@ def side_by_side(session: Session) -> None:
                     "On all rows, each predicted by models that were made without it. Corrected: all that was found.",
                     "muted small",
                 )
-                with ui.element("div").classes("scroll"):
-                    rivals_table(searched.rivals)
+                rivals_table(searched.rivals)
 
     watching(session, place, refresh)
 
 
 def rivals_table(rivals: Sequence[Rival]) -> None:
-    """A row for each model."""
-    with ui.element("table").classes("numbers"):
-        with ui.element("tr"):
-            for head in _HEAD:
-                line(head, tag="th")
-        for rival in rivals:
+    """A row for each model: the errors of the headline and the laws, and folded those of accelerations."""
+    line(f"Errors of {rivals[0].horizon:g} s predictions", "small")
+    _table(("model", *_ERRORS, "laws"), [(r.name, *_numbers(r.error), _kept(r)) for r in rivals])
+    with ui.element("details").classes("small"):
+        line("Errors of accelerations, from row to row", tag="summary")
+        _table(("model", *_ACCELERATIONS), [(r.name, *_numbers(r.acceleration)) for r in rivals])
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    with ui.element("div").classes("scroll"), ui.element("table").classes("numbers"):
+        for tag, row in (("th", heads), *(("td", row) for row in rows)):
             with ui.element("tr"):
-                line(rival.name, tag="td")
-                for value in rival.error.values():
-                    line(number(value, 3), tag="td")
-                kept = "kept" if rival.asked else "not asked"
-                line(f"breaks {listing(rival.broken)}" if rival.broken else kept, tag="td")
+                for text in row:
+                    line(text, tag=tag)
+
+
+def _numbers(errors: Mapping[str, float | None]) -> list[str]:
+    return [number(value, 3) for value in errors.values()]
+
+
+def _kept(rival: Rival) -> str:
+    """What the laws say of a model."""
+    if rival.broken:
+        return f"breaks {listing(rival.broken)}"
+    return "kept" if rival.asked else "not asked"

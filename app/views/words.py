@@ -1,6 +1,7 @@
 """What views share: buttons, headings and short texts, each with a name that a screen reader can say."""
 
 from collections.abc import Callable
+from inspect import isawaitable
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -10,8 +11,24 @@ from ..session import Session
 
 
 def button(text: str, act: Callable[[], object], *, lead: bool = False, label: str = "") -> ui.button:
-    """A button; `label` is its spoken name where the text alone would not tell."""
-    made = ui.button(text, on_click=act, color=None).props("no-caps unelevated dense")
+    """A button that shows while what it does goes on; `label` is its spoken name where the text would not tell."""
+    pressed = 0
+
+    async def press() -> None:
+        nonlocal pressed
+        doing = act()
+        if not isawaitable(doing):
+            return
+        pressed += 1
+        made.classes(add="waiting").props("aria-busy=true")
+        try:
+            await doing
+        finally:
+            pressed -= 1
+            if not pressed and not made.is_deleted:
+                made.classes(remove="waiting").props(remove="aria-busy")
+
+    made = ui.button(text, on_click=press, color=None).props("no-caps unelevated dense")
     made.classes("btn lead q-px-md" if lead else "btn plain q-px-sm")
     return made.props(f'aria-label="{label}"') if label else made
 

@@ -1,7 +1,9 @@
 """The run folder is written whole or not at all."""
 
+import json
 import os
 import warnings
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -28,6 +30,9 @@ from .run import Run
 from .run_files import DATA, RUN_SCHEMA, own_run, seal
 from .targets import check_target
 
+_NAMING = ("findings.json", "comparison.json", "audit.json", "inspection.json", "model.yaml", "nominal.yaml")
+"""Files that tell of logs by their names."""
+
 
 @showing
 def write_run(
@@ -37,6 +42,7 @@ def write_run(
     report: bool = True,
     progress: Say | None = SHOWN,
     force: bool = False,
+    called: Callable[[str], str] = str,
 ) -> Path:
     """Write the run folder: built under a temporary name, then renamed, so it appears whole; see `replace_folder`.
 
@@ -49,6 +55,8 @@ def write_run(
     progress : called with lines about the work, and when `series.mcap` is left out, for want of the extra `logs`;
         shown where nothing is said; None for silence, and a warning of what is left out
     force : replace also files that undertow did not write, or that were changed since
+    called : gives a text with the names by which its reader knows the logs, where they are kept under others; it puts
+        nothing in it that has a meaning in JSON or YAML
 
     Raises
     ------
@@ -62,12 +70,12 @@ def write_run(
         progress(Stage("writing the run folder", WRITING))
 
     def build(work: Path) -> list[str]:
-        with beside(partial(_write_viewer_series, run, work / "series.mcap", progress)) as left_out:
-            _write_files(run, work)
+        with beside(partial(_write_viewer_series, run, work / "series.mcap", progress, called)) as left_out:
+            _write_files(run, work, called)
             hand_back()
             for line in left_out():
                 (progress or _warn)(line)
-        seal(work, _record(run, target), DATA)
+        seal(work, json.loads(called(json.dumps(_record(run, target), ensure_ascii=False))), DATA)
         if report:
             hand_back()
             write_page(work)
@@ -80,7 +88,7 @@ def write_run(
     return target
 
 
-def _write_files(run: Run, folder: Path) -> None:
+def _write_files(run: Run, folder: Path, called: Callable[[str], str]) -> None:
     write_json(folder / "findings.json", run.findings.to_dict())
     write_json(folder / "comparison.json", run.comparison.to_dict())
     write_json(folder / "audit.json", run.audit.to_dict())
@@ -90,6 +98,10 @@ def _write_files(run: Run, folder: Path) -> None:
         run.series.to_csv(stream, index=False, lineterminator="\n")
     Standardisation.fit(run.inputs.parts.known).write(folder / "standardisation.json")
     write_json(folder / "inspection.json", Inspections(logs=run.inputs.inspections).to_dict())
+    for name in _NAMING:
+        text = (folder / name).read_text("utf-8")
+        if called(text) != text:
+            write_text(folder / name, called(text))
 
 
 def _record(run: Run, target: Path) -> dict[str, Any]:
@@ -111,7 +123,7 @@ def _record(run: Run, target: Path) -> dict[str, Any]:
     }
 
 
-def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> list[str]:
+def _write_viewer_series(run: Run, path: Path, progress: Say | None, called: Callable[[str], str]) -> list[str]:
     """Write the series for viewers, and layouts that show it; a line on why there is none, if so."""
     try:
         require_mcap()
@@ -124,7 +136,7 @@ def _write_viewer_series(run: Run, path: Path, progress: Say | None) -> list[str
         Prediction("after", found.corrected, run.series, "after", forces),
     )
     pace = Pace(progress, f"rows of {path.name}").told
-    write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace)
+    write_series(path, told, run.inputs.channels, parts, run.inputs.starts, pace, called)
     logs = sorted(set(run.series["log"].tolist()))
     write_layouts(path.parent, path.name, views(logs, run.inputs.channels, forces))
     return []

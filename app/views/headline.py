@@ -1,0 +1,112 @@
+"""What the top of the bench says: how the shown model does, what the search found, and on what both lean."""
+
+from ...physics.in_words import listing, number, percent, words
+from ...workflows.workbench_facts import OWN_NUMBERS, Fit, Opened
+from ..shown import Shown
+from .words import number_in
+
+_NAMED = 3
+"""Effects that a headline names; of more it says how many they are."""
+_WITHOUT_OWN = (
+    " The effects were found with the model's own numbers fitted, too, and here these are as the file has them: add "
+    "the own numbers as well, or all that was found."
+)
+"""Why an effect that is missing may not better the error alone."""
+_UNITS = {"surge": "m/s", "sway": "m/s", "yaw": "rad/s"}
+
+
+def headline(shown: Shown) -> str:
+    """The error of the model that is shown, before and now; of the model as it was, what the search says of it."""
+    opened, fit, searched = shown.opened, shown.fit, shown.searched
+    if opened is None or fit is None:
+        return ""
+    if not shown.stand.names and not shown.stand.moved:
+        told = f"{opened.log}: measured, and what the model {opened.vehicle} makes of it"
+        return told if searched is None else searched.headline
+    before, now = opened.nominal.error.get("position"), fit.error.get("position")
+    has, over = _with(shown), f"{opened.horizon:g} s predictions"
+    if fit.lost:
+        return f"{has}, {over} run away"
+    if before is None or now is None:
+        return f"{has}; the log is too short for {over}"
+    return f"{has}, {over} err by {number_in(now, 'm')} instead of {number_in(before, 'm')}"
+
+
+def found(shown: Shown) -> str:
+    """What the search says, where the headline tells of another model."""
+    searched = shown.searched
+    return f"The search: {searched.headline}" if searched is not None and headline(shown) != searched.headline else ""
+
+
+def by_axis(opened: Opened, fit: Fit) -> str:
+    """The errors of the speeds, before and now."""
+    if fit.lost:
+        return ""
+    told = []
+    for axis, unit in _UNITS.items():
+        before, now = opened.nominal.error.get(axis), fit.error.get(axis)
+        if before is None or now is None:
+            continue
+        ends = (
+            number(before, 2) if fit is opened.nominal else f"{number(before, 2)} \N{RIGHTWARDS ARROW} {number(now, 2)}"
+        )
+        told.append(f"{axis} {ends} {unit}")
+    return " \N{MIDDLE DOT} ".join(told)
+
+
+def how_well(shown: Shown) -> str:
+    """What the model that is shown does to the error, and on which rows."""
+    opened, fit = shown.opened, shown.fit
+    if opened is None or fit is None:
+        return ""
+    told, left = _how_well(shown, opened, fit), listing([words(name) for name in shown.stand.left])
+    without = f"Read without the correction of {left}; the search and its cards are of the log with it. "
+    return f"{without * bool(left)}{told}"
+
+
+def leans_on(shown: Shown) -> str:
+    """Which numbers of the model that is shown nobody measured or gave, and the fit left as they were."""
+    opened, fit = shown.opened, shown.fit
+    if opened is None or fit is None:
+        return ""
+    fitted = {value.symbol for value in fit.values}
+    assumed = [one for one in opened.assumed if not fitted.issuperset(one.symbols)]
+    if not assumed:
+        return ""
+    names = listing([f"{one.what} ({one.sure})" if one.sure else one.what for one in assumed])
+    return f"Assumed, not measured: {names}. All this leans on them: put in what you know."
+
+
+def stair_name(fit: Fit) -> str:
+    """What a step of the falling error added."""
+    if not fit.names and fit.values == ():
+        return "as it was"
+    return f"+ {words(fit.names[-1])}" if fit.unseen else "moved by hand"
+
+
+def _with(shown: Shown) -> str:
+    """What the model that is shown has, at the beginning of a sentence."""
+    names, searched = shown.stand.names, shown.searched
+    if searched is not None and len(names) > 1 and set(names) == set(searched.found):
+        told = "all that was found"
+    elif len(names) > _NAMED:
+        told = f"{len(names)} additions"
+    else:
+        told = listing([words(name) for name in names])
+    moved = "numbers moved by hand" if shown.stand.moved else ""
+    return f"With {' and '.join(filter(None, [told, moved]))}"
+
+
+def _how_well(shown: Shown, opened: Opened, fit: Fit) -> str:
+    before, now = opened.nominal.error.get("position"), fit.error.get("position")
+    searched, stand = shown.searched, shown.stand
+    if fit.lost:
+        return f"{fit.lost} of its predictions run away; taken out again, the model is as it was."
+    if fit.names and before and now is not None:
+        change = f"{percent(1.0 - now / before)} less" if now <= before else f"{percent(now / before - 1.0)} more"
+        how = "every row predicted by a model that was fitted without it" if fit.unseen else "on rows that a fit saw"
+        own = searched is not None and OWN_NUMBERS in searched.found and OWN_NUMBERS not in stand.names
+        return f"{change} than the model as it was; {how}.{_WITHOUT_OWN * own}"
+    if searched is not None and not stand.left:
+        return " ".join(searched.told)
+    return f"{opened.seconds:.0f} s of measurement, predicted open loop again and again from what was measured."
