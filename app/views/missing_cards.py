@@ -89,7 +89,10 @@ class MissingCards:
         found = [card for card in searched.cards if card.verdict != "no evidence"]
         rest = [card for card in searched.cards if card.verdict == "no evidence"]
         if any(card.numbers for card in found):
-            line("The search's fit has all that was found; the shown model's numbers stand beside.", "muted small")
+            line(
+                "The search's fit has all that was found. The shown model's numbers stand under The corrected model.",
+                "muted small",
+            )
         for card in found[:_OPEN]:
             self._card(card, opened=card is found[0])
         if found[_OPEN:]:

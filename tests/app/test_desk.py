@@ -9,11 +9,15 @@ import pytest
 from verbs import done
 
 from undertow.app.desk import Desk
+from undertow.app.file_names import FileNames
 from undertow.app.views.networks import _beside
 from undertow.physics.errors import RequestError
+from undertow.physics.vehicle import load_vehicle
+from undertow.workflows.run_folder.run_files import own_run
 from undertow.workflows.workbench_facts import Source, Stand, Wire
 
 DRAG = "surge_quadratic_damping"
+NAMES = FileNames(Path("/nowhere"))
 
 
 @pytest.fixture(scope="module")
@@ -35,9 +39,10 @@ def test_a_network_learns_beside_the_model_of_the_present_step(log: Path, tmp_pa
     assert [trained.stand for trained in (first, moved, left)] == list(stands)
     plain, by_hand, recorded = (trained.rivals[0] for trained in (first, moved, left))
     assert plain.name == "the model it learnt beside"
-    assert by_hand.error["surge"] > 1.5 * plain.error["surge"]  # type: ignore[operator]
-    assert by_hand.error["yaw"] == pytest.approx(plain.error["yaw"], rel=0.2)
-    assert recorded.error["yaw"] != plain.error["yaw"]
+    assert by_hand.acceleration["surge"] > 1.5 * plain.acceleration["surge"]
+    assert by_hand.acceleration["yaw"] == pytest.approx(plain.acceleration["yaw"], rel=0.2)
+    assert recorded.acceleration["yaw"] != plain.acceleration["yaw"]
+    assert list(plain.error) == ["position", "surge", "sway", "yaw"]  # as the headline has them
 
 
 def test_the_page_says_beside_what_a_network_was_trained():
@@ -67,12 +72,12 @@ def test_the_run_of_a_search_is_made_again_where_its_reading_is_no_longer_kept(l
     desk.open(source, str(tmp_path))
     searched = desk.search()
     stand = Stand(searched.found)
-    first = json.loads(Path(desk.take("findings", stand, str(tmp_path))).read_text("utf-8"))
+    first = json.loads(Path(desk.take("findings", stand, str(tmp_path), NAMES)).read_text("utf-8"))
     for mass in (23.0, 24.0, 25.0):
         desk.turn_to(replace(source, changed=(("mass", mass),)), str(tmp_path))
     desk.turn_to(source, str(tmp_path), searched)
     assert desk.fit(stand).names == stand.names
-    again = json.loads(Path(desk.take("findings", stand, str(tmp_path))).read_text("utf-8"))
+    again = json.loads(Path(desk.take("findings", stand, str(tmp_path), NAMES)).read_text("utf-8"))
     assert again == first
 
 
@@ -80,13 +85,13 @@ def test_an_export_is_the_model_alone_where_no_run_holds_it(log: Path, tmp_path:
     desk = Desk()
     desk.open(Source((str(log),), "blueboat"), str(tmp_path))
     run, alone = (
-        Path(desk.take("python", stand, str(tmp_path))).read_text("utf-8")
+        Path(desk.take("python", stand, str(tmp_path), NAMES)).read_text("utf-8")
         for stand in (Stand((DRAG,)), Stand((DRAG,), (("X_uu", -40.0),)))
     )
     assert "from run (" in run
     assert "from run (" not in alone
     with pytest.raises(RequestError, match="surge_quadratic_dampin"):
-        desk.take("python", Stand(("surge_quadratic_dampin",)), str(tmp_path))
+        desk.take("python", Stand(("surge_quadratic_dampin",)), str(tmp_path), NAMES)
 
 
 def test_what_is_wrong_with_a_vehicle_is_told_in_the_words_of_the_page(log: Path, tmp_path: Path, monkeypatch):
@@ -110,7 +115,16 @@ def test_a_thruster_that_is_read_turned_round_is_told_and_its_map_taken_along(lo
     desk, hull = Desk(), (("mass", 15.0), ("length", 1.2), ("spacing", 0.59))
     opened = desk.open(Source((str(tmp_path / "turned.csv"),), hull=hull), str(tmp_path))
     assert any("newton_stbd is read turned round" in note for note in opened.notes)
-    desk.take("findings", Stand((DRAG,)), str(tmp_path))
+    names = FileNames(tmp_path)
+    names.call(tmp_path / "turned.csv", "Harbour 'A'.csv")
+    desk.take("page", Stand((DRAG,)), str(tmp_path), names)
+    for file in (tmp_path / "run").iterdir():
+        told = file.read_bytes()
+        assert b"turned.csv" not in told, file
+        assert str(tmp_path).encode() not in told, file
+    assert "Harbour_A_.csv" in (tmp_path / "run" / "report.html").read_text("utf-8")
+    assert load_vehicle(tmp_path / "run" / "nominal.yaml").name == "boat of Harbour_A"
+    assert {"run.json", "findings.json", "model.yaml", "report.html"} <= own_run(tmp_path / "run")
     assert "newton_stbd: {from: " in (tmp_path / "run" / "channels.yaml").read_text()
     assert "scale: -1" in (tmp_path / "run" / "channels.yaml").read_text()
 

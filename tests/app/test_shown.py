@@ -69,6 +69,28 @@ def test_a_step_that_failed_is_forgotten_by_those_that_waited_behind_it():
     asyncio.run(story())
 
 
+def test_what_waits_for_its_turn_is_seen():
+    async def story() -> None:
+        session = await opened()
+        seen: list[int] = []
+        session.audience.watch(lambda: seen.append(session.waiting))
+        try:
+            adding = asyncio.create_task(session.add(FIRST))
+            await asyncio.sleep(0.0)
+            assert session.waiting == 0
+            others = [asyncio.create_task(session.add(SECOND)), asyncio.create_task(session.undo())]
+            await asyncio.sleep(0.0)
+            assert session.waiting == max(seen) == 2
+            others[1].cancel()
+            await asyncio.gather(adding, others[0])
+            assert session.waiting == 0
+            assert fit_of(session).names == (FIRST, SECOND)
+        finally:
+            session.close()
+
+    asyncio.run(story())
+
+
 def test_of_a_slider_in_a_hurry_the_last_place_is_shown():
     async def story() -> None:
         session = await opened()
@@ -77,6 +99,9 @@ def test_of_a_slider_in_a_hurry_the_last_place_is_shown():
             await asyncio.gather(*(session.move("X_uu", -3.0 - 0.1 * k) for k in range(8)))
             assert fit_of(session).values[0].after == -3.7
             assert [step.stand.moved for step in history_of(session).steps] == [(), (), (("X_uu", -3.7),)]
+            plain, added, moved = session.shown.stairs  # what a hand did is no step of the effect
+            assert (plain.names, added.names, added.unseen) == ((), (FIRST,), True)
+            assert moved is fit_of(session)
         finally:
             session.close()
 

@@ -107,9 +107,20 @@ def steps(page, count: int) -> list[str]:
 def test_the_whole_story(tab, tmp_path):
     press(tab, "Try the demo: a boat recorded in Gazebo")
     tab.get_by_role("heading", name="Measured against predicted").wait_for()
-    press(tab, "Add Surge quadratic damping")
+    headline = tab.get_by_role("heading", level=1)
+    add = tab.get_by_role("button", name="Add Surge quadratic damping")
+    add.wait_for()
+    assert headline.inner_text().startswith("The model is missing")
+    # What is pressed shows at once that it is at work, and the headline tells of the model that is shown.
+    busy = add.evaluate(
+        "one => new Promise(told => { new MutationObserver(() => one.ariaBusy && told(true))"
+        ".observe(one, {attributes: true}); one.click() })"
+    )
+    assert busy
     tab.locator(".count .now").wait_for()
-    assert tab.get_by_role("heading", level=1).inner_text().startswith("The model is missing")
+    assert headline.inner_text().startswith("With surge quadratic damping, 10 s predictions err by")
+    assert tab.get_by_text("The search: The model is missing").count() == 1
+    tab.locator("button[aria-busy]").wait_for(state="hidden")
     first = steps(tab, 2)
     press(tab, "Add all effects that were found")
     last = steps(tab, 6)
