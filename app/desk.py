@@ -121,7 +121,8 @@ class Desk:
         """See `Workbench.opened`."""
         read = self._open
         opened = read.log.opened() if read.bench is None and not left else self._open_bench.opened(left)
-        notes, assumed = (*read.how, *opened.notes), assumed_of(read.inputs.vehicle)
+        notes = *read.how, *opened.notes
+        assumed = assumed_of(read.inputs.vehicle, placed=bool(read.source.places))
         return replace(opened, doubt=read.doubt, notes=notes, assumed=assumed)
 
     def search(self, say: Say | None = None) -> Searched:

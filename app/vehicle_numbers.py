@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..physics.assumed_numbers import assumed
+from ..physics.assumed_numbers import assumed, how_sure
 from ..physics.effects import EFFECTS
 from ..physics.in_words import number, unit_text, words
 from ..physics.vehicle import Vehicle
@@ -17,8 +17,8 @@ _RIGID_BODY = (
 """What a scale and a drawing tell: symbol, meaning, unit."""
 _APART = ("mass", "inertia_z", "x_g", "y_g")
 _ELSE = {
-    "force": "full thrust",
-    "y": "places of the thrusters",
+    "thrust_scale": "full thrust",
+    "arm_scale": "places of the thrusters",
     "mass": "mass",
     "inertia_z": "inertia",
     "all": "what another boat's file has",
@@ -39,16 +39,27 @@ def form_of(vehicle: Vehicle, wires: Sequence[Wire]) -> Form:
         if value != parameter.null or parameter.section in _ALWAYS:
             named = meant.get(symbol, words(symbol))
             fields.append(Field(symbol, named, unit_text(parameter.unit), value, _source(vehicle, symbol)))
+    thrust = assumed(vehicle).get("thrust_scale")
+    if thrust and not any(field.symbol == "thrust_scale" for field in fields):
+        value = vehicle.value("thrust_scale")
+        fields.insert(0, Field("thrust_scale", "times the thrust of all thrusters", "", value, thrust))
     places = tuple(Place(t.name, t.x, t.y, t.angle) for t in vehicle.thrusters)
     return Form(tuple(fields), places, wires_of(vehicle, wires))
 
 
-def assumed_of(vehicle: Vehicle) -> tuple[Assumed, ...]:
-    """What a vehicle has that nobody measured or gave, those of a section together."""
+def assumed_of(vehicle: Vehicle, *, placed: bool = False) -> tuple[Assumed, ...]:
+    """What a vehicle has that nobody measured or gave, those of a section together.
+
+    Parameters
+    ----------
+    placed : a person has said where the thrusters are
+    """
     found: dict[str, Assumed] = {}
-    for symbol, sure in assumed(vehicle).items():
+    for symbol, source in assumed(vehicle).items():
+        if placed and symbol == "arm_scale":
+            continue
         what = _ELSE.get(symbol) or words(_section(vehicle, symbol))
-        found[what] = Assumed(what, (*(found[what].symbols if what in found else ()), symbol), sure)
+        found[what] = Assumed(what, (*(found[what].symbols if what in found else ()), symbol), how_sure(source))
     order = {what: k for k, what in enumerate(_ELSE.values())}
     return tuple(sorted(found.values(), key=lambda one: order.get(one.what, len(order))))
 

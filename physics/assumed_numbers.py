@@ -13,32 +13,42 @@ SURE = "sure to a factor of"
 _SURE = re.compile(rf"{SURE} [\d.]*\d")
 
 
-def assumed(vehicle: Vehicle) -> dict[str, str]:
-    """Which numbers of a vehicle are assumed, each with how sure its source says that it is, if it does.
+_OF_THRUSTERS = {"force": "thrust_scale", "y": "arm_scale"}
+"""The parts of a thruster's source that are about numbers, and the parameter by which all thrusters have another."""
 
-    Keys are symbols; "force" and "y" for thrust and places of the thrusters, "all" for all numbers without a source of
-    their own. What was identified or given since is not assumed any more.
+
+def assumed(vehicle: Vehicle) -> dict[str, str]:
+    """Which numbers of a vehicle are assumed, by symbol, each with what its source says of how sure it is.
+
+    Thrust and places of the thrusters stand under `thrust_scale` and `arm_scale`, numbers without a source of their own
+    under `all`. What was identified or given since is not assumed any more.
 
     >>> from undertow.physics.vehicle import load_vehicle
-    >>> port = {"port": "force: full 33 N, sure to a factor of 2.5; x: given"}
+    >>> port = {"port": "force: full 33 N, typical, sure to a factor of 2.5; x: given"}
     >>> sources = {"mass": "typical, to be replaced: 14 kg", "thrusters": port}
     >>> assumed(load_vehicle("otter").model_copy(update={"sources": sources}))
-    {'mass': '', 'force': 'sure to a factor of 2.5'}
+    {'mass': 'typical, to be replaced: 14 kg', 'thrust_scale': 'full 33 N, typical, sure to a factor of 2.5'}
     """
-    found: dict[str, str] = {}
-    for key, text in _sources(vehicle):
-        sure = _SURE.search(text)
-        if sure or TO_REPLACE in text:
-            found[key] = sure[0] if sure else found.get(key, "")
-    return found
+    return {symbol: text for symbol, text in _sources(vehicle) if TO_REPLACE in text or SURE in text}
+
+
+def how_sure(source: str) -> str:
+    """The factor within which a source says that its number is; empty where it says none."""
+    found = _SURE.search(source)
+    return found[0] if found else ""
 
 
 def _sources(vehicle: Vehicle) -> Iterator[tuple[str, str]]:
-    """Every source as it is now, by symbol, and those of the thrusters by what they are about."""
+    """Every source as it is now, by symbol."""
     for key, entry in vehicle.sources.items():
-        for symbol, text in entry.items() if isinstance(entry, dict) else ((key, entry),):
+        own = entry if isinstance(entry, dict) else {key: entry}
+        for name, text in own.items():
             now = str(text).partition(EARLIER)[0]
-            if key == "thrusters":
-                yield from ((what, told) for what, _, told in (part.partition(": ") for part in now.split("; ")))
-            else:
-                yield symbol, now
+            if key != "thrusters":
+                yield name, now
+                continue
+            for part in now.split("; "):
+                what, _, told = part.partition(": ")
+                symbol = _OF_THRUSTERS.get(what)
+                if symbol is not None and symbol not in own:
+                    yield symbol, told

@@ -44,7 +44,7 @@ def hero(session: Session) -> None:
         host.set_visibility(opened is not None or session.errands.work is not None)
         _show_count(session, count)
         by_axis.set_text("" if opened is None or fit is None else says.by_axis(opened, fit))
-        told.set_text(says.how_well(session.shown))
+        told.set_text(session.names.told(says.how_well(session.shown)))
         found.set_text(session.names.told(says.found(session.shown)))
         _show_doubts(session, doubts)
         _show_work(session, work)

@@ -1,6 +1,7 @@
 """What is missing and what the sensors do wrong: a card for everything, to be added and taken out again."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from nicegui import ui
 
@@ -83,16 +84,14 @@ class MissingCards:
             card.set_in(name not in stand.left)
         if self._sensors:
             left = listing([words(name) for name in stand.left])
-            self._corrected.set_text(f"Now the log is read without the correction of {left}." if left else _CORRECTED)
+            text = f"Now the log is read without the correction of {left}." if left else _CORRECTED
+            self._corrected.set_text(session.names.told(text))
 
     def _build(self, searched: Searched) -> None:
         found = [card for card in searched.cards if card.verdict != "no evidence"]
         rest = [card for card in searched.cards if card.verdict == "no evidence"]
         if any(card.numbers for card in found):
-            line(
-                "The search's fit has all that was found. The shown model's numbers stand under The corrected model.",
-                "muted small",
-            )
+            line("The search's fit has all that was found; the table has the shown model's numbers.", "muted small")
         for card in found[:_OPEN]:
             self._card(card, opened=card is found[0])
         if found[_OPEN:]:
@@ -106,7 +105,7 @@ class MissingCards:
             line("What the sensors do wrong", tag="h2").style("margin: 8px 0 0")
             self._corrected = line("", "muted small")
         for card in searched.sensors:
-            self._sensors[card.name] = FindingCard(card, self._session.correct, self._session.leave)
+            self._sensors[card.name] = FindingCard(self._named(card), self._session.correct, self._session.leave)
         if searched.advice:
             with ui.element("details").classes("small"):
                 line("What would tell more", tag="summary")
@@ -121,7 +120,12 @@ class MissingCards:
 
     def _card(self, card: Card, *, opened: bool = False, whose: str = _SEARCH) -> None:
         acts = self._session.add, self._session.remove
-        self._cards[card.name] = FindingCard(card, *acts, opened=opened, whose=whose)
+        self._cards[card.name] = FindingCard(self._named(card), *acts, opened=opened, whose=whose)
+
+    def _named(self, card: Card) -> Card:
+        """A card with the user's names of the logs."""
+        told = self._session.names.told
+        return replace(card, title=told(card.title), sentence=told(card.sentence))
 
     def _by_hand(self) -> None:
         """A term or an effect that the user types."""

@@ -14,7 +14,7 @@ from undertow.app.errands import Errands
 from undertow.app.file_names import FileNames
 from undertow.app.shown import Shown
 from undertow.app.undo import History, Step
-from undertow.app.vehicle_numbers import assumed_of, in_a_line
+from undertow.app.vehicle_numbers import assumed_of, form_of, in_a_line
 from undertow.app.views.headline import found, headline, how_well, leans_on, stair_name
 from undertow.app.views.log_notes import worst
 from undertow.app.work import Work
@@ -24,12 +24,13 @@ from undertow.workflows.workbench_facts import Assumed, Check, Fit, Opened, Sear
 
 DRAG, LIFT = "surge_quadratic_damping", "sway_lift"
 NOMINAL = Fit((), {"position": 4.0, "surge": 0.8}, 0, {}, unseen=False)
-ASSUMED = (Assumed("full thrust", ("force",), "sure to a factor of 2.5"), Assumed("damping", ("X_u",)))
+ASSUMED = (Assumed("full thrust", ("thrust_scale",), "sure to a factor of 2.5"), Assumed("damping", ("X_u",)))
 OPENED = Opened("a.csv", "boat", 60.0, (), (), (), {"time": np.zeros(1)}, (), 10.0, NOMINAL, assumed=ASSUMED)
 SEARCHED = Searched("missing", "The model is missing drag and lift.", ("It betters much.",), (DRAG, LIFT), ())
+AS_IT_WAS = Stand()
 
 
-def shown_with(stand: Stand = Stand(), fit: Fit = NOMINAL, *, searched: bool = True) -> Shown:
+def shown_with(stand: Stand = AS_IT_WAS, fit: Fit = NOMINAL, *, searched: bool = True) -> Shown:
     audience, source = Audience(), Source()
     shown = Shown(Errands(audience, None), audience, Path())
     shown.history, shown.opened, shown.fit = History((Step(source, stand),)), OPENED, fit
@@ -74,6 +75,14 @@ def test_what_a_person_puts_in_is_assumed_no_more():
     )
     assert [one.what for one in assumed_of(vehicle)] == ["mass", "damping"]
     assert [one.what for one in assumed_of(put_right(vehicle, {"mass": 90.0}, ()))] == ["damping"]
+    port = "force: full 30 N, sure to a factor of 2.5; y: half of 0.5 m (typical, to be replaced)"
+    guessed = vehicle.model_copy(update={"sources": {"thrusters": {"port": port}}})
+    assert [(one.what, one.sure) for one in assumed_of(guessed)] == [
+        ("full thrust", "sure to a factor of 2.5"),
+        ("places of the thrusters", ""),
+    ]
+    assert "full 30 N" in next(field.source for field in form_of(guessed, ()).numbers if field.symbol == "thrust_scale")
+    assert assumed_of(put_right(guessed, {"thrust_scale": 1.2}, ()), placed=True) == ()
     assert not any(assumed_of(load_vehicle(name)) for name in shipped_vehicles())
 
 
