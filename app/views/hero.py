@@ -30,7 +30,7 @@ def hero(session: Session) -> None:
             by_axis = line("", "small")
             told = line("", "told small")
             found = line("", "told small")
-            doubts = ui.element("div").classes("stack small")
+            doubts = _Doubts()
             work = ui.element("div").classes("work").props('role="status"')
         stairs = _Stairs()
     trouble = ui.element("div").classes("card trouble flow").props('role="alert"')
@@ -46,7 +46,7 @@ def hero(session: Session) -> None:
         by_axis.set_text("" if opened is None or fit is None else says.by_axis(opened, fit))
         told.set_text(session.names.told(says.how_well(session.shown)))
         found.set_text(session.names.told(says.found(session.shown)))
-        _show_doubts(session, doubts)
+        doubts.show(session)
         _show_work(session, work)
         stairs.show(session)
         trouble.clear()
@@ -80,28 +80,43 @@ def _show_count(session: Session, place: ui.element) -> None:
         line(f"position error of {opened.horizon:g} s predictions", "muted", tag="span")
 
 
-def _show_doubts(session: Session, place: ui.element) -> None:
-    """What is wrong with the log, and what everything rests on and nobody knows, with the way to put it right."""
-    opened = session.shown.opened
-    told = [] if opened is None else [worst(opened), opened.doubt, says.leans_on(session.shown)]
-    place.clear()
-    place.set_visibility(any(told))
-    if not any(told):
-        return
-    wrong, sides, assumed = (session.names.told(text) for text in told)
-    with place:
-        if wrong:
-            with ui.element("div").classes("flow doubt").props('role="note"'):
-                line(wrong, tag="span").style("flex: 1 1 220px")
-                ui.link("See the notes", f"#{NOTES}")
-        for text, name, label in (
-            (sides, "Thrusters", "Look at sides and directions of the thrusters"),
-            (assumed, "Numbers", "Put in what is known of the vehicle"),
-        ):
-            if text:
-                with ui.element("div").classes("flow doubt").props('role="note"'):
-                    line(text, tag="span").style("flex: 1 1 220px")
-                    button(name, lambda: vehicle_form(session), label=label)
+class _Doubts:
+    """What is wrong with the log, and what everything rests on and nobody knows, with the way to put it right.
+
+    They are built anew only when they change: else who presses a button, and waits for his turn, would press another.
+    """
+
+    def __init__(self) -> None:
+        self._place = ui.element("div").classes("stack small")
+        self._told: list[str] = []
+
+    def show(self, session: Session) -> None:
+        """Bring them up to date."""
+        opened = session.shown.opened
+        told = [] if opened is None else [worst(opened), opened.doubt, says.leans_on(session.shown)]
+        if told == self._told:
+            return
+        self._told = told
+        self._place.clear()
+        self._place.set_visibility(any(told))
+        with self._place:
+            for text, act in zip(told, (_to_notes, _to_thrusters, _to_numbers), strict=False):
+                if text:
+                    with ui.element("div").classes("flow doubt").props('role="note"'):
+                        line(session.names.told(text), tag="span").style("flex: 1 1 220px")
+                        act(session)
+
+
+def _to_notes(_: Session) -> None:
+    ui.link("See the notes", f"#{NOTES}")
+
+
+def _to_thrusters(session: Session) -> None:
+    button("Thrusters", lambda: vehicle_form(session), label="Look at sides and directions of the thrusters")
+
+
+def _to_numbers(session: Session) -> None:
+    button("Numbers", lambda: vehicle_form(session), label="Put in what is known of the vehicle")
 
 
 def _show_work(session: Session, place: ui.element) -> None:

@@ -13,10 +13,12 @@ from .words import button, line
 
 async def vehicle_form(session: Session) -> None:
     """A dialog; what is changed is read anew with the log."""
+    client = ui.context.client  # what was pressed may be gone from the page when its turn has come
     form = await session.ask("form")
     source = session.shown.source
-    if form is not None and source is not None:
-        _VehicleForm(session, form, source)
+    if form is not None and source is not None and not client.is_deleted:
+        with client:
+            _VehicleForm(session, form, source)
 
 
 class _VehicleForm:

@@ -182,6 +182,8 @@ def test_like_another_boat(path):
     draft = init(path, like="otter")
     otter = load_vehicle("otter")
     assert draft.vehicle.damping == otter.damping
+    assert otter.about
+    assert draft.vehicle.about == ""  # it is another boat
     assert [(t.channel, t.y) for t in draft.vehicle.thrusters] == [("pwm_port", -0.395), ("pwm_stbd", 0.395)]
     full = draft.vehicle.thrusters[1].curve.thrust(np.array([1910.0]), "pwm")[0]
     assert full == pytest.approx(119.7, abs=0.1)
