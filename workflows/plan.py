@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import degrees, isfinite, radians
+from math import degrees, inf, isfinite, radians
 from pathlib import Path
 
 from ..discovery.basis import choose
 from ..discovery.experiment.advice import open_questions
 from ..discovery.experiment.changed_steps import Bounds
 from ..discovery.experiment.open_question import OpenQuestion, ask
-from ..discovery.experiment.optimal_manoeuvre import Manoeuvre, shortest
+from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Manoeuvre, shortest
 from ..discovery.experiment.separation import MOST_RIVALS
 from ..discovery.hidden_sensors import beside_sensors
 from ..discovery.selection import Selected, select
@@ -147,9 +147,14 @@ def plan(
     Raises
     ------
     RequestError
-        for an unknown effect, a limit that is not positive, or a folder that is not a run.
+        for an unknown effect, a limit that is not positive, less than 8 s, a place or heading that is none, or a folder
+        that is not a run.
     """
     bounds = _sound(bounds or Bounds())
+    if heading is not None and not isfinite(heading):
+        raise RequestError(f"plan: expected a heading in degrees from north, got {heading:g}")
+    if place is not None and not _on_earth(*place):
+        raise RequestError(f"plan: expected a place as latitude and longitude in degrees, got {place}")
     record = read_run_inputs(run, moved)
     inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
     say = progress or (lambda text: None)
@@ -166,7 +171,7 @@ def plan(
     best = manoeuvre.best
     fence = bounds.space if isfinite(bounds.space) else max(_FENCE_LEAST, _FENCE_SHARE * best.reach)
     at = None if place is None else Place(*place, degrees(question.heading))
-    mission = Mission(inputs.vehicle, best.trial.steps, round(fence, 1), place=at)
+    mission = Mission(inputs.vehicle, best.trial.steps, round(fence, 1), bounds.speed, place=at)
     found = Plan(question, manoeuvre, mission, (run, *record.logs), left_out)
     about = ("A manoeuvre planned by undertow.", *found.sentences[:3])
     return replace(found, mission=replace(mission, about=about))
@@ -214,15 +219,22 @@ def place_at(text: str) -> tuple[float, float]:
         latitude, longitude = (float(word) for word in text.split(","))
     except ValueError:
         latitude = longitude = float("nan")
-    if not (abs(latitude) < 89.0 and abs(longitude) <= 180.0):
+    if not _on_earth(latitude, longitude):
         raise RequestError(f"--at {shown(text)}: expected LAT,LON in degrees, such as 54.3233,10.1394")
     return latitude, longitude
 
 
+def _on_earth(latitude: float, longitude: float) -> bool:
+    """Whether it is a place at which metres to the east are a longitude."""
+    return abs(latitude) < 89.0 and abs(longitude) <= 180.0
+
+
 def _sound(bounds: Bounds) -> Bounds:
-    for name, value in (("speed", bounds.speed), ("space", bounds.space), ("seconds", bounds.seconds)):
+    for name, value in (("speed", bounds.speed), ("space", bounds.space)):
         if not value > 0.0:
             raise RequestError(f"plan: expected a limit of {name} above 0, got {value:g}")
+    if not LEAST_SECONDS <= bounds.seconds < inf:
+        raise RequestError(f"plan: expected a time of {LEAST_SECONDS:g} s or more, got {bounds.seconds:g} s")
     if not 0.05 <= bounds.thrust <= 1.0:
         raise RequestError(f"plan: expected a thrust of 5 to 100 %, got {100.0 * bounds.thrust:g} %")
     return bounds

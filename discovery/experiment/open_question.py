@@ -10,7 +10,8 @@ from ...physics.errors import RequestError, VehicleError
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from ...physics.worlds.trials import Trial, drive
+from ...physics.worlds.manoeuvres import COMMAND_STEP
+from ...physics.worlds.trials import REST, Trial, drive
 from ..candidates.candidate import Candidate
 from ..identifiability.rehearsal import rehearsal_of
 from ..search.floating import Search, State
@@ -31,7 +32,7 @@ class Rehearsed:
     ----------
     gain : (truths, trials) log-likelihood by which each model that may be true would part from the one most like it;
         0 for a trial that diverges
-    reach : (trials,) largest distance from where a run begins, of any model [m]
+    reach : (trials,) largest distance from where a run begins, of any model, until it has coasted for `REST` [m]
     speed : (trials,) highest speed over ground, of any model [m/s]
     """
 
@@ -71,14 +72,20 @@ class OpenQuestion:
         gain, reach, speed = np.zeros((len(self.truths), len(trials))), np.zeros(len(trials)), np.zeros(len(trials))
         end = max(float(motion.minutes[-1]) for motion in self.search.balance.motions)
         for k, (key, state) in enumerate(self.truths):
-            driven = drive(state.vehicle, trials, self.heading, end)
+            coasted = self._coasted(state.vehicle, trials, end)
+            rows = round(REST / COMMAND_STEP)
+            driven = [[run.slice(0, run.time.size - rows) for run in runs] for runs in coasted]
             whole = [n for n, runs in enumerate(driven) if len(runs) == len(trials[n].headings)]
             if whole:
                 gain[k, whole] = self._parted(key, state, [trials[n] for n in whole], [driven[n] for n in whole])
-            reach, speed = _farther(reach, speed, driven)
+            reach, speed = _farther(reach, speed, coasted)
         for vehicle in self.beside:
-            reach, speed = _farther(reach, speed, drive(vehicle, trials, self.heading, end))
+            reach, speed = _farther(reach, speed, self._coasted(vehicle, trials, end))
         return Rehearsed(gain, reach, speed)
+
+    def _coasted(self, vehicle: Vehicle, trials: Sequence[Trial], end: float) -> Sequence[Sequence[Motion]]:
+        """Trials with the rest after them, in which a boat goes on by itself."""
+        return drive(vehicle, [replace(t, steps=(*t.steps, (REST, 0.0, 0.0))) for t in trials], self.heading, end)
 
     def _parted(self, key: str, state: State, trials: Sequence[Trial], driven: Sequence[Sequence[Motion]]) -> Array:
         rehearsal = rehearsal_of(self.search, state.vehicle, state.active, trials, driven, sensed=True)

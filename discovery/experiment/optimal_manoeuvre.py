@@ -31,6 +31,9 @@ _RUNS = 4
 _OUTSIDE = 4.0
 """Times by which a manoeuvre counts as longer for each share by which it breaks a limit: it has descendants, for the
 best one lies near the limits, and is never chosen."""
+_WITHIN = 0.9
+"""Share of the limits of space and speed within which is planned: a mission is broken off at the limits themselves, and
+wind, waves and the noise of positions add to what the models do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +44,7 @@ class Driven:
     ----------
     trial : what is driven
     gains : log-likelihood by which each model that may be true would part from the one most like it
-    reach : largest distance from where it begins [m]
+    reach : largest distance from where it begins, with the rest after it [m]
     speed : highest speed over ground [m/s]
     """
 
@@ -122,7 +125,9 @@ def shortest(question: OpenQuestion, bounds: Bounds | None = None, seed: int = 0
             if wide != bounds and _Optimiser(question, wide, asked).run(seed).probability > 0.5
         ]
     hopeless = [
-        key for k, (key, _) in enumerate(question.truths) if max(found.gain[k].max(), best.gains[k]) < TELL_APART
+        key
+        for k, (key, _) in enumerate(question.truths)
+        if max(found.gain[k].max(), *(driven.gains[k] for driven in search.known.values())) < TELL_APART
     ]
     return Manoeuvre(best, _driven(often[fixed], found, fixed), bounds, tuple(binding), tuple(hopeless))
 
@@ -132,7 +137,7 @@ def _driven(trial: Trial, found: Rehearsed, n: int) -> Driven:
 
 
 class _Optimiser:
-    """One search for the shortest manoeuvre; `asked` are the truths that some manoeuvre may tell."""
+    """One search for the shortest manoeuvre; `asked` are the truths that it must tell."""
 
     def __init__(self, question: OpenQuestion, bounds: Bounds, asked: np.ndarray) -> None:
         self.question, self.bounds, self.asked = question, bounds, asked.tolist()
@@ -188,5 +193,6 @@ class _Optimiser:
     def _broken(self, driven: Driven) -> float:
         """By how much limits are broken, as a share of them."""
         bounds = self.bounds
-        kept = ((driven.reach, bounds.space), (driven.speed, bounds.speed), (driven.seconds, bounds.seconds))
+        near = ((driven.reach, _WITHIN * bounds.space), (driven.speed, _WITHIN * bounds.speed))
+        kept = (*near, (driven.seconds, bounds.seconds))
         return float(sum(max(0.0, found / limit - 1.0) if found < inf else 1e3 for found, limit in kept))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf
 
 import numpy as np
 
@@ -10,10 +10,8 @@ from ...physics.frames import Array
 from ...physics.thrusters import Thruster, command_of, neutral_command
 from ...physics.vehicle import Vehicle
 from ...physics.worlds.manoeuvres import COMMAND_STEP, hold, thruster_commands
-from ...physics.worlds.trials import Step
+from ...physics.worlds.trials import REST, Step
 
-REST = 5.0
-"""Seconds without thrust before and after: they show neutral and the sensors' bias, and let the boat come to rest."""
 _DECIMALS = {"pwm": 0, "normalized": 3, "rad_s": 2, "newton": 2}
 """To what commands are rounded: pulses are whole microseconds to every servo output."""
 
@@ -42,6 +40,7 @@ class Mission:
     vehicle : whose thrusters are commanded
     steps : what is driven, see `Trial`
     fence : distance from where it begins at which it is broken off [m]
+    speed : over ground, at which it is broken off [m/s]
     about : what it is for, in lines
     place : where it begins; None where nobody said
     """
@@ -49,6 +48,7 @@ class Mission:
     vehicle: Vehicle
     steps: tuple[Step, ...]
     fence: float
+    speed: float = inf
     about: tuple[str, ...] = ()
     place: Place | None = None
 

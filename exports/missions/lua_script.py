@@ -6,6 +6,7 @@ to the autopilot. Functions are those of ArduPilot's scripting documentation (li
 """
 
 from collections.abc import Sequence
+from math import cos, isfinite
 
 from ...physics.thrusters import Thruster
 from ...physics.worlds.manoeuvres import side
@@ -21,6 +22,8 @@ _PULSES = {
 _SCRIPT = """\
 local COMMAND = {command} -- first parameter of the mission's step NAV_SCRIPT_TIME
 local FENCE = {fence:g} -- metres from where the manoeuvre begins
+local SPEED = {speed} -- metres a second over ground
+local AGAIN = 5 -- metres from where it first began, within which it may begin again: as near as waypoints are reached
 local SECONDS = {seconds:g}
 local AUTO, HOLD = 10, 4 -- modes of Rover
 local ABORT_OPTION, HIGH = 300, 2 -- RCn_OPTION of a switch that breaks off (Scripting1), and its upper position
@@ -72,6 +75,14 @@ local function send(commands)
   end
 end
 
+-- where the boat is; get_position in versions that do not have get_location yet
+local function place()
+  if ahrs.get_location then
+    return ahrs:get_location()
+  end
+  return ahrs:get_position()
+end
+
 -- Why the manoeuvre must not go on; nil where nothing speaks against it.
 local function objection()
   if not arming:is_armed() then
@@ -81,12 +92,18 @@ local function objection()
   if switch and switch:get_aux_switch_pos() == HIGH then
     return "the switch breaks it off"
   end
-  local here = ahrs:get_position()
+  local here = place()
   if not here then
     return "no position"
   end
   if origin and here:get_distance(origin) > FENCE then
     return string.format("%.0f m from the start", FENCE)
+  end
+  if not running and origin and here:get_distance(origin) > AGAIN then
+    return string.format("%.0f m from the first start", here:get_distance(origin))
+  end
+  if ahrs:groundspeed_vector():length() > SPEED then
+    return string.format("faster than %.1f m/s", SPEED)
   end
   return nil
 end
@@ -109,13 +126,12 @@ local function start(id)
       return stop("no output has SERVOn_FUNCTION " .. thruster.func)
     end
   end
-  origin = nil
   local why = objection()
   if why then
     outputs = nil
     return stop(why)
   end
-  running, begun, origin = id, millis(), ahrs:get_position()
+  running, begun, origin = id, millis(), origin or place()
   tell(string.format("driving for %.0f s", SECONDS))
 end
 
@@ -161,9 +177,9 @@ return update, 1000
 
 
 def _driven(mission: Mission) -> list[int]:
-    """The thrusters that push ahead; those that push sideways rest, and the autopilot keeps them."""
-    rest = [all(row[k] == mission.rest[k] for _, row in mission.held) for k in range(len(mission.thrusters))]
-    return [k for k, resting in enumerate(rest) if not resting] or list(range(len(mission.thrusters)))
+    """The thrusters that push ahead, resting or not; those that push sideways the autopilot keeps."""
+    ahead = [k for k, t in enumerate(mission.thrusters) if abs(cos(t.angle)) >= 0.5]
+    return ahead or list(range(len(mission.thrusters)))
 
 
 def _thruster(thruster: Thruster) -> str:
@@ -185,6 +201,7 @@ def _script(mission: Mission) -> str:
     return about + _SCRIPT.format(
         command=SCRIPT_COMMAND,
         fence=mission.fence,
+        speed=f"{mission.speed:g}" if isfinite(mission.speed) else "math.huge",
         seconds=mission.seconds,
         thrusters="\n".join(_thruster(mission.thrusters[k]) for k in driven),
         rows="\n".join(rows),

@@ -3,6 +3,9 @@
 from .base import Mission, MissionFormat
 
 _NODE = '''\
+import signal
+from time import sleep
+
 import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -15,6 +18,7 @@ HELD = (  # from when [s], and the command of each topic in its own unit
 )
 SECONDS = {seconds!r}
 PERIOD = 0.05
+LAST = 10  # times that rest is sent at the end, half a second
 
 
 class Mission(Node):
@@ -45,18 +49,32 @@ class Mission(Node):
             sender.publish(message)
 
 
+ENDS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+def broken_off(number, frame):
+    """End the manoeuvre, whoever asks for it."""
+    raise KeyboardInterrupt
+
+
 def main():
-    """Drive the manoeuvre once; Ctrl-C stops the boat."""
-    # Without its own handler rclpy would close the topics before the last command is out.
+    """Drive the manoeuvre once; Ctrl-C, a closed terminal and kill stop the boat."""
+    # With its own handlers rclpy would close the topics before the last command is out.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = Mission()
     try:
+        for number in ENDS:
+            signal.signal(number, broken_off)
         while rclpy.ok() and not node.done:
             rclpy.spin_once(node, timeout_sec=PERIOD)
     except KeyboardInterrupt:
         node.get_logger().info("broken off: all thrusters at rest")
     finally:
-        node.send(REST)
+        for number in ENDS:
+            signal.signal(number, signal.SIG_IGN)
+        for _ in range(LAST):
+            node.send(REST)
+            sleep(PERIOD)
         node.destroy_node()
         rclpy.shutdown()
 

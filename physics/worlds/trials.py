@@ -21,6 +21,8 @@ from .manoeuvres import COMMAND_STEP, hold, thruster_commands
 
 Step = tuple[float, float, float]
 """Seconds, and the common and differential command, normalised to -1..1; positive turns to starboard."""
+REST = 5.0
+"""Seconds without thrust before and after: they show neutral and the sensors' bias, and let the boat come to rest."""
 
 
 @dataclass(frozen=True, slots=True)

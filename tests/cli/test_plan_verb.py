@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from verbs import call, done
 
+import undertow
 from undertow.discovery.experiment import optimal_manoeuvre
 from undertow.workflows.mission_folder import own_mission
 
@@ -30,7 +31,21 @@ def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_mission_is_written_told_and_replaced(run: Path, tmp_path: Path):
     out = tmp_path / "mission"
-    asked = ("plan", run, *PAIR, "--thrust", "60", "--space", "20", "--at", "54.3233,10.1394", "--heading", "90")
+    asked = (
+        "plan",
+        run,
+        *PAIR,
+        "--thrust",
+        "60",
+        "--space",
+        "20",
+        "--at",
+        "54.3233,10.1394",
+        "--heading",
+        "90",
+        "--speed",
+        "2.5",
+    )
     told = " ".join(done(*asked, "--out", out).split())
     assert {path.name for path in out.iterdir()} == FILES
     record = json.loads((out / "mission.json").read_text())
@@ -38,12 +53,14 @@ def test_a_mission_is_written_told_and_replaced(run: Path, tmp_path: Path):
     assert record["effects"] == list(PAIR)
     assert record["heading"] == pytest.approx(90.0)
     assert record["best"]["seconds"] < record["fixed"]["seconds"]
-    assert record["best"]["reach"] <= 20.0
+    assert record["best"]["reach"] <= 18.0
     assert f"drive from rest: {record['best']['words']}." in told
     assert "To tell surge quadratic damping from surge linear damping" in told
     assert f"{record['minutes']:.1f} minutes on the water" in told
     assert "probability of" in told
-    assert "local FENCE = 20 " in (out / "mission.lua").read_text()
+    script = (out / "mission.lua").read_text()
+    assert "local FENCE = 20 " in script
+    assert "local SPEED = 2.5 " in script
     assert own_mission(out) == FILES
     (out / "note.txt").write_text("mine")
     again = json.loads(done(*asked, "--out", out, "--json"))
@@ -78,12 +95,20 @@ def test_what_would_not_tell_is_not_written(run: Path, tmp_path: Path):
         (("--at", "Kiel"), "expected LAT,LON in degrees"),
         (("--thrust", "140"), "expected a thrust of 5 to 100 %, got 140 %"),
         (("--space", "-3"), "expected a limit of space above 0, got -3"),
+        (("--seconds", "5"), "expected a time of 8 s or more, got 5 s"),
+        (("--seconds", "inf"), "expected a time of 8 s or more, got inf s"),
+        (("--heading", "nan"), "expected a heading in degrees from north, got nan"),
     ],
 )
 def test_what_cannot_be_is_refused(run: Path, words: tuple[str, ...], why: str):
     result = call("plan", run, *words)
     assert result.exit_code == 2
     assert why in " ".join(result.stderr.split())
+
+
+def test_a_place_from_python_is_checked(run: Path):
+    with pytest.raises(undertow.RequestError, match="expected a place as latitude and longitude in degrees"):
+        undertow.plan(run, place=(float("nan"), 10.0), progress=None)
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path):

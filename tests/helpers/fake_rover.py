@@ -24,9 +24,12 @@ function(rover, turned)
     nav_script_time = function() if rover.step() then return rover.step(), 71, 0, 0 end end,
     nav_script_time_done = function(_, id) rover.finish(id) end,
   })
-  ahrs = object({ get_position = function()
-    return { x = rover.place(), get_distance = function(self, other) return math.abs(self.x - other.x) end }
+  ahrs = object({ groundspeed_vector = function()
+    return { length = function() return rover.speed() end }
   end })
+  ahrs[rover.locating] = function()
+    return { x = rover.place(), get_distance = function(self, other) return math.abs(self.x - other.x) end }
+  end
   rc = object({ find_channel_for_option = function(_, option)
     return { get_aux_switch_pos = function() return rover.switch() end }
   end })
@@ -46,6 +49,8 @@ class FakeRover:
     in_mode: int = AUTO
     is_armed: bool = True
     at: float = 0.0
+    speed: float = 0.0
+    locating: str = "get_location"
     position: int = 0
     item: int | None = 5
     told: list[str] = field(default_factory=list)
@@ -71,6 +76,8 @@ class FakeRover:
             "step": lambda: self.item,
             "finish": self._finish,
             "place": lambda: self.at,
+            "speed": lambda: self.speed,
+            "locating": self.locating,
             "switch": lambda: self.position,
             "parameter": lambda name: self.parameters.get(name),
             "send": lambda channel, pulse, ms: self.sent.append((self.clock, channel, pulse)),

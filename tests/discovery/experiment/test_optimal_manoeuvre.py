@@ -1,5 +1,6 @@
 """The shortest manoeuvre that tells two effects apart: within its bounds, sooner than the library, and honest."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,7 +13,7 @@ from undertow.discovery.discover import find_missing
 from undertow.discovery.evidence.weighing import TELL_APART
 from undertow.discovery.experiment import optimal_manoeuvre
 from undertow.discovery.experiment.changed_steps import Bounds, Limit, kept
-from undertow.discovery.experiment.open_question import OpenQuestion, ask
+from undertow.discovery.experiment.open_question import OpenQuestion, Rehearsed, ask
 from undertow.discovery.experiment.optimal_manoeuvre import ENOUGH, LEAST_SECONDS, Driven, chance, shortest
 from undertow.discovery.identifiability.rehearsal import plausible_amounts, rehearse
 from undertow.discovery.search.floating import Search, SearchSettings
@@ -20,7 +21,7 @@ from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.physics.worlds.manoeuvres import hold, thruster_commands
-from undertow.physics.worlds.trials import TRIALS, Trial, drive, in_words
+from undertow.physics.worlds.trials import REST, TRIALS, Trial, drive, in_words
 from undertow.physics.worlds.world import NOISE, Orders, World
 
 HULL = load_vehicle("blueboat_paper")
@@ -73,8 +74,11 @@ def test_it_settles_the_question_within_bounds_and_sooner_than_the_library(quest
     assert best.probability > 0.95
     assert LEAST_SECONDS <= best.seconds <= bounds.seconds
     assert best.seconds < found.fixed.seconds
-    assert best.reach <= bounds.space
-    assert best.speed <= bounds.speed
+    assert best.reach <= 0.9 * bounds.space
+    assert best.speed <= 0.9 * bounds.speed
+    coasting = [replace(best.trial, steps=(*best.trial.steps, (REST, 0.0, 0.0)))]
+    ways = [drive(state.vehicle, coasting, question.heading)[0][0].position for _, state in question.truths]
+    assert best.reach >= max(np.hypot(*(way - way[0]).T).max() for way in ways) - 1e-9
     assert all(abs(common) + abs(turn) <= bounds.thrust + 1e-9 for _, common, turn in best.trial.steps)
     again = shortest(question, bounds, seed=1)
     assert again.best.trial.steps == best.trial.steps
@@ -101,6 +105,26 @@ def test_where_a_limit_forbids_it_that_limit_is_named(question: OpenQuestion):
     assert found.best.probability < 0.5
     assert Limit.SPACE in found.binding
     assert Limit.SECONDS not in found.binding
+
+
+class FewCanTell:
+    """Two models: every manoeuvre tells the first, and of the second only an optimised one of 30 s and longer."""
+
+    truths = (("first", None), ("second", None))
+
+    def rehearse(self, trials: Sequence[Trial]) -> Rehearsed:
+        able = [t.name == "optimised" and t.seconds >= 30.0 for t in trials]
+        gain = np.array([np.full(len(trials), 2.0 * ENOUGH), np.where(able, ENOUGH, 0.1)])
+        return Rehearsed(gain, np.ones(len(trials)), np.ones(len(trials)))
+
+
+@pytest.mark.usefixtures("quick")
+def test_hopeless_is_what_nothing_that_was_tried_would_tell():
+    found = shortest(FewCanTell(), Bounds())  # type: ignore[arg-type]
+    assert found.best.seconds < 30.0
+    assert found.best.gains[1] < TELL_APART
+    assert not found.hopeless
+    assert shortest(FewCanTell(), Bounds(seconds=20.0)).hopeless == ("second",)  # type: ignore[arg-type]
 
 
 def test_its_probability_is_that_of_a_normal_ratio():

@@ -2,7 +2,9 @@
 
 import csv
 import math
+import signal
 import sys
+import time
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -10,11 +12,11 @@ import numpy as np
 import pytest
 from fake_rover import AUTO, HOLD, MANUAL, FakeRover
 
-from undertow.exports.missions.base import REST, Mission, Place
+from undertow.exports.missions.base import Mission, Place
 from undertow.exports.missions.registry import mission_formats
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import Vehicle, load_vehicle
-from undertow.physics.worlds.trials import Step, Trial, drive
+from undertow.physics.worlds.trials import REST, Step, Trial, drive
 from undertow.physics.worlds.world import NOISE, Orders, World
 
 STEPS: tuple[Step, ...] = ((4.0, 0.6, -0.25), (2.5, 0.0, 0.0), (3.0, -0.4, 0.3), (1.5, 0.0, 1.0))
@@ -24,7 +26,7 @@ FORMS = {form.name: form for form in mission_formats()}
 
 def mission(vehicle: str | Vehicle = "blueboat_paper", place: Place | None = None) -> Mission:
     own = load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle
-    return Mission(own, STEPS, fence=30.0, about=("A test.", ""), place=place)
+    return Mission(own, STEPS, fence=30.0, speed=2.0, about=("A test.", ""), place=place)
 
 
 def test_there_are_four_files():
@@ -112,6 +114,7 @@ def test_the_script_sends_each_command_in_its_time_and_hands_back():
     ("change", "why"),
     [
         ({"at": 31.0}, "30 m from the start"),
+        ({"speed": 2.1}, "faster than 2.0 m/s"),
         ({"is_armed": False}, "disarmed"),
         ({"position": 2}, "the switch breaks it off"),
     ],
@@ -130,6 +133,42 @@ def test_the_script_ends_in_hold_with_thrusters_at_rest(change: dict[str, Any], 
     assert max(when for when, _, _ in rover.sent) == pytest.approx(7.0, abs=0.06)
     assert rover.at_time(20.0) == {0: made.rest[0], 2: made.rest[1]}
     assert not rover.finished
+
+
+def test_a_mission_without_a_limit_of_speed_has_none_in_its_script():
+    rover = FakeRover(speed=9.0)
+    rover.run(rover.load(FORMS["mission.lua"].content(Mission(load_vehicle("blueboat"), STEPS, fence=30.0))), 7.0)
+    assert rover.told == ["undertow: driving for 21 s"]
+
+
+@pytest.mark.parametrize("locating", ["get_location", "get_position"])
+def test_the_fence_stays_where_it_first_began(locating: str):
+    rover = FakeRover(locating=locating)
+    update = rover.load(script())
+
+    def again(time: float) -> None:
+        rover.at = min(time, 12.0)
+        if time in (12.0, 13.0):
+            rover.in_mode = HOLD if time == 12.0 else AUTO
+
+    rover.run(update, 14.0, again)
+    assert rover.in_mode == HOLD
+    assert rover.told[-1] == "undertow: broken off, 12 m from the first start"
+    rover.in_mode, rover.at = AUTO, 4.0
+    rover.run(update, 1.0)
+    assert rover.told[-1] == "undertow: driving for 21 s"
+    rover.at = 31.0
+    rover.run(update, 0.1)
+    assert rover.told[-1] == "undertow: broken off, 30 m from the start"
+
+
+def test_a_thruster_that_rests_throughout_is_held_at_rest_and_one_that_pushes_sideways_is_left():
+    one_sided = Mission(load_vehicle("blueboat"), ((10.0, 0.5, -0.5), (8.0, -0.3, 0.3)), fence=30.0)
+    rover = FakeRover()
+    rover.run(rover.load(FORMS["mission.lua"].content(one_sided)), 8.0)
+    port, starboard = rover.at_time(7.0)[0], rover.at_time(7.0)[2]
+    assert port == 1500 < starboard
+    assert script("cybership2").count("{ func =") == 2
 
 
 def test_who_changes_the_mode_has_the_boat_at_once():
@@ -167,8 +206,10 @@ def test_commands_that_are_no_pulses_become_shares_of_the_output():
     assert rover.at_time(begin + 0.3) == {0: round(1500 + 400 * port), 2: round(1500 - 500 * starboard)}
 
 
-def node_of(text: str, monkeypatch: pytest.MonkeyPatch, stop_at: float = math.inf) -> list[tuple[float, str, float]]:
-    """What the node publishes, run with a fake rclpy whose clock goes on by 50 ms a spin."""
+def node_of(
+    text: str, monkeypatch: pytest.MonkeyPatch, stop_at: float = math.inf, stop: int = signal.SIGINT
+) -> list[tuple[float, str, float]]:
+    """What the node publishes, run with a fake rclpy whose clock goes on by 50 ms a spin, and stopped by a signal."""
     sent: list[tuple[float, str, float]] = []
     clock = {"now": 100.0}
 
@@ -193,7 +234,7 @@ def node_of(text: str, monkeypatch: pytest.MonkeyPatch, stop_at: float = math.in
 
     def spin_once(node: Any, timeout_sec: float) -> None:
         if clock["now"] - 100.0 >= stop_at:
-            raise KeyboardInterrupt
+            signal.raise_signal(stop)
         node.timed()
         clock["now"] += timeout_sec
 
@@ -204,9 +245,15 @@ def node_of(text: str, monkeypatch: pytest.MonkeyPatch, stop_at: float = math.in
     vars(modules["std_msgs.msg"])["Float64"] = SimpleNamespace
     for name, module in modules.items():
         monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.setattr(time, "sleep", lambda seconds: clock.update(now=clock["now"] + seconds))
     names: dict[str, Any] = {"__name__": "node"}
     exec(compile(text, "mission_node.py", "exec"), names)
-    names["main"]()
+    kept = {number: signal.getsignal(number) for number in names["ENDS"]}
+    try:
+        names["main"]()
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)
     return sent
 
 
@@ -217,12 +264,14 @@ def test_the_node_publishes_each_command_and_ends_at_rest(monkeypatch: pytest.Mo
         now = {topic: value for time, topic, value in sent if time <= begin + 0.2}
         assert now == dict(zip(["rad_s_port", "rad_s_stbd"], row, strict=True))
     assert [value for _, _, value in sent[-2:]] == list(made.rest)
-    assert sent[-1][0] == pytest.approx(made.seconds, abs=0.11)
+    assert sent[-1][0] == pytest.approx(made.seconds + 0.45, abs=0.11)
 
 
-def test_ctrl_c_stops_the_node_with_the_thrusters_at_rest(monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_whatever_ends_the_node_it_sends_rest_for_half_a_second(monkeypatch: pytest.MonkeyPatch, stop: int):
     made = mission("otter")
-    sent = node_of(FORMS["mission_node.py"].content(made), monkeypatch, stop_at=6.0)
-    assert sent[-3][2] != 0.0
-    assert [value for _, _, value in sent[-2:]] == list(made.rest)
-    assert sent[-1][0] == pytest.approx(6.0, abs=0.06)
+    sent = node_of(FORMS["mission_node.py"].content(made), monkeypatch, 6.0, stop)
+    last = 10 * len(made.rest)
+    assert [value for _, _, value in sent[-last:]] == [*made.rest] * 10
+    assert sent[-last - 1][2] != 0.0
+    assert sent[-1][0] == pytest.approx(6.45, abs=0.11)
