@@ -154,15 +154,17 @@ class WeakForm(Balance):
         """None are kept apart."""
         return []
 
-    def signals(self, vehicle: Vehicle) -> tuple[tuple[Array, Array, Array], list[Array], Array, Array]:
+    def signals(self, vehicle: Vehicle) -> tuple[tuple[Array, Array, Array], list[Array], Array, Array, Array]:
         """What forces follow, along the rows of all motions.
 
         Velocities through the water [m/s, m/s, rad/s], (1 + copies, rows) each; the force of each thruster [N], the
-        heading [rad] and the minutes since the beginning of the log, (rows,) each.
+        heading [rad] and the minutes since the beginning of the log, (rows,) each; and the place (2, rows) north, east
+        [m].
         """
         terms = self._terms
         thrusts = [terms.response(index, thruster)[0][0] for index, thruster in enumerate(vehicle.thrusters)]
-        return terms.relative(vehicle), thrusts, *terms.of_rows
+        place = np.concatenate([motion.position for motion in self.motions]).T
+        return terms.relative(vehicle), thrusts, *terms.of_rows, place
 
     def passed(self, rows: Array) -> Array:
         """Series along the rows of all motions (..., rows) through the test functions, (..., tests)."""

@@ -1,8 +1,8 @@
-"""Forms that a force may have and no effect of the catalogue: of motion, thrust, heading and time, as columns.
+"""Forms that a force may have and no effect of the catalogue: of motion, thrust, heading, time and place, as columns.
 
 What they are for is not to be named, but to find out whether what was named keeps its size beside them. So they need
 not be physics, only rich: monomials of the velocities, what acts beyond a speed or a thrust, thrust that changes with
-the motion, and anything that sets in during the log.
+the motion, and anything that sets in during the log, or somewhere on the water.
 """
 
 import re
@@ -22,6 +22,8 @@ _SPEEDS = (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
 _SPEED_KNOTS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.92)
 """Shares of the log that are slower than a speed from which a force may set in."""
 _THRUST_KNOTS = (0.5, 0.7, 0.85, 0.95)
+_PLACES = (1 / 3, 2 / 3)
+"""Shares of the log that are on one side of a line across the water."""
 _SETS_IN = 6
 """Parts of the log between which something may set in."""
 _Form = tuple[str, Array, str]
@@ -65,7 +67,7 @@ def free_forms(weak: WeakForm, vehicle: Vehicle, blind: Sequence[bool] = SEEING)
 
 def is_sideways(name: str) -> bool:
     """Whether a form follows sway speed or yaw rate, and nothing but speeds and steps of them."""
-    return re.fullmatch(r"[uvr|^\d]*[vr][uvr|^\d]*", name.partition(" ")[0]) is not None and not changes_in_time(name)
+    return re.fullmatch(r"[uvr|^\d]*[vr][uvr|^\d]*( beyond .*| below .*)?", name) is not None
 
 
 def changes_in_time(name: str) -> bool:
@@ -74,7 +76,7 @@ def changes_in_time(name: str) -> bool:
 
 
 def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
-    speeds, thrusts, heading, minutes = weak.signals(vehicle)
+    speeds, thrusts, heading, minutes, place = weak.signals(vehicle)
     steady = np.ones_like(minutes)
     yield "", steady, ""
     yield "the cosine of the heading", np.cos(heading), ""
@@ -110,16 +112,33 @@ def _along(weak: WeakForm, vehicle: Vehicle) -> Iterator[_Form]:
         yield f"the time{name and f', times {name}'}", minutes * signal, takes
         for told, onset in _onsets(minutes):
             yield f"{name} {told}".strip(), onset * signal, takes
+        for told, there in _places(minutes, place):
+            yield f"{name or 'being'} {told}", there * signal, takes
 
 
 def _onsets(minutes: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """When something may set in, and the rows from there on: after so many minutes of one log, or parts of several."""
     rows = np.arange(minutes.size)
-    several = bool((np.diff(minutes) < 0.0).any())
+    several = _several(minutes)
     for part in range(1, _SETS_IN):
         begun = rows >= minutes.size * part // _SETS_IN
         told = f"part {part + 1} of {_SETS_IN} of the logs" if several else f"minute {float(minutes[begun][0]):.1f}"
         yield f"from {told} on", begun
+
+
+def _places(minutes: Array, place: Array) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Sides of the water, and the rows there; of one log, for each has an origin of its own."""
+    if _several(minutes):
+        return
+    for side, metres in zip(("north", "east"), place, strict=True):
+        for share in _PLACES:
+            edge = float(f"{np.quantile(metres, share):.2g}")
+            yield f"{side} of {edge:g} m", metres > edge
+
+
+def _several(minutes: Array) -> bool:
+    """Whether there is more than one log: where another begins, its minutes do."""
+    return bool((np.diff(minutes) < 0.0).any())
 
 
 def _knots(signal: Array, shares: tuple[float, ...]) -> list[float]:
