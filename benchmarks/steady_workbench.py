@@ -76,7 +76,9 @@ def _click(page: Page, address: str, server: Any, asked: Any, logs: list[Path], 
                 refused[alert.strip().splitlines()[0]] += 1
         except (StepFailedError, Error, AssertionError) as error:
             seen = " ".join(page.evaluate(SEEN).split())
-            failed.append(f"{clicks.doing}: {' '.join(str(error).split())[:300]}; on the page: {seen[:600]}")
+            told = " ".join(str(error).split())
+            told = told if len(told) < 800 else f"{told[:200]} ... {told[-600:]}"  # its end says what was in the way
+            failed.append(f"{clicks.doing}: {told}; on the page: {seen[:600]}")
             print(f"failed: {failed[-1]}", flush=True)
             clicks.recover()
     time.sleep(min(70.0, seconds))  # a closed tab is kept for a minute, for a connection that was lost
