@@ -116,9 +116,14 @@ class Clicks:
         self._page.evaluate(
             "names => names.forEach(n => document.querySelector(`button[aria-label='${n}']`).click())", names
         )
-        cards = self._page.locator("section.cards > .stack > article button:visible")
-        for k in self._draw.sample(range(cards.count()), min(2, cards.count())):
-            cards.nth(k).evaluate("button => button.click()")
+        self._page.evaluate(
+            """shares => shares.forEach(share => {
+              const seen = [...document.querySelectorAll('section.cards > .stack > article button')]
+                .filter(button => button.offsetParent);
+              seen[Math.floor(share * seen.length)]?.click();
+            })""",
+            [self._draw.random() for _ in range(2)],
+        )
 
     def select(self) -> None:
         """Pick a cell of the map, and let go of it; by key, for what is drawn anew loses a press of the pointer."""
