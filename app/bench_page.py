@@ -82,7 +82,7 @@ class Page:
         with self._tools:
             self._undo = button("Undo", session.undo, label="Undo the last step")
             self._redo = button("Redo", session.redo, label="Redo the step")
-            button("Vehicle", lambda: vehicle_form(session), label="Look at the numbers of the vehicle")
+            button("Vehicle", lambda: vehicle_form(session), label="Look at the numbers of the vehicle", once=True)
             button("Open another", self._another, label="Open another log")
             taking_away(session)
         hero(session)

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Locator, Page, Position
 
 PATIENCE = 60_000
 """Milliseconds that anything may take, a search among them."""
@@ -133,11 +133,11 @@ class Clicks:
 
     def zoom(self) -> None:
         """Turn the wheel over the plots, and show all again."""
-        x, y = self._within(self._page.locator(".undertow-time .u-over").first)
-        self._page.mouse.move(x, y)
+        plot = self._page.locator(".undertow-time .u-over").first
+        plot.hover(position=self._within(plot))
         for _ in range(self._draw.randint(1, 5)):
             self._page.mouse.wheel(0, self._draw.choice((-240, 240)))
-        self._page.mouse.dblclick(x, y)
+        plot.dblclick(position=self._within(plot))
 
     def slide(self) -> None:
         """Drag a slider some way."""
@@ -158,8 +158,7 @@ class Clicks:
     def go_from(self) -> None:
         """Let both models go from a place on the track."""
         track = self._page.locator("[aria-label='Track on the water'] canvas").first
-        track.scroll_into_view_if_needed()
-        self._page.mouse.click(*self._within(track))
+        track.click(position=self._within(track))
 
     def take(self) -> None:
         """Take a file away; the page says so where there is none."""
@@ -246,10 +245,8 @@ class Clicks:
     def _any(self, among: Locator) -> Locator:
         return among.nth(self._draw.randrange(among.count()))
 
-    def _within(self, one: Locator) -> tuple[float, float]:
-        """A place in the middle of something on the screen [pixels]."""
-        one.scroll_into_view_if_needed()
+    def _within(self, one: Locator) -> Position:
+        """A place in the middle of something [pixels from its corner]."""
         box = one.bounding_box()
         assert box is not None, "it is on the screen"
-        shares = self._draw.uniform(0.3, 0.7), self._draw.uniform(0.3, 0.7)
-        return box["x"] + shares[0] * box["width"], box["y"] + shares[1] * box["height"]
+        return {"x": self._draw.uniform(0.3, 0.7) * box["width"], "y": self._draw.uniform(0.3, 0.7) * box["height"]}

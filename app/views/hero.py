@@ -112,11 +112,11 @@ def _to_notes(_: Session) -> None:
 
 
 def _to_thrusters(session: Session) -> None:
-    button("Thrusters", lambda: vehicle_form(session), label="Look at sides and directions of the thrusters")
+    button("Thrusters", lambda: vehicle_form(session), label="Look at sides and directions of the thrusters", once=True)
 
 
 def _to_numbers(session: Session) -> None:
-    button("Numbers", lambda: vehicle_form(session), label="Put in what is known of the vehicle")
+    button("Numbers", lambda: vehicle_form(session), label="Put in what is known of the vehicle", once=True)
 
 
 def _show_work(session: Session, place: ui.element) -> None:

@@ -10,12 +10,22 @@ from ...physics.in_words import number
 from ..session import Session
 
 
-def button(text: str, act: Callable[[], object], *, lead: bool = False, label: str = "") -> ui.button:
-    """A button that shows while what it does goes on; `label` is its spoken name where the text would not tell."""
+def button(
+    text: str, act: Callable[[], object], *, lead: bool = False, label: str = "", once: bool = False
+) -> ui.button:
+    """A button that shows while what it does goes on.
+
+    Parameters
+    ----------
+    label : its spoken name, where the text would not tell
+    once : another press is passed over while what the first one does goes on, as of a double click
+    """
     pressed = 0
 
     async def press() -> None:
         nonlocal pressed
+        if once and pressed:
+            return
         doing = act()
         if not isawaitable(doing):
             return

@@ -181,6 +181,11 @@ def test_two_tabs_do_not_see_each_other(tab, browser, address):
     other.goto(address)
     other.get_by_role("button", name="Try the demo: a boat recorded in Gazebo").wait_for()
     assert other.get_by_text("Measured against predicted").count() == 0
+    other.close()
+    tab.get_by_role("button", name="Look at the numbers of the vehicle").dblclick()
+    tab.get_by_role("heading", name="The vehicle").first.wait_for()
+    tab.wait_for_timeout(PEACE)
+    assert tab.get_by_role("heading", name="The vehicle").count() == 1, "a double click opens one form"
 
 
 def test_what_cannot_be_read_is_told_and_the_page_lives(tab, tmp_path):
