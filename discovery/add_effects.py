@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.in_words import listing, words
 from ..physics.motion import Motion
 from ..physics.vehicle import Vehicle
 from .balance.rollout_test import rollouts_object
@@ -82,7 +83,7 @@ def add_effects(
     if free is not None:
         findings = with_calibration(findings, free, nominal, lawful, told)
     findings = findings.but(folds=Folds(count=len(unseen.folds)))
-    named = ", ".join(label for label in order if label != CALIBRATED)
+    named = listing([words(label) for label in order if label != CALIBRATED])
     beside = ", beside the model's own numbers" if free is not None and free.symbols else ""
     findings = findings.but(headline=f"Added by name: {named}{by}{beside}.", sensors=sensors)
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)

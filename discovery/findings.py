@@ -201,10 +201,11 @@ class LastingRest(Record):
     @property
     def in_words(self) -> str:
         """The finding, as a part of a sentence."""
-        return (
-            f"{self.force:.2g} {self.unit} of the {self.axis} force at work, {100.0 * self.share:.0f} % of it, last "
-            "for seconds and are explained by nothing that was looked for"
-        )
+        force = f"{number(self.force, 2)} {self.unit} of the {self.axis} force"
+        share = f"at work, {100.0 * self.share:.0f} % of it"
+        if self.share > 1.0:
+            share = f"that is measured, {number(self.share, 2)} times what is at work in the model"
+        return f"{force} {share}, last for seconds and are explained by nothing that was looked for"
 
 
 class OtherForm(Record):

@@ -17,8 +17,11 @@ def words(name: str) -> str:
     --------
     >>> words("surge_quadratic_damping")
     'surge quadratic damping'
+    >>> words("thruster_asymmetry[port]")
+    'thruster asymmetry of port'
     """
-    return name.replace("_", " ")
+    what, _, whose = name.rstrip("]").partition("[")
+    return what.replace("_", " ") + (f" of {whose}" if whose else "")
 
 
 def finite(value: Any) -> float:

@@ -190,12 +190,15 @@ def assess(
     folds = found.findings.folds
     if folds is not None and _folds(inputs, found):
         folds = folds.but(models=found.unseen.recorded(found.nominal, list(inputs.starts)))
+    headline = found.findings.headline
+    if found.findings.missing and compared.best.horizon and not compared.best.model:
+        headline = f"{headline.removesuffix('.')}; yet no model here predicts these rows better than a guess."
     findings = found.findings.but(
         folds=folds,
         steps=steps,
         failures=tuple(place for place in compared.failures if place.model == models[0].name),
         data=data,
-        headline=f"From a broken log: {found.findings.headline}" if inputs.broken else found.findings.headline,
+        headline=f"From a broken log: {headline}" if inputs.broken else headline,
         warnings=tuple(inputs.warnings),
         sensors=_sensors(found.findings.sensors, inputs),
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...physics.effects import EFFECTS
 from ...physics.frames import AXES, Array
+from ...physics.in_words import listing, words
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
 from ..balance.rollout_test import HORIZON, WHOLE_HORIZON, WORSE
@@ -250,15 +251,14 @@ def _headline(
 ) -> tuple[str, tuple[str, ...]]:
     """The verdict in a short sentence, and the reasons for it in others."""
     doubtful, rests = g.doubtful, g.rests
-    words = [name.replace("_", " ") for name in missing]
-    if words:
+    if missing:
         more = f", and {len(unnamed)} term{'s' * (len(unnamed) > 1)} that nobody has named" if unnamed else ""
         perhaps = f", and perhaps {_listed(doubtful)}" if doubtful else ""
         left = [f"Yet {rest.in_words}." for rest in rests]
         for form in g.other_forms.found[:1]:
             if form.share >= g.search.settings.materiality:
                 left.append(f"Yet {form.in_words} stays unexplained, {100.0 * form.share:.0f} % of the force at work.")
-        return f"The model is missing {_listed(words)}{more}{perhaps}.", tuple(left)
+        return f"The model is missing {_listed(missing)}{more}{perhaps}.", tuple(left)
     if rests:
         told = [f"{rest.in_words[0].upper()}{rest.in_words[1:]}." for rest in rests]
         told += [f"Beside that, no effect can be named{_perhaps(open_ends)}."]
@@ -292,8 +292,7 @@ def _perhaps(open_ends: Sequence[Evidence]) -> str:
 
 
 def _listed(names: Iterable[str]) -> str:
-    words = [name.replace("_", " ") for name in names]
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return listing([words(name) for name in names])
 
 
 def _what(search: Search) -> str:

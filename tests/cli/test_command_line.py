@@ -18,6 +18,7 @@ from verbs import SCRIPT, call, done, files, inspected, process, refused, strict
 import undertow
 from undertow.__main__ import main
 from undertow.cli import console
+from undertow.physics import in_words
 from undertow.physics.stage import Stage
 from undertow.physics.vehicle import load_vehicle
 from undertow.reports.terminal import progress
@@ -279,7 +280,7 @@ def test_the_same_inputs_and_seed_give_the_same_bytes(place: Path, here: Path) -
 
 def test_add_to_a_run_and_to_a_log_gives_the_same(place: Path, here: Path) -> None:
     shown = done("add", HIDDEN, "--run", place / "run", "--out", "from_run.yaml")
-    assert f"Added by name: {HIDDEN}." in shown
+    assert f"Added by name: {in_words.words(HIDDEN)}." in shown
     assert "X_uu = -1" in shown
     assert "Corrected vehicle: from_run.yaml" in shown
     words = [HIDDEN, place / "log.csv", "--vehicle", "blueboat", "--out", "from_log.yaml"]

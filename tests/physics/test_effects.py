@@ -180,7 +180,7 @@ def data_with(path: str, value: object) -> dict[str, object]:
     [
         ("mas", 3.0, r"unknown key 'mas' in the vehicle file: did you mean 'mass'"),
         ("weight", 3.0, r"unknown key 'weight' in the vehicle file: did you mean 'mass'"),
-        ("zzz", "red", r"unknown key 'zzz' in the vehicle file; there are added_mass, "),
+        ("zzz", "red", r"unknown key 'zzz' in the vehicle file; there are about, added_mass, "),
         ("damping.X_uuu", -1.0, r"unknown key 'X_uuu' in damping: did you mean 'X_uu'"),
         ("added_mass.X_udott", -1.0, r"unknown key 'X_udott' in added_mass: did you mean 'X_udot'"),
         ("coupling.N_uvv", -1.0, r"unknown key 'N_uvv' in coupling: did you mean 'N_uv'"),

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from undertow.comparison.comparison import judge
-from undertow.comparison.facts import CALIBRATED
+from undertow.comparison.facts import CALIBRATED, Best
 from undertow.discovery.basis import choose
 from undertow.discovery.discover import Discovery, find_missing
 from undertow.discovery.reason import Reason
@@ -15,6 +15,7 @@ from undertow.measurements.prepared_logs import Inputs
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.residuals.models.base import VehicleModel
+from undertow.workflows import discover_and_add
 from undertow.workflows.discover_and_add import References, assess, references
 from undertow.workflows.inputs import read_inputs
 from undertow.workflows.run_folder.run import Run
@@ -53,6 +54,17 @@ def test_what_holds_on_unseen_parts_stays(inputs: Inputs, found: Discovery):
     run = assessed(inputs, found, said)
     assert run.findings.missing == ("surge_quadratic_damping",)
     assert not any(text.startswith("taken back") for text in said)
+
+
+def test_the_headline_says_where_no_model_is_better_than_a_guess(
+    inputs: Inputs, found: Discovery, monkeypatch: pytest.MonkeyPatch
+):
+    none = Best(sentence="Trust none of the models on these rows.", horizon="10")
+    compared = discover_and_add.comparison
+    monkeypatch.setattr(discover_and_add, "comparison", lambda *args, **more: compared(*args, **more).but(best=none))
+    assert assessed(inputs, found, []).findings.headline == (
+        "The model is missing surge quadratic damping; yet no model here predicts these rows better than a guess."
+    )
 
 
 def test_what_errs_more_on_unseen_parts_is_taken_back(inputs: Inputs, found: Discovery):
