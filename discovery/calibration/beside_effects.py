@@ -106,6 +106,6 @@ def with_calibration(
     if findings.verdict == "nothing missing":
         headline = "Nothing material is missing: once calibrated, the model explains this log."
     elif findings.verdict == "missing":
-        headline = f"{headline.removesuffix('.')}, whatever the values of its parameters."
+        headline = f"{headline.removesuffix('.')}, also once its own numbers are calibrated."
     left = tuple(Left(symbol=symbol, why=why) for symbol, why in free.reasons.items())
     return findings.but(headline=headline, calibrated=rows, left=left, absorbed=free.absorbed)

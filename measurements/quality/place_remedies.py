@@ -52,7 +52,7 @@ def or_vehicle(names: Iterable[str], expected: Mapping[str, Expected], what: str
     own = [t for name in names if (t := expected[name].thruster) is not None]
     if not own:
         return ""
-    named = all_of([t.name for t in own])
+    named = all_of(list(dict.fromkeys(t.name for t in own)))
     return f", if the log is wrong; if the vehicle file is, change the {what} of {named} there"
 
 
