@@ -1,5 +1,6 @@
 """What the worker of a tab is asked: what goes on meanwhile, and what went wrong."""
 
+import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -88,14 +89,14 @@ class Errands:
 
     async def open(self, source: Source, folder: Path) -> Opened | None:
         """Read a log, or take what the spare worker has read of it already."""
-        taken = self._spare.take(source) if self._spare is not None and self.worker is None else None
+        taken = await self._spare.take(source) if self._spare is not None and self.worker is None else None
         if taken is not None:
             self.worker, self.lent, waiting = taken
             with (
                 suppress(WorkerLostError, LogError, RequestError, VehicleError, RuntimeError),
                 self._working(_READING),
             ):
-                return await waiting
+                return await asyncio.wrap_future(waiting)
         return await self.ask(_READING, "open", source, str(folder))
 
     def end(self) -> None:

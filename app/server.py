@@ -13,6 +13,7 @@ from typing import Any
 from ..physics.errors import RequestError
 from ..workflows.workbench_facts import Source
 from .closed_to_strangers import ClosedToStrangers
+from .spare import Spare
 
 PORT, _TRIED = 8423, 20
 """The first port that is tried where none is asked for, and how many after it."""
@@ -68,7 +69,8 @@ def serve(
     token = "" if host in HERE else secrets.token_urlsafe(24)
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
-    application = ClosedToStrangers(_application(first, hosts, paths=not token), hosts, token)
+    spare = Spare(first)  # computes while the pages are loaded
+    application = ClosedToStrangers(_application(first, spare, hosts, paths=not token), hosts, token)
     import uvicorn
 
     config = uvicorn.Config(application, log_level="warning", ws_max_size=64 * 1024**2, timeout_graceful_shutdown=2)
@@ -108,7 +110,7 @@ def _as_if_absent(*names: str) -> Iterator[None]:
             del sys.modules[name]
 
 
-def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
+def _application(first: Source | None, spare: Spare, hosts: list[str], *, paths: bool) -> Any:
     """The pages and their sockets."""
     with _as_if_absent(*_OF_CLIENTS):
         from nicegui import Client, core, ui
@@ -118,16 +120,14 @@ def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
     from ..physics.vehicle import load_vehicle, shipped_vehicles
     from .bench_page import Page
     from .session import Session
-    from .spare import Spare
-    from .vehicle_numbers import in_a_line
+    from .views.words import in_a_line
 
     vehicles = {name: in_a_line(load_vehicle(name)) for name in shipped_vehicles()}
     sessions: dict[str, Session] = {}
-    spares: list[Spare] = []
 
     def made() -> Session:
         """A session with its page."""
-        session = Session(spares[0] if spares else None)
+        session = Session(spare)
         Page(session, vehicles, first, paths=paths)
         return session
 
@@ -158,17 +158,12 @@ def _application(first: Source | None, hosts: list[str], *, paths: bool) -> Any:
 
         client.on_delete(left)
 
-    async def begin() -> None:
-        spares.append(Spare(first))
-
     def end() -> None:
-        for spare in spares:
-            spare.close()
+        spare.close()
         for session in sessions.values():
             session.close()
         sessions.clear()
 
-    nicegui_app.on_startup(begin)
     nicegui_app.on_shutdown(end)
     application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     ui.run_with(

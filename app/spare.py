@@ -3,16 +3,23 @@
 import asyncio
 import shutil
 import tempfile
+import threading
+import time
+from concurrent.futures import Future, wait
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ..workflows.workbench_facts import Opened, Source
-from .worker import Worker
+from ..workflows.workbench_facts import Source
+from .worker import Worker, WorkerLostError
+
+_PICTURE = 1.0
+"""Seconds that are left to the first picture of a log before what a search needs is loaded beside it."""
+Begun = tuple[Worker, "Future[Any]"]
 
 
 class Spare:
-    """The first worker of a server, for the first tab that opens something.
+    """The first worker of a server, for the first tab that opens something; it begins while the pages are loaded.
 
     Parameters
     ----------
@@ -22,27 +29,38 @@ class Spare:
     def __init__(self, first: Source | None) -> None:
         self._source = first or Source()
         self._folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
-        self._worker: Worker | None = Worker()
-        self._opened: asyncio.Task[Any] = asyncio.create_task(self._begin(self._worker))
+        self._begun: Future[Begun] | None = Future()
+        threading.Thread(target=self._begin, args=(self._begun,), daemon=True).start()
 
-    async def _begin(self, worker: Worker) -> Opened:
-        opened = await worker.ask("open", self._source, str(self._folder))
-        self._loading = asyncio.create_task(worker.ask("load"))
-        return opened
+    def _begin(self, begun: "Future[Begun]") -> None:
+        try:
+            worker = Worker()  # waits until its process is there
+            opened = worker.begin("open", self._source, str(self._folder))
+        except Exception as error:  # whoever takes it is told
+            begun.set_exception(error)
+            return
+        begun.set_result((worker, opened))
+        wait((opened,))
+        time.sleep(_PICTURE)
+        with suppress(WorkerLostError):
+            worker.begin("load")
 
-    def take(self, source: Source) -> tuple[Worker, Path, "asyncio.Task[Opened]"] | None:
+    async def take(self, source: Source) -> "tuple[Worker, Path, Future[Any]] | None":
         """The worker, its folder, and its answer, for who opens this and comes first; None for anybody else."""
-        worker = self._worker
-        if worker is None or not worker.alive or source != self._source:
+        begun = self._begun
+        if begun is None or source != self._source:
             return None
-        self._worker = None
-        return worker, self._folder, self._opened
+        self._begun = None
+        try:
+            worker, opened = await asyncio.wrap_future(begun)
+        except Exception:  # no process could be made; who asks tries again, and is told
+            return None
+        return (worker, self._folder, opened) if worker.alive else None
 
     def close(self) -> None:
         """End it, if nobody has taken it."""
-        if self._worker is not None:
-            self._opened.cancel()
-            self._worker.close()
-            self._worker = None
+        begun, self._begun = self._begun, None
+        if begun is not None:
+            begun.add_done_callback(lambda done: None if done.exception() else done.result()[0].close())
             with suppress(OSError):
                 shutil.rmtree(self._folder)

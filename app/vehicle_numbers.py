@@ -1,10 +1,10 @@
-"""The numbers of a vehicle: as a form has them, each with where it is from, which are assumed, and in a line."""
+"""The numbers of a vehicle: as a form has them, each with where it is from, and which are assumed."""
 
 from collections.abc import Sequence
 
 from ..physics.assumed_numbers import assumed, how_sure
 from ..physics.effects import EFFECTS
-from ..physics.in_words import number, unit_text, words
+from ..physics.in_words import unit_text, words
 from ..physics.vehicle import Vehicle
 from ..workflows.thrusters_put_right import wires_of
 from ..workflows.workbench_facts import Assumed, Field, Form, Place, Wire
@@ -62,12 +62,6 @@ def assumed_of(vehicle: Vehicle, *, placed: bool = False) -> tuple[Assumed, ...]
         found[what] = Assumed(what, (*(found[what].symbols if what in found else ()), symbol), how_sure(source))
     order = {what: k for k, what in enumerate(_ELSE.values())}
     return tuple(sorted(found.values(), key=lambda one: order.get(one.what, len(order))))
-
-
-def in_a_line(vehicle: Vehicle) -> str:
-    """What boat it is, and its mass."""
-    told = f"{vehicle.name}: {vehicle.about}" if vehicle.about else vehicle.name
-    return f"{told}, {number(vehicle.mass)} kg"
 
 
 def _source(vehicle: Vehicle, symbol: str) -> str:

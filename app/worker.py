@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
@@ -34,19 +35,19 @@ def prepare() -> None:
 
 
 class Worker:
-    """The side of a worker that asks; its answers come to the running event loop."""
+    """The side of a worker that asks, from whatever thread; made once its process is there."""
 
     def __init__(self) -> None:
-        self._loop = asyncio.get_running_loop()
         self._pipe, there = multiprocessing.Pipe()
         context = multiprocessing.get_context("forkserver")
         # No daemon, for these may have no children, and a search works in two processes. It ends with its pipe.
         self.process = context.Process(target=_serve, args=(there,), daemon=False)
         self.process.start()
         there.close()
-        self._asked: dict[int, tuple[asyncio.Future[Any], Say | None]] = {}
+        self._asked: dict[int, tuple[Future[Any], Say | None]] = {}
         self._count = 0
         self._closed = False
+        self._one = threading.Lock()
         threading.Thread(target=self._listen, daemon=True).start()
 
     @property
@@ -68,61 +69,72 @@ class Worker:
         WorkerLostError
             when the process has ended.
         """
-        if self._closed:
-            raise WorkerLostError
-        self._count += 1
-        answer: asyncio.Future[Any] = self._loop.create_future()
-        self._asked[self._count] = answer, say
-        try:
-            self._pipe.send((self._count, what, given, say is not None))
-        except OSError:
-            self._lost()
-        return await answer
+        loop = asyncio.get_running_loop()
+
+        def here(line: Any) -> None:
+            with suppress(RuntimeError):  # the loop is closed, and nobody waits any more
+                loop.call_soon_threadsafe(say, line)
+
+        return await asyncio.wrap_future(self.begin(what, *given, say=here if say else None))
+
+    def begin(self, what: str, *given: Any, say: Say | None = None) -> "Future[Any]":
+        """What `ask` waits for; `say` is called in another thread."""
+        answer: Future[Any] = Future()
+        with self._one:
+            if self._closed:
+                raise WorkerLostError
+            self._count += 1
+            self._asked[self._count] = answer, say
+            try:
+                self._pipe.send((self._count, what, given, say is not None))
+                return answer
+            except OSError:
+                pass
+        self._lost()
+        return answer
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        self._closed = True
         with suppress(OSError):
             self._pipe.close()
         if self.process.is_alive():
             self.process.kill()
-        for answer, _ in self._asked.values():
-            if not answer.done():
-                answer.cancel()
-        self._asked.clear()
+        for answer in self._end():
+            answer.cancel()
 
     def _listen(self) -> None:
         while True:
             try:
                 number, kind, content = self._pipe.recv()
             except (EOFError, OSError):
-                with suppress(RuntimeError):  # the loop is closed, and nobody waits any more
-                    self._loop.call_soon_threadsafe(self._lost)
+                self._lost()
                 return
-            with suppress(RuntimeError):
-                self._loop.call_soon_threadsafe(self._take, number, kind, content)
+            self._take(number, kind, content)
 
     def _take(self, number: int, kind: str, content: Any) -> None:
-        if number not in self._asked:
-            return
-        answer, say = self._asked[number]
+        with self._one:
+            answer, say = self._asked.get(number, (None, None))
+            if kind != "line":
+                self._asked.pop(number, None)
         if kind == "line":
             if say is not None:
                 say(content)
-            return
-        del self._asked[number]
-        if answer.done():
-            return
-        if kind == "done":
-            answer.set_result(content)
-        else:
-            answer.set_exception(_REFUSALS.get(kind, RuntimeError)(content))
+        elif answer is not None and answer.set_running_or_notify_cancel():
+            if kind == "done":
+                answer.set_result(content)
+            else:
+                answer.set_exception(_REFUSALS.get(kind, RuntimeError)(content))
 
     def _lost(self) -> None:
-        waiting, self._asked, self._closed = list(self._asked.values()), {}, True
-        for answer, _ in waiting:
-            if not answer.done():
+        for answer in self._end():
+            if answer.set_running_or_notify_cancel():
                 answer.set_exception(WorkerLostError())
+
+    def _end(self) -> "list[Future[Any]]":
+        """What still waits, of a worker that is asked no more."""
+        with self._one:
+            waiting, self._asked, self._closed = [answer for answer, _ in self._asked.values()], {}, True
+        return waiting
 
 
 def _serve(pipe: Connection) -> None:

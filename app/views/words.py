@@ -7,6 +7,7 @@ from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
 
 from ...physics.in_words import number
+from ...physics.vehicle import Vehicle
 from ..session import Session
 
 
@@ -66,3 +67,9 @@ def watching(session: Session, host: ui.element, refresh: Callable[[], None]) ->
     leave = session.audience.watch(show)
     host.client.on_delete(leave)
     refresh()
+
+
+def in_a_line(vehicle: Vehicle) -> str:
+    """What boat it is, and its mass."""
+    told = f"{vehicle.name}: {vehicle.about}" if vehicle.about else vehicle.name
+    return f"{told}, {number(vehicle.mass)} kg"

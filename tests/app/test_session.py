@@ -1,6 +1,9 @@
 """A tab's work, on a worker of its own: steps, back and forth, and what happens when the worker dies."""
 
 import asyncio
+import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from zipfile import ZipFile
@@ -290,15 +293,19 @@ def test_a_sound_log_needs_no_repair():
     asyncio.run(story())
 
 
-def test_the_sockets_of_nicegui_let_no_other_origin_in():
+def test_the_sockets_of_nicegui_let_no_other_origin_in_and_the_first_page_waits_for_nothing_heavy():
     """NiceGUI lets every page connect; the attribute that says so is no part of its interface, and may move."""
-    from nicegui import core
-
-    from undertow.app.server import _application
-
-    assert core.sio.eio.cors_allowed_origins == "*" or isinstance(core.sio.eio.cors_allowed_origins, list)
-    _application(None, ["127.0.0.1:8423"], paths=True)
-    assert core.sio.eio.cors_allowed_origins == ["http://127.0.0.1:8423"]
+    code = """
+import json, sys
+from nicegui import core
+from undertow.app.server import _application
+assert core.sio.eio.cors_allowed_origins == "*" or isinstance(core.sio.eio.cors_allowed_origins, list)
+_application(None, None, ["127.0.0.1:8423"], paths=True)
+print(json.dumps([core.sio.eio.cors_allowed_origins, sorted({"pandas", "scipy", "undertow.discovery"} & set(sys.modules))]))
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert json.loads(run.stdout) == [["http://127.0.0.1:8423"], []]
 
 
 def test_two_sessions_know_nothing_of_each_other():

@@ -14,9 +14,10 @@ from undertow.app.errands import Errands
 from undertow.app.file_names import FileNames
 from undertow.app.shown import Shown
 from undertow.app.undo import History, Step
-from undertow.app.vehicle_numbers import assumed_of, form_of, in_a_line
+from undertow.app.vehicle_numbers import assumed_of, form_of
 from undertow.app.views.headline import found, headline, how_well, leans_on, stair_name
 from undertow.app.views.log_notes import worst
+from undertow.app.views.words import in_a_line
 from undertow.app.work import Work
 from undertow.physics.vehicle import load_vehicle, shipped_vehicles
 from undertow.workflows.thrusters_put_right import put_right
