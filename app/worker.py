@@ -69,11 +69,11 @@ class Worker:
         WorkerLostError
             when the process has ended.
         """
-        loop = asyncio.get_running_loop()
+        loop, tell = asyncio.get_running_loop(), say or (lambda line: None)
 
         def here(line: Any) -> None:
             with suppress(RuntimeError):  # the loop is closed, and nobody waits any more
-                loop.call_soon_threadsafe(say, line)
+                loop.call_soon_threadsafe(tell, line)
 
         return await asyncio.wrap_future(self.begin(what, *given, say=here if say else None))
 
