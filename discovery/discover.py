@@ -1,6 +1,6 @@
 """Discovery, step by step: look at the force balance or at rollouts, keep what is sure, fit it lawfully, conclude."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -105,7 +105,7 @@ def find_missing(
     return _conclude(*beside_sensors(select(basis, say), say))
 
 
-def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
+def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapping[str, str]) -> Discovery:
     """Keep the effects that are sure, fit them under the laws, and say what was found."""
     basis, nominal, settings = looked.basis, looked.basis.nominal, looked.basis.settings
     search, state = looked.search, looked.state
@@ -135,7 +135,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None) -> Discovery:
     invariant = invariance(search, final, about)
     doubtful = uneven(invariant) | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
-    doubtful = within_resolution(search, final) | (hidden.doubts if hidden else {}) | doubtful
+    doubtful = within_resolution(search, final) | beside_errors | doubtful
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
     hand_back()

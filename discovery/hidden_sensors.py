@@ -5,8 +5,10 @@ that were turned into the body by a heading that is off by a constant. What they
 with many effects at once, each a stand-in; taken away, the few that are real remain.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from ..measurements.kinematic_errors import corrected_for
 from ..physics.frames import Array
 from ..physics.motion import Motion
 from ..physics.stage import Stage
-from .basis import choose
+from .basis import LEAVES, Basis, choose
 from .findings import SensorError
 from .found_effects import FoundTerm
 from .search.beside_errors import Beside, best_beside
@@ -28,10 +30,13 @@ _STEP = 0.1
 _ASKS, _BETTER = 8.0, 10.0
 """Log-likelihood that such errors must earn beside the model that was found for a second search to be tried, and that
 the second must be better by, their price paid: right sensors earn less than one."""
+_DOUBTS = 4.0
+"""The same from which an effect that is not asked for beside such errors is no longer certain."""
 _LEAST = (0.05, 0.05, 0.02)
 """Sizes from which an error matters [m, m, rad]."""
-_SETTLED = 0.003
-"""Change of an estimate, in units of what is usual, from which it stays."""
+_A_LITTLE = "were the sensors off by a little"
+_SETTLED = {False: 0.003, True: 0.02}
+"""Change of an estimate, in units of what is usual, from which it stays: without noise of sensors, and with it."""
 ARM, COMPASS = "mount", "compass_constant"
 """Names of the corrections for a lever arm, and for a heading that lacks something."""
 _ROUNDS = 4
@@ -40,15 +45,11 @@ _ROUNDS = 4
 
 @dataclass(frozen=True, slots=True)
 class HiddenErrors:
-    """Where the sensor of places and speeds is, ahead and to starboard [m], and what a heading lacks [rad].
-
-    `unsure` are keys of effects for which the log would not ask were these numbers a little different.
-    """
+    """Where the sensor of places and speeds is, ahead and to starboard [m], and what a heading lacks [rad]."""
 
     arm_x: float
     arm_y: float
     compass: float
-    unsure: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, estimate: Array) -> "HiddenErrors":
@@ -65,11 +66,6 @@ class HiddenErrors:
         """A motion as it is at the origin, and along the true heading."""
         errors = {"mount_x": self.arm_x, "mount_y": self.arm_y, "compass_constant": self.compass}
         return corrected_for(motion, errors)
-
-    @property
-    def doubts(self) -> dict[str, str]:
-        """Why effects are not certain beside them, by key, as the end of a sentence."""
-        return dict.fromkeys(self.unsure, "were the sensors off by a little more, the log would not ask for it")
 
     @property
     def findings(self) -> tuple[SensorError, ...]:
@@ -96,42 +92,96 @@ class HiddenErrors:
         return tuple(found)
 
 
-def beside_sensors(looked: Selected, say: Callable[[str], None]) -> tuple[Selected, HiddenErrors | None]:
+class BesideSensors(NamedTuple):
+    """What was found, the errors of the sensors that were taken out for it, and why effects are not certain beside any.
+
+    `doubts` are ends of sentences, by the key of an effect.
+    """
+
+    looked: Selected
+    errors: HiddenErrors | None = None
+    doubts: Mapping[str, str] = MappingProxyType({})
+
+
+def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensors:
     """What was found, or what is found without an error of the sensors, where the force balance asks for one.
 
-    Where rollouts judge, the force balance leaves what no model takes, and that looks like anything: they leave what an
-    error of the sensors makes undecided.
+    Where rollouts judge, it must be explained to white noise without it. Where the log asks less plainly, nothing is
+    corrected: effects that it asks for no longer beside the error are not certain.
     """
-    basis = looked.basis
-    if basis.rolls or basis.forces.claimed or not looked.search.named(looked.state.active):
-        return looked, None
-    state, search = looked.state, looked.search
-    columns = _columns(search, state)
-    if Beside(search, columns[:, :, :0], state).worth() - Beside(search, columns, state).worth() < _ASKS:
-        return looked, None
+    basis, state, search = looked.basis, looked.state, looked.search
+    doubted = BesideSensors(looked)
+    if basis.forces.claimed:
+        return doubted
+    earned = 0.0
+    if search.named(state.active):
+        columns = _columns(search, state)
+        beside = Beside(search, columns, state)
+        earned = Beside(search, columns[:, :, :0], state).worth() - beside.worth()
+        if earned >= _DOUBTS:
+            told = f"{_told(beside.errors * _USUAL)}, the log would not ask for it"
+            doubted = BesideSensors(looked, doubts=dict.fromkeys(beside.unneeded, told))
+    if basis.rolls:
+        # Where no model and no errors explain a log, rollouts judge whatever the sensors did.
+        estimate = _asked(basis) if basis.why == LEAVES else None
+    else:
+        estimate = _beside(search).errors * _USUAL if earned >= _ASKS else None
+    if estimate is None:
+        return doubted
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
-    empty = search.evaluate(search.nominal, ())
-    estimate = best_beside(search, _columns(search, empty), empty).errors * _USUAL
-    best, found = looked, None
+    best, found, unsure = looked, None, ()
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         motions = [errors.corrected(motion) for motion in basis.forces.motions]
         other = select(choose(motions, basis.nominal, basis.settings), lambda text: None)
         paid = search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
-        if other.basis.rolls or other.state.score + paid > best.state.score - (_BETTER if found is None else 0.0):
+        better = best.basis.rolls or other.state.score + paid <= best.state.score - (_BETTER if found is None else 0.0)
+        if other.basis.rolls or not better:
             break
         best, found = other, errors
-        beside = best_beside(other.search, _columns(other.search, other.state), other.state)
-        unsure = set(other.search.named(other.state.active)) - set(beside.state.active)
-        found, more = replace(errors, unsure=tuple(sorted(unsure))), beside.errors
-        if np.abs(more).max() < _SETTLED:
+        beside = min(_beside(other.search, other.state), _beside(other.search), key=Beside.worth)
+        unsure = sorted(({*other.search.named(other.state.active)} - {*beside.state.active}) | {*beside.unneeded})
+        more = beside.errors
+        if np.abs(more).max() < _SETTLED[basis.sensed]:
             break
         estimate = estimate + more * _USUAL
-    if found is not None:
-        say("; ".join(error.sentence for error in found.findings))
-        notes = (*filter(None, [basis.part]), *best.notes)
-        best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
-    return best, found
+    if found is None:
+        return doubted
+    say("; ".join(error.sentence for error in found.findings))
+    notes = (*filter(None, [basis.part]), *best.notes)
+    best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
+    return BesideSensors(best, found, dict.fromkeys(unsure, f"{_A_LITTLE} more, the log would not ask for it"))
+
+
+def _beside(search: Search, begin: State | None = None) -> Beside:
+    """The model that explains a force balance best beside errors of the sensors, from one, or from nothing added."""
+    begin = begin or search.evaluate(search.nominal, search.nuisances)
+    return best_beside(search, _columns(search, begin), begin)
+
+
+def _asked(basis: Basis) -> Array | None:
+    """Errors of the sensors that a force balance asks for whatever model stands beside them; None where for none."""
+    search = basis.instant
+    empty = search.evaluate(search.nominal, search.nuisances)
+    columns = _columns(search, empty)
+    within, without = (best_beside(search, some, empty) for some in (columns, columns[:, :, :0]))
+    if without.worth() - within.worth() < _BETTER:
+        return None
+    estimate = within.errors * _USUAL
+    motions = [HiddenErrors.of(estimate).corrected(motion) for motion in basis.forces.motions]
+    return estimate + _beside(choose(motions, basis.nominal, basis.settings).instant).errors * _USUAL
+
+
+def _told(estimate: Array) -> str:
+    """Errors that a log may hold, as the beginning of a sentence."""
+    errors = HiddenErrors.of(estimate)
+    parts = []
+    if errors.arm_x or errors.arm_y:
+        ahead, aside = f"{errors.arm_x:+.2f} m ahead", f"{errors.arm_y:+.2f} m to starboard"
+        parts.append(f"speeds measured {ahead} and {aside} of the origin")
+    if errors.compass:
+        parts.append(f"a heading that lacks {np.degrees(errors.compass):+.1f} degrees")
+    return f"beside {' and '.join(parts)}" if parts else _A_LITTLE
 
 
 def _columns(search: Search, state: State) -> Array:
@@ -143,5 +193,5 @@ def _columns(search: Search, state: State) -> Array:
         sizes = [_STEP * usual if k == place else 0.0 for k, usual in enumerate(_USUAL)]
         return [HiddenErrors(sizes[0], sizes[1], sizes[2]).corrected(motion) for motion in balance.motions]
 
-    moved = [balance.commanded(without(place), vehicle) for place in range(len(_USUAL))]
+    moved = [balance.recorded(without(place), vehicle) for place in range(len(_USUAL))]
     return np.stack([(rest - balance_of) / _STEP for balance_of in moved], axis=2)

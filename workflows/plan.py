@@ -160,7 +160,7 @@ def plan(
     say = progress or (lambda text: None)
     made = read_json(Path(run) / "run.json")
     settings = DiscoverySettings(seed=int(made.get("seed") or 0), refit=made.get("refit") is True)
-    looked, _ = beside_sensors(select(choose(inputs.fitting, inputs.vehicle, settings), say), say)
+    looked = beside_sensors(select(choose(inputs.fitting, inputs.vehicle, settings), say), say).looked
     named = tuple(effects) or first_question(looked)
     if not named:
         return None

@@ -103,8 +103,8 @@ class Balance(ABC):
         """The balance, and that of copies of the log with the sensor noise added once more, (1 + copies, tests, 3)."""
 
     @abstractmethod
-    def commanded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
-        """The balance (tests, 3) of the same motions under other commands."""
+    def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
+        """The balance (tests, 3) of the same motions, had other commands or velocities been recorded of them."""
 
     @abstractmethod
     def about(self, vehicle: Vehicle) -> Neighbourhood:

@@ -130,9 +130,10 @@ class Shooting(Balance):
         """
         return self.with_noise(self.balance(vehicle))
 
-    def commanded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
-        """The balance (tests, 3) of the same rollouts under other commands [m/s, m/s, rad/s]."""
-        return self.finished(self._errors(self._data.commanded(motions).states(vehicle)))
+    def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
+        """See `Balance.recorded`, [m/s, m/s, rad/s]."""
+        data = self._data.recorded(motions)
+        return self.finished(self._errors(data.states(vehicle), data.measured))
 
     def with_noise(self, balance: Array) -> Array:
         """A balance and its noisier copy, (2, tests, 3); a single one for a log without noise."""
@@ -198,9 +199,9 @@ class Shooting(Balance):
         )
         return self._rows(np.maximum(np.abs(change), np.abs(thrust)) * self._weight)
 
-    def _errors(self, states: Array) -> Array:
+    def _errors(self, states: Array, measured: Array | None = None) -> Array:
         predicted = self._data.binned(states[:, :, 1:].transpose(1, 2, 0))
-        return self._data.measured - predicted
+        return (self._data.measured if measured is None else measured) - predicted
 
     @staticmethod
     def _rows(values: Array) -> Array:

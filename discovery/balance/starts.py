@@ -76,6 +76,7 @@ class Rollings:
     weight : (bins, 3, starts) share of the rows of each bin that count, 0 where the boat is idle
     noise : (3,) white sensor noise of one row
     window : (steps + 1, starts) rows of all motions along the rollouts
+    counted : (n, 3) of each motion, 1 for a number that counts, 0 where the boat is idle or the number jumps
     air : (2, steps + 1, starts) velocity of the air over ground, north and east [m/s]; None where no log tells of it
     thrusts : what thrusters of a gain and a loss of one make of the commands
     kept : the same along the rollouts, whole rows late, which many models share
@@ -94,6 +95,7 @@ class Rollings:
     noise: Array
     thrusts: LateForces
     window: np.ndarray
+    counted: tuple[Array, ...]
     air: Array | None = None
     kept: Remembered[Array] = field(default_factory=lambda: Remembered(_KEPT))
     rolled: deque[tuple[Vehicle, Array]] = field(default_factory=lambda: deque(maxlen=_ROLLED))
@@ -121,11 +123,20 @@ class Rollings:
         thin = np.concatenate([_thinned(part, stride) for part, stride in zip(parts, self.stride, strict=True)], axis=1)
         return thin.take(self.window, axis=1)
 
-    def commanded(self, motions: Sequence[Motion]) -> "Rollings":
-        """The same rollouts of the same motions, under other commands."""
-        fresh = LateForces(motions)
+    def recorded(self, motions: Sequence[Motion]) -> "Rollings":
+        """The same rollouts of the same motions, had other commands or velocities been recorded of them."""
+        sizes = [(stride, self.steps, self.per_bin) for stride in self.stride]
+        parts = zip(motions, self.counted, self.starts, sizes, strict=True)
+        measured = [_bins(*part)[0].transpose(1, 2, 0) for part in parts]
+        begin = zip(motions, self.starts, strict=True)
         return replace(
-            self, motions=tuple(motions), thrusts=fresh, kept=Remembered(_KEPT), rolled=deque(maxlen=_ROLLED)
+            self,
+            motions=tuple(motions),
+            initial=np.concatenate([np.column_stack([m.heading, _calm(m)])[rows] for m, rows in begin]),
+            measured=np.concatenate(measured, axis=2),
+            thrusts=LateForces(motions),
+            kept=Remembered(_KEPT),
+            rolled=deque(maxlen=_ROLLED),
         )
 
     def states(self, vehicle: Vehicle) -> Array:
@@ -181,7 +192,7 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
     step = coarsest * max(1, round(settings.step / coarsest))
     per_bin = max(1, round(settings.bin / step))
     steps = per_bin * max(1, round(settings.horizon / (per_bin * step)))
-    kept, starts, strides, initial, measured, weight = [], [], [], [], [], []
+    kept, starts, strides, masks, initial, measured, weight = [], [], [], [], [], [], []
     for motion in motions:
         stride = max(1, round(step / motion.time_step))
         if abs(stride * motion.time_step - step) > _ROUNDING * step:
@@ -193,22 +204,17 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         length = steps * stride
         rows = np.arange(0, motion.time.size - length, max(1, round(settings.spacing / motion.time_step)))
         counted = active(motion, vehicle, settings.idle).astype(float)[:, None] * _clean(motion)
-        window = rows[:, None] + stride * np.arange(1, steps + 1)
-        shape = (rows.size, steps // per_bin, per_bin, 3)
-        # Thinned about the predicted rows: means over the rows between them would lag behind the prediction.
-        series = (motion.velocity, motion.velocity * counted, counted)
-        value, seen, share = (_thinned(x.T, stride).T[window].reshape(shape) for x in series)
-        total = share.sum(axis=2)
-        used = (total > 0).any(axis=(1, 2))
+        mean, share = _bins(motion, counted, rows, (stride, steps, per_bin))
+        used = (share > 0).any(axis=(1, 2))
         if not used.any():
             continue
-        mean = np.where(total > 0, seen.sum(axis=2) / np.maximum(total, 1e-12), value.mean(axis=2))
         kept.append(motion)
         starts.append(rows[used])
         strides.append(stride)
+        masks.append(counted)
         initial.append(np.column_stack([motion.heading, _calm(motion)])[rows[used]])
         measured.append(mean[used].transpose(1, 2, 0))
-        weight.append((total / per_bin)[used].transpose(1, 2, 0))
+        weight.append(share[used].transpose(1, 2, 0))
     count = sum(rows.size for rows in starts)
     if count < LEAST_BLOCKS * LEAST_STARTS:
         raise RequestError(
@@ -228,8 +234,27 @@ def lay(motions: Sequence[Motion], vehicle: Vehicle, settings: ShootingSettings)
         sensor_noise(kept),
         LateForces(kept),
         _windows(kept, starts, strides, steps),
+        tuple(masks),
         _air(kept, starts, strides, steps),
     )
+
+
+def _bins(motion: Motion, counted: Array, rows: np.ndarray, sizes: tuple[int, int, int]) -> tuple[Array, Array]:
+    """Mean velocity of each bin of rollouts that begin on `rows`, and the share that counts, (starts, bins, 3) each.
+
+    Parameters
+    ----------
+    counted : (n, 3) of each number of the motion, 1 or 0
+    sizes : rows in a step, steps of a rollout, and steps in a bin
+    """
+    stride, steps, per_bin = sizes
+    window = rows[:, None] + stride * np.arange(1, steps + 1)
+    shape = (rows.size, steps // per_bin, per_bin, 3)
+    # Thinned about the predicted rows: means over the rows between them would lag behind the prediction.
+    series = (motion.velocity, motion.velocity * counted, counted)
+    value, seen, share = (_thinned(x.T, stride).T[window].reshape(shape) for x in series)
+    total = share.sum(axis=2)
+    return np.where(total > 0, seen.sum(axis=2) / np.maximum(total, 1e-12), value.mean(axis=2)), total / per_bin
 
 
 def _window(starts: np.ndarray, stride: int, steps: int) -> np.ndarray:

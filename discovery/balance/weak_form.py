@@ -191,8 +191,8 @@ class WeakForm(Balance):
         """
         return self._terms.balances(vehicle).transpose(1, 2, 0)
 
-    def commanded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
-        """The balance (tests, 3) of the same motions under other commands [N, N, N m]."""
+    def recorded(self, motions: Sequence[Motion], vehicle: Vehicle) -> Array:
+        """See `Balance.recorded`, [N, N, N m]."""
         return WeakForm(motions, replace(self.settings, copies=0)).balance(vehicle)
 
     def _difference(self, one: Vehicle, other: Vehicle) -> Array:

@@ -1,13 +1,14 @@
 """A search beside errors of the record: what must be blamed on the hull when something else may be wrong, too."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 
 from ...physics.frames import Array
 from ..candidates.linearisation import Option
 from .floating import Search, State
-from .gram import RIDGE
+from .gram import RIDGE, share_taken
 
 _REFITS = 4
 """Fits after which the weights of the axes stay as they are."""
@@ -51,17 +52,31 @@ class Beside:
         self._errors = errors.shape[2]
         across = np.concatenate([errors, self._linear.columns], axis=2).transpose(1, 2, 0)
         self._gram = across @ across.swapaxes(1, 2) / across.shape[2]
+        self._blur = np.zeros_like(self._gram)  # what noise of sensors adds to it: inertia would take it for motion
+        for copy in self._linear.noise:
+            laid = copy.transpose(1, 2, 0)
+            self._blur[:, self._errors :, self._errors :] += laid @ laid.swapaxes(1, 2) / laid.shape[2]
+        self._blur /= max(len(self._linear.noise), 1)
 
     def neighbours(self) -> Iterator[State]:
-        """Models with one effect less, another in its place, or one more, that promise most."""
+        """Models with an effect or two less, another in the place of one, or one more, that promise most."""
         search, options, now = self._search, self._linear.options, self._now
-        fewer = [{**now, key: options[key][1]} for key in search.named(self.state.active)]
+        gone = {key: options[key][1] for key in search.named(self.state.active)}
+        fewer = [{**now, key: none} for key, none in gone.items()]
+        two = [{**now, one: gone[one], other: gone[other]} for one, other in combinations(gone, 2)]
         others = [o for c in search.pool if c.key not in now for o in options[c.key] if o.present]
-        tried = [*fewer, *({**model, other.key: other} for model in (now, *fewer) for other in others)]
+        tried = [*fewer, *two, *({**model, other.key: other} for model in (now, *fewer) for other in others)]
         ranked = sorted((self.worth(model), n) for n, model in enumerate(tried))
         for worth, n in ranked[:_TRIALS]:
             if worth < self.worth() - search.settings.margin:
                 yield search.apply(self.state, now, tried[n], self._scores)
+
+    @property
+    def unneeded(self) -> tuple[str, ...]:
+        """Effects of the model for which the log does not ask beside the errors, each alone."""
+        search, most = self._search, self.worth() + self._search.settings.margin
+        keys = search.named(self.state.active)
+        return tuple(k for k in keys if self.worth({**self._now, k: self._linear.options[k][1]}) < most)
 
     @property
     def error(self) -> Array:
@@ -91,9 +106,15 @@ class Beside:
         target[-1] = 1.0
         target[[self._errors + option.offset for option in chosen if option.offset >= 0]] -= 1.0
         prior = np.diag(np.concatenate([np.ones(self._errors), np.zeros(len(free))]))
-        inner, pull = self._gram[:, columns][:, :, columns], self._gram[:, columns] @ target
         floor, total = self._search.floor, target @ self._gram @ target
         error, change = total, np.zeros(len(columns))
+        some = np.ix_(range(3), columns, columns)
+        first = 2.0 * self._half / (error + floor)
+        share = share_taken(
+            np.tensordot(first, self._gram[some], axes=1), np.tensordot(first, self._blur[some], axes=1)
+        )
+        clear = self._gram[:, columns] - share * self._blur[:, columns]
+        inner, pull = clear[:, :, columns], clear @ target
         for _ in range(_REFITS):
             weight = 2.0 * self._half / (error + floor)
             h = np.tensordot(weight, inner, axes=1) + prior

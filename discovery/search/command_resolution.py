@@ -84,7 +84,7 @@ def _errors_of_levels(search: Search, records: Sequence[CoarseRecord], state: St
     levels = [(record, at) for record in records for at in range(record.levels.size)]
     moved = ([_displaced(motion, *level) for motion in balance.motions] for level in levels)
     rest = balance.balance(vehicle)
-    return np.stack([rest - balance.commanded(motions, vehicle) for motions in moved], axis=2)
+    return np.stack([rest - balance.recorded(motions, vehicle) for motions in moved], axis=2)
 
 
 def _coarse(motions: Sequence[Motion], columns: tuple[int, ...]) -> CoarseRecord | None:

@@ -15,8 +15,8 @@ HULL = load_vehicle("blueboat")
 RIGHT = HiddenErrors(0.0, 0.0, 0.0)
 
 
-def sailed(effects: dict[str, float] | None = None, seed: int = 3) -> Motion:
-    return simulate_world(HULL, effects or {}, duration=200.0, noise="clean", seed=seed).motion(0.05)
+def sailed(effects: dict[str, float] | None = None, seed: int = 3, noise: str = "clean") -> Motion:
+    return simulate_world(HULL, effects or {}, duration=200.0, noise=noise, seed=seed).motion(0.05)
 
 
 def measured(motion: Motion, errors: HiddenErrors) -> Motion:
@@ -49,6 +49,14 @@ def test_an_error_that_only_forces_show_is_found_and_blamed_on_no_effect(
     wanted = {"arm_x": errors.arm_x, "arm_y": errors.arm_y, "compass": float(np.degrees(errors.compass))}
     for symbol, value in wanted.items():
         assert told.get(symbol, 0.0) == pytest.approx(value, abs=0.02 + 0.06 * abs(value))
+
+
+def test_a_lever_arm_is_found_under_noise_where_no_effect_leaves_it_white():
+    """Where it is not looked for, rollouts judge, and a part of the force has no name."""
+    found = find_missing([measured(sailed(noise="field"), HiddenErrors(0.0, 0.5, 0.0))], HULL).findings
+    assert found.verdict == "nothing missing"
+    (arm,) = [s for s in found.sensors if s.error == "antenna_arm"]
+    assert {term.symbol: term.value for term in arm.terms} == pytest.approx({"arm_x": 0.0, "arm_y": 0.5}, abs=0.05)
 
 
 @pytest.mark.parametrize("effect", ["cg_offset", "sway_yaw_coupling", "yaw_added_mass"])

@@ -9,6 +9,7 @@ from undertow.discovery.balance.base import Balance, WeakSettings
 from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.discover import find_missing
+from undertow.discovery.hidden_sensors import HiddenErrors
 from undertow.discovery.search.command_resolution import coarse_records
 from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
@@ -67,17 +68,18 @@ def test_what_is_more_than_a_rounding_is_named(name: str):
     assert find_missing([motion], HULL).findings.missing == (name,)
 
 
+@pytest.mark.parametrize("moved", ["commands", "sensor"])
 @pytest.mark.parametrize("kind", ["forces", "rollouts"])
-def test_a_balance_under_other_commands_is_that_of_a_log_with_them(kind: str):
+def test_a_balance_of_another_record_is_that_of_a_log_with_it(kind: str, moved: str):
     motion = zigzag()
-    other = rounded(motion, 7.0)
+    other = rounded(motion, 7.0) if moved == "commands" else HiddenErrors(0.2, -0.1, 0.05).corrected(motion)
 
     def judge(of: Motion) -> Balance:
         weak = WeakForm([of], WeakSettings())
         return weak if kind == "forces" else Shooting([of], HULL, ShootingSettings(robust=np.inf))
 
     balance = judge(motion)
-    np.testing.assert_array_equal(balance.commanded([motion], HULL), balance.balance(HULL))
-    moved = balance.commanded([other], HULL)
-    np.testing.assert_allclose(moved, judge(other).balance(HULL), atol=1e-12)
-    assert np.abs(moved - balance.balance(HULL)).max() > 0.01
+    np.testing.assert_array_equal(balance.recorded([motion], HULL), balance.balance(HULL))
+    told = balance.recorded([other], HULL)
+    np.testing.assert_allclose(told, judge(other).balance(HULL), atol=1e-12)
+    assert np.abs(told - balance.balance(HULL)).max() > 0.01
