@@ -21,7 +21,7 @@ from .candidates.candidate import Kind
 from .candidates.nuisance import CALIBRATED
 from .evidence.inclusion import inclusion
 from .evidence.invariance import invariance, uneven
-from .evidence.lasting_rest import beside_rests, lasting_rests, left_by_all
+from .evidence.lasting_rest import beside_rests, lasting_rests, left_by_all, many_terms
 from .evidence.limits import as_timed, believed, doubts, of_differences
 from .evidence.other_forms import other_forms
 from .evidence.record_errors import beside, compass_error, record_errors
@@ -118,7 +118,9 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     rests = lasting_rests(forces, search.balance, state.vehicle)
     forms = other_forms(forces, there, kept, settings.seed, search.balance)
     # On logs that rollouts judge, the balance always leaves something that follows something.
+    terms = search.of_kind(state.active, Kind.TERM)
     left = left_by_all(rests, forms.found if search.balance.forces else (), search.settings.materiality)
+    left += many_terms([c for c in search.pool if c.key in terms])
     rivals = beside_unjudged(forces, there, kept, looked.unseen)
     hand_back()
     about = search.linearise(final.vehicle, final.active, final.fit.in_sample)
@@ -148,7 +150,6 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
         **{key: Doubt(Reason.OTHER_FORM, rival.told, rival.form) for key, rival in forms.rivals.items()},
         **{key: Doubt(Reason.DOUBTFUL_VALUE, why) for key, why in doubtful.items()},
     }
-    terms = search.of_kind(state.active, Kind.TERM)
     rehearsal = None if search.named(state.active) else looked.rehearsal
     grounds = Grounds(
         search=search,

@@ -5,6 +5,7 @@ the catalogue or anything that changes during a log leaves behind has one. Besid
 the models that were tried it is the least wrong, and the blocks of the log agree on that.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -31,6 +32,8 @@ _LEFT = 0.5
 explains little: weather leaves less in the field where the effects that are missing take the rest."""
 _STRIPS, _OF_HULL = set(AXES[1:]), ("hull", "coupling")
 """Axes on which strips of a hull push sideways, and families of effects that such forces belong to."""
+_MANY = 3
+"""Terms without a name on one axis from which they are a series and no law."""
 _LEAST = 8
 """Means below which their size is chance."""
 
@@ -80,6 +83,16 @@ def left_by_all(rests: Sequence[LastingRest], forms: Sequence[OtherForm], materi
         told = f"{form.in_words} stays unexplained, {100.0 * form.share:.2g} % of the force at work"
         found.append(Remains(form.axis, told, form.follows))
     return found
+
+
+def many_terms(terms: Sequence[Candidate]) -> list[Remains]:
+    """Axes on which more terms without a name stand than one force asks for, so that its law is none of a velocity.
+
+    Their sum follows it as a series follows a function: names beside it take a part of it, too.
+    """
+    counts = Counter(p.axis for term in terms for p in term.parameters if p.axis is not None)
+    told = "terms without a name were needed, as for a force that no law of the velocities is"
+    return [Remains(AXES[axis], f"{count} {told}") for axis, count in sorted(counts.items()) if count >= _MANY]
 
 
 def beside_rests(pool: Sequence[Candidate], kept: Sequence[str], left: Sequence[Remains]) -> dict[str, str]:

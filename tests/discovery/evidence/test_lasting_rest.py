@@ -11,8 +11,9 @@ from undertow.discovery.balance.shooting import Shooting, ShootingSettings
 from undertow.discovery.balance.weak_form import WeakForm
 from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.free_forms import changes_in_time, free_forms, is_sideways
+from undertow.discovery.candidates.unnamed_terms import term_candidate
 from undertow.discovery.discover import find_missing
-from undertow.discovery.evidence.lasting_rest import beside_rests, lasting_rests, left_by_all
+from undertow.discovery.evidence.lasting_rest import beside_rests, lasting_rests, left_by_all, many_terms
 from undertow.discovery.evidence.other_forms import OtherForms
 from undertow.discovery.findings import LastingRest, OtherForm
 from undertow.discovery.reason import Reason
@@ -137,3 +138,17 @@ def test_a_log_that_leaves_a_material_form_gets_no_name(monkeypatch: pytest.Monk
     findings = find_missing([world("field", hidden=-30.0)], HULL).findings
     assert (findings.verdict, findings.missing) == ("undecided", ())
     assert "u beyond 1.1 m/s stays unexplained, 5 % of the force at work" in findings.candidates[0].sentence
+
+
+@pytest.mark.parametrize(
+    ("symbols", "doubted"),
+    [
+        (("sway:vr", "sway:ur^2", "yaw:vr"), []),
+        (("sway:vr", "sway:ur^2", "sway:vr|v|"), ["sway_lift", "sway_yaw_coupling"]),
+    ],
+    ids=["two on an axis", "three on an axis"],
+)
+def test_names_beside_a_series_of_terms_are_not_certain(symbols: tuple[str, ...], doubted: list[str]):
+    left = many_terms([term_candidate(symbol, HULL) for symbol in symbols])
+    names = ["sway_lift", "sway_yaw_coupling", "surge_quadratic_damping"]
+    assert sorted(beside_rests(candidates(HULL), names, left)) == doubted
