@@ -30,6 +30,7 @@ _PUBLIC = {
     "Log": "measurements.log",
     "LogError": "physics.errors",
     "Motion": "physics.motion",
+    "Moved": "workflows.run_folder.moved_files",
     "PAPER": "measurements.preparation.dataset",
     "Reading": "measurements.log_options",
     "Plots": "reports.page.figures.plots",

@@ -80,7 +80,7 @@ def add(
             record = read_run_inputs(run, Moved(tuple(log or ()), channels))
             names, paths, nominal = record.as_found(effects), record.logs, record.vehicle
             reading = replace(record.reading, as_is=as_is or record.reading.as_is)
-            refit = record.refit if refit is None else refit
+            refit = record.settings.refit if refit is None else refit
         else:
             reading = Reading(frame, channels, namespace, as_is)
             names, paths = _effects_then_logs(effects)

@@ -72,12 +72,16 @@ class LogDigest(Record):
 
 
 class MadeFrom(Record):
-    """How a run was made: the command that makes it again, seed, versions of packages, and logs."""
+    """How a run was made: the command that makes it again, seed, versions of packages, and logs.
+
+    `refit` says that the model's own numbers were fitted beside the effects.
+    """
 
     SCHEMA: ClassVar[str] = "undertow.run/1"
 
     command: str = ""
     seed: Whole | None = None
+    refit: Flag = False
     versions: Mapping[str, str] = {}
     log_sha256: tuple[LogDigest, ...] = ()
 

@@ -6,6 +6,7 @@ Messages are written with options, and in one place made arguments of Python's f
 import re
 
 _ARGUMENTS = (
+    (r"--log\b", "Moved(logs=[...])"),
     (r"--as-is\b", "Reading(as_is=True)"),
     (r"--frame (enu|ned)\b", r'Reading(frame="\1")'),
     (r"--frame\b", "Reading(frame=...)"),

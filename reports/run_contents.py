@@ -1,5 +1,6 @@
 """The contents of a run folder, read and checked: all that a page is made of."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -8,7 +9,9 @@ import pandas as pd
 
 from ..comparison.facts import AuditRecord, Comparison, MadeFrom
 from ..discovery.findings import Findings
+from ..discovery.settings import DiscoverySettings
 from ..measurements.inspection import Inspection
+from ..measurements.prepared_logs import Inputs
 from ..physics.cards import Card, Drawn
 from ..physics.vehicle import Vehicle
 
@@ -34,6 +37,8 @@ class RunFolder(Card, Drawn):
         As in `run.json`, what the run was made from; empty where that was not written.
     digests : dict
         The first 12 hexadecimal digits of each file's SHA-256.
+    read_inputs : callable
+        Reads the logs again; see `inputs`.
     """
 
     DRAWN_BY: ClassVar[str] = "reports.page.figures.plots:of_folder"
@@ -48,6 +53,23 @@ class RunFolder(Card, Drawn):
     audit: AuditRecord | None
     record: MadeFrom
     digests: dict[str, str]
+    read_inputs: Callable[[], Inputs]
+
+    @property
+    def inputs(self) -> Inputs:
+        """The run's logs and its nominal vehicle, to go on with: read when they are first asked for.
+
+        Raises
+        ------
+        LogError, VehicleError, RequestError
+            when a log is gone, or another than the one that the run was made from.
+        """
+        return self.read_inputs()
+
+    @property
+    def settings(self) -> DiscoverySettings:
+        """The seed of the run, and whether it fitted the model's own numbers beside the effects."""
+        return DiscoverySettings(seed=self.record.seed or 0, refit=self.record.refit)
 
     def card(self) -> list[tuple[str, str]]:
         """See `Card`."""

@@ -10,7 +10,7 @@ from ..comparison.models_by_name import check_commands, fitted_numbers, load_mod
 from ..comparison.overlap import fitted_notes
 from ..exports.mcap_series import compared, require_mcap, write_series
 from ..measurements.preparation.held_out import Fold
-from ..measurements.prepared_logs import FOLDS, INPUTS_CURE, Inputs, PathLike
+from ..measurements.prepared_logs import INPUTS_CURE, Inputs, PathLike
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import RequestError, expect
 from ..physics.stage import Say, Stage
@@ -18,7 +18,6 @@ from ..physics.vehicle import load_vehicle
 from ..reports.terminal.pace import paced
 from ..reports.terminal.progress import SHOWN, showing
 from ..residuals.models.base import Model, VehicleModel
-from .inputs import read_inputs
 from .run_folder.moved_files import UNMOVED, Moved
 from .run_folder.read import read_run_inputs
 
@@ -85,9 +84,7 @@ def compare_run(
     folder = Path(run)
     record = read_run_inputs(folder, moved)
     made = record.folds
-    inputs = read_inputs(
-        record.logs, record.vehicle, record.reading, judge=FOLDS if made else "test", progress=progress
-    )
+    inputs = record.inputs(progress)
     sources = list(inputs.starts)
     unseen = [(one.fold(sources), inputs.vehicle.with_values(one.values)) for one in made]
     folds = [fold for fold, _ in unseen]

@@ -13,7 +13,6 @@ from ..discovery.experiment.optimal_manoeuvre import LEAST_SECONDS, Manoeuvre, s
 from ..discovery.experiment.separation import MOST_RIVALS
 from ..discovery.hidden_sensors import beside_sensors
 from ..discovery.selection import Selected, select
-from ..discovery.settings import DiscoverySettings
 from ..exports.missions.base import Mission, Place
 from ..measurements.prepared_logs import PathLike
 from ..measurements.statistics.single_threaded import single_threaded
@@ -21,7 +20,6 @@ from ..physics.cards import Card
 from ..physics.errors import RequestError
 from ..physics.in_words import listing, words
 from ..physics.printable import shown
-from ..physics.reading import read_json
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from .inputs import read_inputs
@@ -158,16 +156,14 @@ def plan(
     record = read_run_inputs(run, moved)
     inputs = read_inputs(record.logs, record.vehicle, record.reading, progress=progress)
     say = progress or (lambda text: None)
-    made = read_json(Path(run) / "run.json")
-    settings = DiscoverySettings(seed=int(made.get("seed") or 0), refit=made.get("refit") is True)
-    looked = beside_sensors(select(choose(inputs.fitting, inputs.vehicle, settings), say), say).looked
+    looked = beside_sensors(select(choose(inputs.fitting, inputs.vehicle, record.settings), say), say).looked
     named = tuple(effects) or first_question(looked)
     if not named:
         return None
     named, left_out = named[: 1 + MOST_RIVALS], len(named[1 + MOST_RIVALS :])
     say(f"looking for the shortest manoeuvre that parts {', '.join(named)}")
     question = asked(looked, named, None if heading is None else radians(heading))
-    manoeuvre = shortest(question, bounds, settings.seed)
+    manoeuvre = shortest(question, bounds, record.settings.seed)
     best = manoeuvre.best
     fence = bounds.space if isfinite(bounds.space) else max(_FENCE_LEAST, _FENCE_SHARE * best.reach)
     at = None if place is None else Place(*place, degrees(question.heading))

@@ -160,9 +160,10 @@ def _found(
         missing = next((path for path in given if not os.path.exists(path)), None)
         if missing is not None:
             raise RequestError(f"{missing} is not there; give the place where {made.path} of {folder} is now")
+        of_table = "" if made.sha256 else "; a log that was in memory is given again, to read_inputs(LOG, VEHICLE)"
         raise RequestError(
             f"{folder} was made from {shown(made.path)}, which is not there (seen from {Path.cwd()}, and from the run "
-            f"folder); put it beside the run folder, or say where it is now with {option}"
+            f"folder); put it beside the run folder, or say where it is now with {option}{of_table}"
         )
     came = digest(unlike[0])
     told = "cannot be read" if came is None else f"has SHA-256 {came[:_TOLD]}..."

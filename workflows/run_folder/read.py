@@ -5,6 +5,7 @@ import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,16 +14,19 @@ import pandas as pd
 from ...comparison.facts import AuditRecord, Comparison, MadeFrom
 from ...discovery.findings import Findings
 from ...discovery.fold_findings import FoldRecord
+from ...discovery.settings import DiscoverySettings
 from ...measurements.inspection import Inspections
 from ...measurements.log_options import Reading
-from ...measurements.prepared_logs import PathLike
+from ...measurements.prepared_logs import FOLDS, Inputs, PathLike
 from ...physics.errors import RequestError, VehicleError
 from ...physics.file_records import Record
 from ...physics.folders import finish
 from ...physics.printable import listed, shortened, shown
 from ...physics.reading import MOST_TEXT, parse_json, parse_yaml, read_bytes, read_json, reason, text_of
+from ...physics.stage import Say
 from ...physics.vehicle import Vehicle, load_vehicle, vehicle_from_dict
 from ...reports.run_contents import RunFolder
+from ...reports.terminal.progress import SHOWN
 from ...residuals.models.neural import is_network_folder
 from .moved_files import UNMOVED, Moved, logs_now, made_logs, made_map, map_now
 from .sizes import LARGEST, check_bounds
@@ -53,7 +57,7 @@ class RunRecord:
     ----------
     logs, reading : the logs where they are now, and how they were read
     vehicle : the nominal one
-    refit : its search fitted the model's own numbers
+    settings : its seed, and whether its search fitted the model's own numbers
     folds : that judged it; none where a test part did
     on_thrusters : effects of one thruster that it added, each with its thruster
     """
@@ -61,7 +65,7 @@ class RunRecord:
     logs: list[str]
     reading: Reading
     vehicle: Vehicle
-    refit: bool = False
+    settings: DiscoverySettings
     folds: tuple[FoldRecord, ...] = ()
     on_thrusters: tuple[tuple[str, str], ...] = ()
 
@@ -73,9 +77,26 @@ class RunRecord:
         ]
         return [each for name, meant in found for each in (meant or [name])]
 
+    def inputs(self, progress: Say | None = SHOWN) -> Inputs:
+        """The logs read again, with the rows on which the run was judged.
 
-def read_run(folder: Path) -> RunFolder:
+        Raises
+        ------
+        LogError, VehicleError, RequestError
+            when one cannot be used any more; see `read_inputs`.
+        """
+        from ..inputs import read_inputs  # here, because a page needs no log
+
+        judge = FOLDS if self.folds else "test"
+        return read_inputs(self.logs, self.vehicle, self.reading, judge=judge, progress=progress)
+
+
+def read_run(folder: PathLike, moved: Moved = UNMOVED) -> RunFolder:
     """Read a run folder.
+
+    Parameters
+    ----------
+    moved : where its logs and its map are now; they are read when somebody asks for `inputs`
 
     Raises
     ------
@@ -128,6 +149,7 @@ def read_run(folder: Path) -> RunFolder:
         audit=audit,
         record=record,
         digests=digests,
+        read_inputs=cache(lambda: read_run_inputs(folder, moved).inputs()),
     )
 
 
@@ -237,8 +259,9 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
     there = logs_now(folder, made_logs(record), moved)
     map_there = map_now(folder, made_map(record), moved.channel_map)
     reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
-    vehicle, refit = load_vehicle(folder / "nominal.yaml"), record.get("refit") is True
-    return RunRecord(there, reading, vehicle, refit, *_found(folder / "findings.json"))
+    seed = record.get("seed")
+    settings = DiscoverySettings(seed=seed if isinstance(seed, int) else 0, refit=record.get("refit") is True)
+    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), settings, *_found(folder / "findings.json"))
 
 
 def _found(path: Path) -> tuple[tuple[FoldRecord, ...], tuple[tuple[str, str], ...]]:

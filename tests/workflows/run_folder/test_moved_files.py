@@ -64,7 +64,7 @@ def test_a_run_that_was_moved_with_its_log_works_from_anywhere(made: Path, trip:
 def test_a_run_finds_the_log_that_was_put_beside_it_or_into_it(trip: Path) -> None:
     (trip / "far").mkdir()
     run = (trip / "run").rename(trip / "far" / "run")
-    with pytest.raises(RequestError, match="made from 'log.csv', which is not there .* say where it is now with --log"):
+    with pytest.raises(RequestError, match="made from 'log.csv', which is not there .* where it is now with Moved"):
         read_run_inputs(run)
     (trip / "log.csv").rename(run / "log.csv")
     assert read_run_inputs(run).logs == [str(run / "log.csv")]
@@ -183,3 +183,24 @@ def test_an_effect_of_a_thruster_is_added_where_the_run_found_it(trip: Path) -> 
     assert record.as_found(["thruster_asymmetry[port]", "yaw:u|r|"]) == ["thruster_asymmetry[port]", "yaw:u|r|"]
     path.unlink()
     assert read_run_inputs(trip / "run").as_found(["thruster_asymmetry"]) == ["thruster_asymmetry"]
+
+
+def test_a_run_that_was_read_back_goes_on_where_it_ended(made: Path, trip: Path) -> None:
+    run = undertow.load_run(trip / "run")
+    assert run.settings == undertow.DiscoverySettings()
+    assert run.inputs is run.inputs, "read once"
+    again = undertow.add([HIDDEN], run.inputs, run.settings, progress=None).findings.steps
+    ends = [steps[-1].rollout_rmse["10"].position for steps in (again, run.findings.steps)]
+    assert ends[0] == pytest.approx(ends[1])
+    moved = (trip / "log.csv").rename(trip / "far.csv")
+    gone = undertow.load_run(trip / "run")
+    with pytest.raises(RequestError, match=r"which is not there .* where it is now with Moved\(logs=\[\.\.\.\]\)"):
+        _ = gone.inputs
+    assert undertow.load_run(trip / "run", Moved((moved,))).inputs.paths == (str(moved),)
+    record = json.loads((trip / "run" / "run.json").read_text("utf-8"))
+    (trip / "run" / "run.json").write_text(json.dumps(record | {"log_sha256": [], "refit": True, "seed": 3}), "utf-8")
+    of_table = undertow.load_run(trip / "run")
+    assert (of_table.settings.seed, of_table.settings.refit) == (3, True)
+    assert read_run_inputs(trip / "run", Moved((moved,))).settings == of_table.settings
+    with pytest.raises(RequestError, match=r"a log that was in memory is given again, to read_inputs"):
+        _ = of_table.inputs
