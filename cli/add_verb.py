@@ -67,7 +67,7 @@ def add(
             raise RequestError("add: --log says where a log of --run is now; with --vehicle, logs follow the effects")
         read = (run, effects if run is None else (), vehicle, channels, log)
         earlier = earlier_files((("--out", "add", out),), read, force=force)
-        names, paths, nominal = effects, [], vehicle
+        names, paths, nominal, searched = effects, [], vehicle, None
         if run is not None:
             given = [word for word in effects if _is_log(word)]
             options = (("--frame", frame), ("--namespace", namespace))
@@ -80,14 +80,14 @@ def add(
             record = read_run_inputs(run, Moved(tuple(log or ()), channels))
             names, paths, nominal = record.as_found(effects), record.logs, record.vehicle
             reading = replace(record.reading, as_is=as_is or record.reading.as_is)
-            refit = record.settings.refit if refit is None else refit
+            refit, searched = record.settings.refit if refit is None else refit, record.findings
         else:
             reading = Reading(frame, channels, namespace, as_is)
             names, paths = _effects_then_logs(effects)
         if not names:
             raise RequestError("add: expected at least one effect by name, for example surge_quadratic_damping")
         inputs = read_logs(paths, nominal, reading)
-        found = add_named(names, inputs, DiscoverySettings(refit=bool(refit)), progress=progress)
+        found = add_named(names, inputs, DiscoverySettings(refit=bool(refit)), searched, progress=progress)
         if out is not None:
             found.discovery.corrected.save(out, by="add")
         tell_replaced(earlier)

@@ -1,6 +1,6 @@
 """The verb `add` on motions: effects that somebody chose, fitted in the order given, and judged like those found."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,15 +16,22 @@ from .candidates.nuisance import CALIBRATED
 from .discover import Discovery
 from .evidence.disagreements import disagreements
 from .evidence.record_errors import record_errors
-from .evidence.verdicts import Grounds, conclude
+from .evidence.verdicts import Doubt, Grounds, conclude, doubt_of
 from .evidence.weighing import modest, weigh
+from .findings import Findings
 from .fold_findings import Folds
 from .in_order import fit_named, own_numbers
 from .kept_effects import without_offset
+from .reason import Reason
 from .search.floating import Search
 from .selection import base
 from .settings import DiscoverySettings
 
+_FOUND = {
+    "possible": "the search of this log calls it no more than possible",
+    "no evidence": "the search of this log found no evidence for it",
+}
+"""What a search said of an effect that is added all the same, by its verdict."""
 _KEPT = "the nominal model's own parameters stay as its file has them: none is calibrated beside the effects"
 
 
@@ -35,6 +42,7 @@ def add_effects(
     names: Sequence[str],
     settings: DiscoverySettings,
     basis: Basis | None = None,
+    searched: Findings | None = None,
 ) -> Discovery:
     """Add effects in the order given, all fitted together under their physical limits and the law of dissipation.
 
@@ -45,6 +53,7 @@ def add_effects(
     ----------
     names : effects of the catalogue, `effect[thruster]` to choose a thruster, or unnamed terms `axis:form`
     basis : what judges these motions of this model under these settings, where it was chosen before
+    searched : what a search of these motions found, where there was one: what it doubts is not called missing
 
     Raises
     ------
@@ -76,8 +85,9 @@ def add_effects(
     told = fitted.intervals
     order = [str(label) for label, _ in fitted.steps[1:]]
     added = [e for e in evidence if e.selected]
-    sure = [e.key for e in added if e.sure]
-    findings = conclude(Grounds(search, lawful, corrected, added, told, sure, order))
+    kept = [e.key for e in added]
+    doubtful = {e.key: doubt_of(e) for e in added if not e.sure} | dict(_doubted(searched, kept))
+    findings = conclude(Grounds(search, lawful, corrected, added, told, kept, order, doubtful=doubtful))
     sensors = record_errors(search, state.vehicle, state.active, told)
     unseen = fitted.unseen()
     if free is not None:
@@ -85,5 +95,14 @@ def add_effects(
     findings = findings.but(folds=Folds(count=len(unseen.folds)))
     named = listing([words(label) for label in order if label != CALIBRATED])
     beside = ", beside the model's own numbers" if free is not None and free.symbols else ""
-    findings = findings.but(headline=f"Added by name: {named}{by}{beside}.", sensors=sensors)
+    sure = f"; not certain: {listing([words(key) for key in doubtful])}" if doubtful else ""
+    findings = findings.but(headline=f"Added by name: {named}{by}{beside}{sure}.", sensors=sensors)
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)
+
+
+def _doubted(searched: Findings | None, keys: Sequence[str]) -> Iterator[tuple[str, Doubt]]:
+    """Effects of which a search was not certain, by key, with what it says of them."""
+    for one in searched.candidates if searched else ():
+        if one.key in keys and one.verdict in _FOUND:
+            could_not = "the search of this log could not judge it"
+            yield one.key, Doubt(Reason.UNFOUND, could_not if one.cannot_tell else _FOUND[one.verdict])

@@ -38,6 +38,7 @@ class Reason(Enum):
         "Not added: where it saw nothing of this log, the model with it {told}. ({meaning})",
     )
     NOT_IN_MOST_FOLDS = ("not_in_most_folds", "In the corrected model, but not certain: {told}. ({meaning})")
+    UNFOUND = ("unfound", "In the model because it was asked for, but not certain: {told}. ({meaning})")
     FAINT = ("faint", "{told}, but that is too near the sensor noise to name anything from. ({meaning})")
     LOOK_ALIKES = ("look_alikes", "This log cannot tell it from {told}: {lowered}")
     OUT_OF_STEP = (

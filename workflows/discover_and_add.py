@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from types import NoneType
 
 from ..comparison.comparison import (
     BASELINE,
@@ -19,7 +20,7 @@ from ..discovery.add_effects import add_effects
 from ..discovery.basis import Basis, choose
 from ..discovery.discover import Discovery, find_missing
 from ..discovery.evidence.sensors_compared import sensor_errors
-from ..discovery.findings import LogFacts, SensorError, Unexplained
+from ..discovery.findings import Findings, LogFacts, SensorError, Unexplained
 from ..discovery.settings import DiscoverySettings
 from ..discovery.withdrawn import calibrated_only, withdrawn
 from ..measurements.preparation.held_out import Fold, folds_of
@@ -77,6 +78,7 @@ def add(
     effects: Sequence[str],
     inputs: Inputs,
     settings: DiscoverySettings | None = None,
+    findings: Findings | None = None,
     *,
     progress: Say | None = SHOWN,
 ) -> Run:
@@ -87,6 +89,7 @@ def add(
     effects : names of the catalogue (`thruster_asymmetry[port]` chooses the thruster), or terms such as `yaw:u|r|`
     settings : of the run to which they are added, such as `run.settings`: with `refit` the model's own numbers are
         fitted beside the effects
+    findings : of that run, such as `run.findings`: what they are not certain of is not called missing
     progress : called with lines about the work, shown where nothing is said; None for silence
 
     Raises
@@ -96,12 +99,13 @@ def add(
     """
     chosen = settings or DiscoverySettings()
     expect("add: settings", chosen, DiscoverySettings, "give those of a run, as run.settings")
+    expect("add: findings", findings, (Findings, NoneType), "give those of a run, as run.findings")
     expect("add: effects", effects, (list, tuple), 'give a list of names, such as ["surge_quadratic_damping"]')
     expect("add: inputs", inputs, Inputs, INPUTS_CURE)
     inputs = inputs.whole()
     basis = choose(inputs.fitting, inputs.vehicle, chosen)
     inputs, folds = _in_folds(inputs, basis)
-    found = add_effects(inputs.fitting, inputs.vehicle, effects, chosen, basis)
+    found = add_effects(inputs.fitting, inputs.vehicle, effects, chosen, basis, findings)
     run = assess(inputs, found, chosen, partial(references, inputs, basis, folds), progress)
     return replace(run, verb=("add", *effects))
 

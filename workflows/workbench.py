@@ -141,7 +141,7 @@ class Workbench:
             return self._run or self._discover(progress)
         effects = [name for name in stand.names if name != OWN_NUMBERS]
         settings = replace(self._settings, refit=OWN_NUMBERS in stand.names)
-        return add(effects, self._whole, settings, progress=progress)
+        return add(effects, self._whole, settings, self._run and self._run.findings, progress=progress)
 
     def write(
         self, stand: Stand, folder: PathLike, progress: Say | None = None, called: Callable[[str], str] = str

@@ -46,6 +46,11 @@ class Doubt(NamedTuple):
     form: OtherForm | None = None
 
 
+def doubt_of(evidence: Evidence) -> Doubt:
+    """Why an effect is not sure by its own evidence, where it stands in the model all the same."""
+    return Doubt(evidence.reason, _told(evidence, evidence.reason))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Grounds:
     """What findings are made of.
@@ -57,7 +62,7 @@ class Grounds:
     considered : the model with everything that the search selected, sure or not
     evidence : on every candidate, best first
     intervals : 95 % intervals of total values by symbol
-    kept : keys of the effects that are sure
+    kept : keys of the effects that stand in the corrected model
     order : keys in the order in which they are added
     known : what the log can show and tell apart
     included : share of block ensembles in which a term without a name is selected, by symbol

@@ -7,7 +7,7 @@ from ...comparison.facts import CORRECTED, NOMINAL, Comparison
 from ...discovery.findings import Findings, Step
 from ...physics.in_words import listing, number, share_removed
 from ...residuals.scores import ROLLOUT_UNITS
-from ..wording import LEAD, pick_horizon
+from ..wording import CALIBRATED, LEAD, pick_horizon
 from .rivals import difference
 
 _LEVEL = 0.01
@@ -44,9 +44,9 @@ def outcome(findings: Findings, comparison: Comparison) -> str:
     if len(steps) < 2 or before != before:
         return ""
     horizon, metric = hero(steps, comparison.best.horizon)
-    unit, missing = ROLLOUT_UNITS[metric], findings.missing
-    added = [f"adding {'it' if len(missing) == 1 else 'them'}"] * bool(missing)
-    done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *added]) or "what was done"
+    unit, added = ROLLOUT_UNITS[metric], [step for step in steps[1:] if step.added != CALIBRATED]
+    adding = [f"adding {'it' if len(added) == 1 else 'them'}"] * bool(added)
+    done = listing([*["calibrating its parameters"] * bool(findings.calibrated), *adding]) or "what was done"
     what, where = f"the {metric} error of {horizon} s predictions", "on motion that the fit never saw"
     if after != after:
         return f"{done.capitalize()} makes predictions over {horizon} s run away {where}."

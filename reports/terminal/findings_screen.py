@@ -100,14 +100,12 @@ def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> Re
     """The `most` best-ranked effects with verdict, value and 95 % interval, error removed and confidence."""
     rest = len(candidates) - most
     caption = f"error removed: {_OF_AN_AXIS}; and {rest} more in findings.json" if rest > 0 else ""
-    return _effects("Effects, best first", candidates[:most], caption=caption, verdicts=True)
+    return _effects("Effects, best first", candidates[:most], caption=caption)
 
 
 def added_table(candidates: Sequence[FoundEffect]) -> RenderableType:
-    """The effects that a person added by name, with their fitted values, whatever undertow itself thinks of them."""
-    return _effects(
-        "Effects added, fitted together", candidates, caption=f"error removed: {_OF_AN_AXIS}", verdicts=False
-    )
+    """The effects that a person added by name, with their fitted values."""
+    return _effects("Effects added, fitted together", candidates, caption=f"error removed: {_OF_AN_AXIS}")
 
 
 def unnamed_table(terms: Sequence[FoundTerm]) -> Table:
@@ -181,18 +179,17 @@ def advice_list(advice: Sequence[Advice]) -> RenderableType | None:
     return section("What to record next", bullets(lines)) if lines else None
 
 
-def _effects(title: str, candidates: Sequence[FoundEffect], *, caption: str, verdicts: bool) -> RenderableType:
+def _effects(title: str, candidates: Sequence[FoundEffect], *, caption: str) -> RenderableType:
     """Effects with values: each interval beside its value where there is room, or else below it."""
-    return Fitting([_effects_in(title, candidates, caption, verdicts, gap) for gap in (" ", "\n")])
+    return Fitting([_effects_in(title, candidates, caption, gap) for gap in (" ", "\n")])
 
 
-def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, verdicts: bool, gap: str) -> Table:
+def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, gap: str) -> Table:
     told = [c for c in candidates if not c.cannot_tell and c.verdict != "no evidence" and added_to(c)]
     added = "values of damping, coupling, mass and trim are added to the vehicle file's" if told else ""
     table = plain_table(title, "; ".join(filter(None, (added, caption))))
     table.add_column("effect", min_width=14)
-    if verdicts:
-        table.add_column("verdict", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
     table.add_column("value (95 %)", overflow="fold")
     table.add_column("error\nremoved", justify="right", no_wrap=True)
     table.add_column("sure", justify="right", no_wrap=True)
@@ -204,7 +201,7 @@ def _effects_in(title: str, candidates: Sequence[FoundEffect], caption: str, ver
         effect = effect_words(item) + (f"\n(or {', '.join(others)})" if others else "")
         table.add_row(
             Text(effect),
-            *[Text(verdict, style=VERDICT_STYLES.get(verdict, ""))] * verdicts,
+            Text(verdict, style=VERDICT_STYLES.get(verdict, "")),
             Text("\n".join(_value(term, gap) for term in terms)),
             "" if unseen else share_removed(item.error_drop),
             "" if unseen else percent(item.confidence),

@@ -11,8 +11,11 @@ from undertow.discovery.candidates.candidate import candidates
 from undertow.discovery.candidates.linearisation import Option
 from undertow.discovery.candidates.unnamed_terms import shortlist
 from undertow.discovery.discover import find_missing
+from undertow.discovery.findings import Findings
+from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.lawful import refit as lawful
 from undertow.discovery.lawful.refit import lawful_refit
+from undertow.discovery.reason import Reason
 from undertow.discovery.search.bootstrap import block_bootstrap
 from undertow.discovery.search.floating import Search, SearchSettings
 from undertow.discovery.search.gram import GramScores
@@ -175,7 +178,16 @@ def test_nothing_hidden_gives_nothing_missing():
 
 
 def test_adding_by_name_fits_what_is_asked_and_nothing_else(draggy: Motion):
-    found = add_effects([draggy], HULL, ["surge_quadratic_damping", "yaw_trim"], DiscoverySettings())
+    unsure = FoundEffect(effect="yaw_trim", verdict="possible", confidence=0.8, error_drop=0.1)
+    sure = unsure.but(effect="surge_quadratic_damping", verdict="missing")
+    searched = Findings(verdict="missing", missing=(sure.effect,), candidates=(sure, unsure))
+    names = [sure.effect, unsure.effect]
+    found = add_effects([draggy], HULL, names, DiscoverySettings(), searched=searched)
+    told = {c.effect: c for c in found.findings.candidates}
+    assert [(told[name].verdict, told[name].in_model) for name in names] == [("missing", True), ("possible", True)]
+    assert told["yaw_trim"].reason is Reason.UNFOUND
+    assert "not certain: the search of this log calls it no more than possible" in told["yaw_trim"].sentence
+    assert found.findings.headline.endswith("; not certain: yaw trim.")
     assert found.corrected.value("X_uu") == pytest.approx(HULL.value("X_uu") - 6.0, rel=0.05)
     assert found.corrected.value("yaw_trim") == pytest.approx(1.0, rel=0.1)
     assert [label for label, _ in found.steps] == [None, "surge_quadratic_damping", "yaw_trim"]

@@ -50,6 +50,8 @@ def test_adding_what_is_not_there_does_not_call_it_missing(inputs: Inputs):
     verdicts = {c.effect: c.verdict for c in findings.candidates}
     assert verdicts == {"surge_quadratic_damping": "missing", "yaw_trim": "possible"}
     assert findings.missing == ("surge_quadratic_damping",)
+    assert findings.headline == "Added by name: yaw trim and surge quadratic damping; not certain: yaw trim."
+    assert {c.effect for c in findings.added} == set(verdicts), "both stand in the model, certain or not"
 
 
 def test_what_stays_unexplained_is_said(inputs: Inputs):

@@ -58,23 +58,24 @@ class RunRecord:
     logs, reading : the logs where they are now, and how they were read
     vehicle : the nominal one
     settings : its seed, and whether its search fitted the model's own numbers
-    folds : that judged it; none where a test part did
-    on_thrusters : effects of one thruster that it added, each with its thruster
+    findings : what it found; None where its findings are not there
     """
 
     logs: list[str]
     reading: Reading
     vehicle: Vehicle
     settings: DiscoverySettings
-    folds: tuple[FoldRecord, ...] = ()
-    on_thrusters: tuple[tuple[str, str], ...] = ()
+    findings: Findings | None = None
+
+    @property
+    def folds(self) -> tuple[FoldRecord, ...]:
+        """The folds that judged it; none where a test part did."""
+        return self.findings.folds.models if self.findings and self.findings.folds else ()
 
     def as_found(self, effects: Sequence[str]) -> list[str]:
         """The effects by name, each on the thrusters on which the run found it where the name tells no thruster."""
-        found = [
-            (name, [f"{effect}[{thruster}]" for effect, thruster in self.on_thrusters if effect == name])
-            for name in effects
-        ]
+        steps = [step for step in self.findings.steps if step.thruster] if self.findings else []
+        found = [(name, [f"{name}[{step.thruster}]" for step in steps if step.added == name]) for name in effects]
         return [each for name, meant in found for each in (meant or [name])]
 
     def inputs(self, progress: Say | None = SHOWN) -> Inputs:
@@ -261,14 +262,12 @@ def read_run_inputs(run: PathLike, moved: Moved = UNMOVED) -> RunRecord:
     reading = Reading(frame, map_there, namespace, record.get("as_is") is True)
     seed = record.get("seed")
     settings = DiscoverySettings(seed=seed if isinstance(seed, int) else 0, refit=record.get("refit") is True)
-    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), settings, *_found(folder / "findings.json"))
+    return RunRecord(there, reading, load_vehicle(folder / "nominal.yaml"), settings, _found(folder / "findings.json"))
 
 
-def _found(path: Path) -> tuple[tuple[FoldRecord, ...], tuple[tuple[str, str], ...]]:
-    """The folds that a run was judged by, and effects with their thrusters; none where its findings are not there."""
+def _found(path: Path) -> Findings | None:
+    """What a run found; None where that is not there."""
     try:
-        found = read_record(read_bytes(path, MOST_TEXT), Findings, path)
+        return read_record(read_bytes(path, MOST_TEXT), Findings, path)
     except (OSError, ValueError, RequestError):
-        return (), ()
-    on = tuple((step.added, step.thruster) for step in found.steps if step.added and step.thruster)
-    return () if found.folds is None else found.folds.models, on
+        return None

@@ -76,7 +76,10 @@ def test_a_log_that_was_moved_and_renamed_is_pointed_at(trip: Path) -> None:
     (trip / "logs").mkdir()
     moved = (trip / "log.csv").rename(trip / "logs" / "monday.csv")
     refused("add", HIDDEN, "--run", trip / "run", match="which is not there")
-    assert steps("--run", trip / "run", "--log", moved)
+    path = trip / "run" / "findings.json"
+    path.write_text(path.read_text("utf-8").replace('"verdict": "missing"', '"verdict": "possible"'), "utf-8")
+    (found,) = strict(done("add", HIDDEN, "--run", trip / "run", "--log", moved, "--json"))["candidates"]
+    assert (found["verdict"], found["reason"]) == ("possible", "unfound"), "the run is not certain of it"
     assert read_run_inputs(trip / "run", Moved((trip / "logs",))).logs == [str(moved)]
     note = strict(done("check", trip / "run", "--json"))["notes"][0]
     assert "Judged without the logs of the run" in note
