@@ -208,10 +208,10 @@ def test_terms_without_a_name_have_values():
     ]
 
 
-def test_added_effects_have_values_but_no_verdict():
+def test_added_effects_have_values_and_verdicts():
     text = printed(added_table(FINDINGS.candidates), 120)
     assert "stbd_scale = 0.806 (0.790 to 0.820)" in text
-    assert "verdict" not in text
+    assert "missing      stbd_scale" in text
 
 
 def test_failures_are_told_as_they_are_written():
