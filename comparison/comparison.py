@@ -21,7 +21,7 @@ from ..residuals.models.domain import known_to, spanned
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
 from .audit import Audit, audit_along
-from .differences import differences
+from .differences import differences, rises
 from .facts import CALIBRATED, CORRECTED, NOMINAL, ComparedModel, Comparison, Domain, RulingRecord, Side
 from .failing.failures import Fails, where_they_fail
 from .recommendation import best
@@ -218,12 +218,15 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
     return told
 
 
-def score_step(errors: Errors, added: str | None = None, thruster: str | None = None) -> Step:
-    """Held-out errors of one step of the story, and what was added in it."""
+def score_step(
+    errors: Errors, added: str | None = None, thruster: str | None = None, before: Errors | None = None
+) -> Step:
+    """Held-out errors of one step of the story, what was added in it, and which are larger than `before`."""
     return Step(
         added=added,
         thruster=thruster,
         acceleration_rmse=errors.acceleration_score.record.rmse,
         rollout_rmse={name: score.record for name, score in errors.rollout_scores.items()},
         units={"acceleration_rmse": ACCELERATION_UNITS, "rollout_rmse": ROLLOUT_UNITS},
+        rises=() if before is None else rises(errors, before),
     )

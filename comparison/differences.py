@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..discovery.findings import Rise
 from ..measurements.statistics.paired import Difference, paired_difference
 from ..physics.file_records import Number, Record, Whole
 from ..physics.frames import AXES, Array
 from ..physics.in_words import percent
 from ..residuals.models.base import Model
-from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors
+from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, ByAxis, Errors
 
 
 class PairedRecord(Record):
@@ -61,6 +62,21 @@ def differences(models: Sequence[tuple[Model, Errors]], references: Sequence[str
             if k > 0 and other.name in references:
                 found += _against(model.name, errors, other.name, base)
     return found
+
+
+def rises(errors: Errors, before: Errors) -> tuple[Rise, ...]:
+    """Which errors are larger than those before on the same rows, by more than chance."""
+    found = []
+    for told in _against("", errors, "", before):
+        if told.verdict == "worse":
+            ends = [_error_of(one, told.horizon).of(told.axis) for one in (before, errors)]
+            found.append(Rise(horizon=told.horizon, axis=told.axis, before=ends[0], after=ends[1], unit=told.unit))
+    return tuple(found)
+
+
+def _error_of(errors: Errors, horizon: str | None) -> ByAxis:
+    """Root mean square errors of the predictions over a horizon; of the acceleration without one."""
+    return errors.acceleration_score.record.rmse if horizon is None else errors.rollout_scores[horizon].record
 
 
 def _against(name: str, errors: Errors, other: str, base: Errors) -> list[PairedRecord]:

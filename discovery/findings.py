@@ -97,6 +97,26 @@ class Advice(Record):
     why: str = ""
 
 
+class Rise(Record):
+    """An error on held-out data that is larger with something than without it, by more than chance [`unit`].
+
+    `horizon` is that of predictions [s]; None of the acceleration.
+    """
+
+    horizon: str | None = None
+    axis: str
+    before: Number
+    after: Number
+    unit: str = ""
+
+    @property
+    def in_words(self) -> str:
+        """Which error it is, and its two values, as a part of a sentence."""
+        what = "acceleration error" if self.horizon is None else f"error of {self.horizon} s predictions"
+        ends = f"from {number(self.before, 2)} to {number(self.after, 2)} {unit_text(self.unit)}"
+        return f"the {self.axis} {what} rises {ends}"
+
+
 class Step(Record):
     """Errors on held-out data after something was added.
 
@@ -106,6 +126,7 @@ class Step(Record):
     thruster : the one that the effect concerns; None for an effect of all
     acceleration_rmse : root mean square error of the acceleration
     rollout_rmse : of open-loop predictions, by horizon [s]
+    rises : which of them are larger than in the step before, by more than chance
     """
 
     added: str | None = None
@@ -113,6 +134,7 @@ class Step(Record):
     acceleration_rmse: ByAxis
     rollout_rmse: Rollouts
     units: Mapping[str, Mapping[str, str]] = {}
+    rises: tuple[Rise, ...] = Field(default=(), exclude_if=lambda value: not value)
 
     def rollout(self, horizon: str) -> RolloutRecord:
         """The errors of one horizon; all NaN where there is none."""

@@ -151,6 +151,23 @@ def step_words(step: Step) -> str:
     return OWN_NUMBERS if added == CALIBRATED else f"+ {words(added)}{which}"
 
 
+def risen(steps: Sequence[Step], horizon: str, found: FoundEffect | None = None) -> list[str]:
+    """What errs more with a step than without it, in the acceleration and in predictions over a horizon [s].
+
+    Parameters
+    ----------
+    found : the effect of the one step that is asked for, with its thrusters; None for all steps, each by its name
+    """
+    told = []
+    for step in steps:
+        worse = [one.in_words for one in step.rises if one.horizon in (None, horizon)]
+        if worse and found is None:
+            told.append(f"With {step_words(step).removeprefix('+ ')}, {listing(worse)}, by more than chance.")
+        elif worse and found is not None and step.added == found.effect and step.thruster in (None, *found.thrusters):
+            told.append(f"With it, {listing(worse)}, on rows that no fit saw and by more than chance.")
+    return told
+
+
 def energy_lines(passivity: Passivity) -> list[str]:
     """How the law of dissipation stands in a model, as sentences: verdict and price, proof, and where it holds."""
     ends = [

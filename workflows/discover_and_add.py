@@ -178,8 +178,9 @@ def assess(
     corrected = own[0] if own else nominal.called(last)
     assert corrected.audit is not None, "the laws judge all models but baselines"
     errors |= {model: found.errors for model, found in zip(ends, (nominal, corrected), strict=False)}
-    scored = zip(found.steps, models, strict=True)
-    steps = tuple(score_step(errors[model], *_added(label)) for (label, _), model in scored)
+    scored = [errors[model] for model in models]
+    told = zip(found.steps, scored, (None, *scored[:-1]), strict=True)
+    steps = tuple(score_step(now, *_added(label), before) for (label, _), now, before in told)
     baselines = [other for other in others if other.model.kind == BASELINE]
     judged = [nominal, *(other for other in others if other not in baselines), corrected, *baselines]
     compared = comparison(judged, inputs, table, fails, notes=notes)

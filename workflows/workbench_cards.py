@@ -10,10 +10,10 @@ from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
 from ..physics.in_words import unit_text, words
 from ..reports.page.figures.missing_force import MissingForce, best_signal, force_drawings
-from ..reports.wording import effect_words, interval, twins, within
+from ..reports.wording import effect_words, interval, risen, twins, within
 from ..residuals.models.base import VehicleModel
 from .log_on_bench import LogOnBench
-from .opened_log import FORCES
+from .opened_log import FORCES, HORIZON
 from .workbench_facts import Card, Stand
 
 _TELLS = 0.05
@@ -57,7 +57,7 @@ def _effect(found: FoundEffect, findings: Findings, drawn: LogOnBench | None) ->
         found.key,
         effect_words(found).capitalize(),
         found.equation,
-        unit_text(found.sentence),
+        " ".join([unit_text(found.sentence), *risen(findings.steps, f"{HORIZON:g}", found)]),
         found.verdict,
         numbers_of(found.terms) if found.verdict != "no evidence" else (),
         effect is not None and effect.added,

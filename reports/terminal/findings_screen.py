@@ -25,6 +25,7 @@ from ..wording import (
     energy_verdict,
     interval,
     pick_horizon,
+    risen,
     step_words,
     twins,
     within,
@@ -84,7 +85,10 @@ def steps_table(steps: Sequence[Step], candidates: Sequence[FoundEffect] = (), d
 
 
 def error_left(steps: Sequence[Step], deciding: str = "") -> str:
-    """What is left of the rollout error after the last step, by axis, as a sentence; empty when nothing was added."""
+    """What is left of the rollout error after the last step, by axis, and which errors a step made larger.
+
+    Empty when nothing was added.
+    """
     horizon = _horizon(steps, deciding)
     if len(steps) < 2 or not all(horizon in step.rollout_rmse for step in (steps[0], steps[-1])):
         return ""
@@ -93,7 +97,8 @@ def error_left(steps: Sequence[Step], deciding: str = "") -> str:
     shares = ", ".join(f"{axis} {percent(ratio)}" for axis, ratio in ratios.items())
     worse = [axis for axis, ratio in ratios.items() if ratio > _WORSE]
     larger = f" Larger than before: {listing(worse)}." if worse else ""
-    return f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{larger}"
+    told = f"Held-out {horizon} s rollout error after, as a share of before: {shares}.{larger}"
+    return " ".join([told, *risen(steps, horizon)])
 
 
 def candidates_table(candidates: Sequence[FoundEffect], *, most: int = 12) -> RenderableType:

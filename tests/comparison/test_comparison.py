@@ -12,10 +12,11 @@ import pytest
 from rich.console import Console
 from verbs import done, refused, strict
 
-from undertow.comparison.comparison import calibrated_model, comparison, ends, judge, reference_models
+from undertow.comparison.comparison import calibrated_model, comparison, ends, judge, reference_models, score_step
 from undertow.comparison.facts import Comparison
 from undertow.comparison.recommendation import best
 from undertow.discovery.basis import choose
+from undertow.discovery.found_effects import FoundEffect
 from undertow.discovery.settings import DiscoverySettings
 from undertow.measurements.preparation.dataset import WEAK, DataSet
 from undertow.measurements.prepared_logs import Inputs, Parts
@@ -26,7 +27,7 @@ from undertow.physics.motion import Motion
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
 from undertow.reports.terminal.failures_screen import failures_table
-from undertow.reports.wording import told_of
+from undertow.reports.wording import risen, told_of
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.baselines import HoldVelocity, ZeroAcceleration, baselines
 from undertow.residuals.models.domain import known_to, spanned
@@ -184,6 +185,22 @@ def test_differences_are_those_of_the_table(found: dict[str, Any]):
     against = {(d["model"], d["against"]) for d in found["differences"]}
     assert ("true", "calibrated") in against
     assert ("hold velocity", "calibrated") not in against
+
+
+def test_a_step_that_errs_more_says_where_and_how_much(inputs: Inputs):
+    good, bad = (evaluate(VehicleModel(hull, "model"), inputs.parts.judged) for hull in (TRUE, HULL))
+    worse, better = score_step(bad, "munk_moment", before=good), score_step(good, "munk_moment", before=bad)
+    assert better.rises == ()
+    assert "rises" not in better.to_dict()
+    rise = next(one for one in worse.rises if (one.horizon, one.axis) == ("10", "surge"))
+    assert (rise.before, rise.after) == (better.rollout("10").surge, worse.rollout("10").surge)
+    assert rise.in_words == f"the surge error of 10 s predictions rises from {rise.before:.2g} to {rise.after:.2g} m/s"
+    (told,) = risen([better, worse], "10")
+    assert told.startswith("With munk moment, the surge acceleration error rises from ")
+    assert "2 s predictions" not in told
+    effect = FoundEffect(effect="munk_moment", verdict="missing", confidence=1.0, error_drop=0.5)
+    assert risen([worse], "10", effect)[0].startswith("With it, the surge acceleration error")
+    assert risen([worse], "10", effect.but(effect="sway_lift")) == []
 
 
 def test_a_lawful_model_is_trusted_and_the_unlawful_one_named(found: dict[str, Any]):

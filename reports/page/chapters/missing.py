@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from ....discovery.found_effects import FoundEffect, FoundTerm
 from ....physics.in_words import listing, percent, share_removed, unit_text
 from ...run_contents import RunFolder
-from ...wording import added_to, effect_words, interval, twins, within
+from ...wording import added_to, effect_words, interval, risen, twins, within
 from ..coefficients import coefficient_rows
 from ..figures.figures import coefficients, ranked_effects
 from ..markup import Html, element, figure, folded, lines, render, table
+from ..outcome import hero
 from .base import Chapter, Section
 
 
@@ -21,7 +22,9 @@ def missing_effects(run: RunFolder) -> Section:
     undecided = (
         "What may be missing" if findings.verdict == "undecided" else "Nothing is missing that this log can show"
     )
-    parts = [element("div", *map(_effect, chosen), cls="columns")] * bool(chosen)
+    horizon, _ = hero(findings.steps, run.comparison.best.horizon)
+    cards = [_effect(item, risen(findings.steps, horizon, item)) for item in chosen]
+    parts = [element("div", *cards, cls="columns")] * bool(chosen)
     drawings = []
     if candidates:
         caption = (
@@ -45,7 +48,7 @@ def missing_effects(run: RunFolder) -> Section:
     return Section("What is missing" if len(chosen) > len(doubted) else undecided, render(*parts))
 
 
-def _effect(item: FoundEffect) -> Html:
+def _effect(item: FoundEffect, worse: Sequence[str]) -> Html:
     values = [element("div", element("b", _value(term)), f"  (95 %: {interval(term.ci95)})") for term in item.terms]
     removed, sure = share_removed(item.error_drop), percent(item.confidence)
     others = twins(item)
@@ -59,6 +62,7 @@ def _effect(item: FoundEffect) -> Html:
         element(
             "p", f"Removes {removed} of an axis's held-out error, beside the others; confidence {sure}.", cls="facts"
         ),
+        *(element("p", text, cls="warn") for text in worse),
         *[element("p", f"This log cannot tell it from {listing(others)}.", cls="warn")] * bool(others),
         cls="card effect" if item.verdict == "missing" else "card effect doubted",
     )

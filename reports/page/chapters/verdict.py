@@ -6,7 +6,7 @@ from ....physics.frames import AXES
 from ....physics.in_words import listing, percent, unit_text, words
 from ....residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS
 from ...run_contents import RunFolder
-from ...wording import step_words, typeset
+from ...wording import risen, step_words, typeset
 from ..figures.figures import step_bars
 from ..markup import Html, element, lines, render
 from ..outcome import also_worse, hero, outcome
@@ -93,6 +93,7 @@ def falling_error(run: RunFolder) -> Section:
         *lines(["along the measured motion,", "after the same steps"]),
         cls="side",
     )
+    worse = risen(steps, horizon)
     drawing = element(
         "figure",
         element("h3", f"Error of {horizon} s predictions"),
@@ -103,6 +104,7 @@ def falling_error(run: RunFolder) -> Section:
             "Read downwards: each row adds one effect, and shorter is better. Every column has its own scale. "
             "Predictions run open loop from measured states; all errors are root mean squares on held-out data.",
         ),
+        *(element("p", text, cls="warn") for text in worse),
         cls="card",
     )
     return Section("The error, step by step" if len(steps) > 1 else "The error of the nominal model", drawing)

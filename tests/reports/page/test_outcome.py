@@ -9,7 +9,7 @@ from sample_run import write_sample
 from verbs import done
 
 from undertow.comparison.facts import Best, Comparison
-from undertow.discovery.findings import Findings, Step
+from undertow.discovery.findings import Findings, Rise, Step
 from undertow.physics.in_words import NARROW
 from undertow.reports.page.chapters.models import models
 from undertow.reports.page.figures.model_figures import trust
@@ -17,6 +17,7 @@ from undertow.reports.page.markup import Html, render
 from undertow.reports.page.outcome import gets_worse, hero, opening, outcome
 from undertow.reports.page.page import page
 from undertow.reports.page.rivals import Rival
+from undertow.reports.terminal.findings_screen import error_left
 from undertow.workflows.run_folder.read import read_run
 
 NOTHING = Comparison(models=())
@@ -103,6 +104,17 @@ def test_the_page_leads_with_an_error_that_grew(tmp_path: Path):
     text = page(replace(run, findings=run.findings.but(steps=(*steps[:-1], worse))))
     assert '<p class="lead">Adding them makes the position error of 10 s predictions' in text
     assert "removes" not in text.split('class="card numbers"')[0]
+
+
+def test_a_step_that_makes_something_worse_says_so_on_its_card_and_below_the_steps(tmp_path: Path):
+    run = read_run(write_sample(tmp_path / "run", seconds=30.0))
+    rise = Rise(horizon="10", axis="yaw", before=0.125, after=0.25, unit="rad/s")
+    steps = tuple(one.but(rises=(rise,)) if one.added == "yaw_quadratic_damping" else one for one in run.findings.steps)
+    told = page(replace(run, findings=run.findings.but(steps=steps))).replace(NARROW, " ")
+    card = told.split("<h3>Yaw quadratic damping</h3>")[1].split("</div></div>")[0]
+    assert "With it, the yaw error of 10 s predictions rises from 0.12 to 0.25 rad/s, on rows that no fit saw" in card
+    assert "With yaw quadratic damping, the yaw error of 10 s predictions rises from 0.12 to 0.25 rad/s" in told
+    assert "With yaw quadratic damping, the yaw error" in error_left(steps)
 
 
 def test_discover_prints_which_model_to_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
