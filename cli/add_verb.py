@@ -109,7 +109,7 @@ def add(
 
         say("")
         warn(findings.warnings)
-        prose(findings.headline)
+        prose(" ".join([findings.headline, *findings.reasons]))
         if findings.calibrated:
             show(calibrated_table(findings.calibrated), left_list(findings.left, findings.absorbed))
         tables = [added_table(findings.candidates)] if findings.candidates else []

@@ -21,6 +21,7 @@ from ..reason import Reason
 from ..search.bootstrap import Interval
 from ..search.chance import REHEARSALS
 from ..search.floating import ALIVE, Search
+from .all_thrusters import ONE, all_thrusters
 from .invariance import Invariance
 from .other_forms import OtherForms
 from .weighing import PERHAPS, Evidence, parameter_total
@@ -99,8 +100,8 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     """
     g, search, lawful, kept, doubtful = grounds, grounds.search, grounds.lawful, grounds.kept, grounds.doubtful
     pool = {candidate.key: candidate for candidate in (*search.pool, *g.unseen)}
-    what = _what(search)
-    found = [_effect(g, pool[e.key], e, what) for e in _one_each(g.evidence, pool) if e.kind is Kind.EFFECT]
+    what, thrust = _what(search), all_thrusters(search.nominal, lawful.vehicle, kept)
+    found = [_effect(g, pool[e.key], e, what, thrust) for e in _one_each(g.evidence, pool) if e.kind is Kind.EFFECT]
     found += others
     added = [key for key in g.order if key in kept and key is not None and pool[key].kind is Kind.EFFECT]
     missing = tuple(dict.fromkeys(pool[key].effect.name for key in added if key not in doubtful))
@@ -116,6 +117,7 @@ def conclude(grounds: Grounds, advice: tuple[Advice, ...] = (), others: Sequence
     unsure = bool(open_ends) or bool(unnamed) or still or bool(g.rests)
     verdict = "missing" if missing else "undecided" if unsure else "nothing missing"
     headline, reasons = (_STILL, ()) if still and not missing else _headline(g, missing, unnamed, open_ends)
+    reasons = (*([thrust] if thrust and ONE in missing else []), *reasons)
     return Findings(
         verdict=verdict,
         headline=headline,
@@ -162,9 +164,10 @@ def _one_each(evidence: Sequence[Evidence], pool: Mapping[str, Candidate]) -> li
     return entries
 
 
-def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEffect:
+def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str, thrust: str) -> FoundEffect:
     """One candidate in words and numbers, those of the corrected model where the effect is kept."""
     effect, nominal, kept, doubt = candidate.effect, g.search.nominal, e.key in g.kept, g.doubtful.get(e.key)
+    meaning = thrust if thrust and kept and effect.name == ONE else effect.meaning
     reason = doubt.reason if doubt else None if kept else e.reason
     verdict: Verdict = "missing" if reason is None else "possible" if _open(e, reason) else "no evidence"
     terms: tuple[FoundTerm, ...] = ()
@@ -174,12 +177,12 @@ def _effect(g: Grounds, candidate: Candidate, e: Evidence, what: str) -> FoundEf
         model = g.lawful.vehicle
         terms = tuple(t.but(in_model=parameter_total(nominal, candidate, model, t.symbol)) for t in terms)
     if reason is None:
-        sentence = f"{effect.meaning} {_alone(candidate, e.share, what)}"
+        sentence = f"{meaning} {_alone(candidate, e.share, what)}"
         if e.chance is not None:
             sentence += f" {e.chance.in_words}"
         sentence += "".join(f" {_HELD.format(t.symbol, t.in_model, t.unit, t.value)}" for t in terms if t.moved)
     else:
-        sentence = reason.tell(effect.meaning, doubt.told if doubt else _told(e, reason))
+        sentence = reason.tell(meaning, doubt.told if doubt else _told(e, reason))
     same = g.invariant.get(e.key)
     rivals_by_name = tuple(name.split("[")[0] for name in e.indistinguishable_from)
     return FoundEffect(
