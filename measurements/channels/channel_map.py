@@ -27,6 +27,8 @@ _UNITS = {
     "percent": {"1": 0.01},
 }
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
+_SAME = dict.fromkeys(("kn", "kt", "kts"), "knots")
+"""Other names of these units: ISO 80000 has kn, pilots and most receivers have kt."""
 _MOST_UNUSED = 40
 """Names that a remark lists: a bag has hundreds, and whoever maps channels asks `inspect --json`."""
 _LONGEST = 300
@@ -61,8 +63,8 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         newton_port: "/thrusters/1:data"
         pwm_port: null                                      # leave this channel out
 
-    The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots, km/h,
-    cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu` says that the
+    The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots or kn or kt,
+    km/h, cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu` says that the
     entry is the ENU/FLU channel of that name (x east, y north, psi counter-clockwise from east, v and r to port);
     without it a ROS-style field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and everything else
     is in the frame of the log.
@@ -131,6 +133,7 @@ def entry_of(path: Path, key: str, value: Any) -> Entry:
     if frame not in (None, "ned", "enu"):
         raise LogError(f"{path}: channel map entry '{key}' needs frame ned or enu, got {shown(frame)}.")
     unit = value.get("unit")
+    unit = _SAME.get(unit, unit) if isinstance(unit, str) else unit
     if unit is not None and (not isinstance(unit, str) or unit not in _UNITS):
         raise LogError(
             f"{path}: channel map entry '{key}' needs a unit among {', '.join(_UNITS)}, or a scale; got {shown(unit)}."
