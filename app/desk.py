@@ -266,7 +266,7 @@ class Desk:
             mapped = _fresh(self._folder, "channels.yaml")
             draft.write(_fresh(self._folder, "vehicle.yaml"), mapped)
             vehicle, doubt = draft.vehicle, next((doubt.value for doubt in draft.doubts if doubt in PLACES), "")
-            how = (*(_TURNED.format(t.channel) for t in draft.thrusters if t.turned), *draft.remarks)
+            how = (*(_TURNED.format(t.channel) for t in draft.thrusters if t.turned), *draft.likely, *draft.remarks)
         if source.changed or source.places:
             vehicle = put_right(vehicle, dict(source.changed), source.places)
         return vehicle, mapped, doubt, how

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..measurements.log_options import Reading
-from .console import failing_clearly, progress, say, show, tell_replaced
+from .console import failing_clearly, progress, prose, say, show, tell_replaced
 from .options import FEW_LOGS, ForceOption, FrameOption, Logs, MapOption, NamespaceOption, earlier_files
 
 _VEHICLE, _CHANNELS = Path("vehicle.yaml"), Path("channels.yaml")
@@ -46,6 +46,7 @@ def init(
     """Make a vehicle file and a channel map of a log, every number with its source."""
     with failing_clearly():
         from ..reports.terminal.init_screen import init_screen
+        from ..reports.terminal.layout import UNSURE
         from ..workflows.init import Hull
         from ..workflows.init import init as draft_of
 
@@ -59,6 +60,8 @@ def init(
         tell_replaced(earlier)
         show(*init_screen(draft.vehicle, draft.thrusters, draft.to_look_at))
         named = " ".join(map(str, logs)) if len(logs) <= FEW_LOGS else "LOG..."
+        if draft.unsettled:
+            prose(f"Settle first: {draft.unsettled}", UNSURE)
         say(f"Vehicle: {out}; channel map: {channels_out}. Look at both, then:")
         say(f"  undertow discover {named} --vehicle {out} --map {channels_out} --refit --out run")
 

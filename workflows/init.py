@@ -80,6 +80,7 @@ class Draft(Card):
     vehicle : its `sources` say of every number where it is from
     thrusters : what the logs show of them, in the order of the vehicle's
     entries, unused : the channel map, see `map_text`; None for what it leaves out
+    likely : what the logs likely show of the thrusters' places, against the channel map, with the lines that follow it
     remarks : what the logs say of the commands that a person must know
     doubts : what nobody told and the logs do not show
     logs : the logs read
@@ -89,6 +90,7 @@ class Draft(Card):
     thrusters: tuple[FoundThruster, ...]
     entries: Mapping[str, Entry | None]
     unused: tuple[str, ...]
+    likely: tuple[str, ...]
     remarks: tuple[str, ...]
     doubts: tuple[Doubt, ...]
     logs: tuple[Path, ...]
@@ -99,13 +101,25 @@ class Draft(Card):
         return [
             ("vehicle", f"{self.vehicle.name}, {self.vehicle.mass:g} kg"),
             ("thrusters", ", ".join(seen)),
+            ("to settle", self.unsettled),
             *each("to look at", self.to_look_at),
         ]
 
     @property
     def to_look_at(self) -> tuple[str, ...]:
-        """What a person is to look at, most doubtful first: remarks, then doubts."""
-        return (*self.remarks, *(doubt.value for doubt in self.doubts))
+        """What a person is to look at, beside what is `unsettled`: remarks, then doubts."""
+        return (*self.remarks, *(doubt.value for doubt in self.doubts if doubt not in PLACES))
+
+    @property
+    def unsettled(self) -> str:
+        """What is doubtful of the thrusters' places, and the lines that settle it; empty where nothing is."""
+        if self.likely:
+            return " ".join([*self.likely, "Until then, the map believes the names."])
+        if Doubt.SIGNS not in self.doubts:
+            return next((doubt.value for doubt in self.doubts if doubt in PLACES), "")
+        turned = {t.channel: _turned(self.entries[t.channel], t) for t in self.thrusters if not t.by_log}
+        lines = " or ".join(map_text({name: entry}).strip() for name, entry in turned.items())
+        return f"{Doubt.SIGNS.value} If you know that one is turned round, write its line into the map: {lines}."
 
     def write(self, vehicle: Path, channels: Path | None) -> None:
         """Write the vehicle file, and the channel map if one is wanted."""
@@ -170,9 +184,10 @@ def init(
     still = left_out(records)
     entries = _entries(read[0], thrusters, still)
     unused = (*read[0].unused, *(read[0].channels[name].origin for name in still))
-    remarks = (*_likely(examined, thrusters), *_of_still(records, thrusters, still), *_of_map(read))
+    likely = tuple(_likely(examined, thrusters))
+    remarks = (*_of_still(records, thrusters, still), *_of_map(read))
     doubts = _doubts(thrusters, known, base is not None, astern)
-    return Draft(vehicle, tuple(thrusters), entries, unused, remarks, doubts, tuple(log.path for log in read))
+    return Draft(vehicle, tuple(thrusters), entries, unused, likely, remarks, doubts, tuple(log.path for log in read))
 
 
 def _with_astern(records: Sequence[Record], thrusters: list[FoundThruster]) -> tuple[list[FoundThruster], bool]:
@@ -252,10 +267,13 @@ def _entries(log: Log, thrusters: Sequence[FoundThruster], still: Sequence[str])
     for one, _ in moved.values():
         del entries[one.read_as]
     for channel, (one, entry) in moved.items():
-        if one.turned:
-            entry = replace(entry, scale=-entry.scale, offset=2.0 * one.output.neutral - entry.offset)
-        entries[channel] = entry
+        entries[channel] = _turned(entry, one) if one.turned else entry
     return entries
+
+
+def _turned(entry: Entry | None, one: FoundThruster) -> Entry | None:
+    """A line of the channel map that turns a thruster's command round about its neutral."""
+    return entry and replace(entry, scale=-entry.scale, offset=2.0 * one.output.neutral - entry.offset)
 
 
 def _doubts(thrusters: Sequence[FoundThruster], hull: Hull, like: bool, astern: bool) -> tuple[Doubt, ...]:

@@ -60,9 +60,14 @@ def _unproven(inspections: Sequence[Inspection], together: Sequence[Finding]) ->
 
 
 def likely_misplaced(findings: Sequence[Finding]) -> list[str]:
-    """What is likely wrong with the thrusters' places and directions, with its odds and the line to try."""
+    """What is likely wrong with the thrusters' places and directions, with its odds and the lines to try, once."""
     likely = [finding for finding in findings if finding.check in _PLACES and finding.verdict == "warning"]
-    return [f"{f.told} {f.cure}." for f in likely]
+    found = []
+    for cure in dict.fromkeys(finding.cure for finding in likely):
+        first, *others = [finding for finding in likely if finding.cure == cure]
+        also = [f"{one.short[0].upper()}{one.short[1:]}, too." for one in others]
+        found.append(" ".join([first.told, *also, f"{cure}."]))
+    return found
 
 
 def defects(inspections: Sequence[Inspection], together: Sequence[Finding], vehicle: Vehicle) -> list[str]:

@@ -63,11 +63,11 @@ def read_channel_map(path: Path) -> dict[str, Entry | None]:
         newton_port: "/thrusters/1:data"
         pwm_port: null                                      # leave this channel out
 
-    The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots or kn or kt,
-    km/h, cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu` says that the
-    entry is the ENU/FLU channel of that name (x east, y north, psi counter-clockwise from east, v and r to port);
-    without it a ROS-style field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and everything else
-    is in the frame of the log.
+    The channel is `scale * stream + offset` (1 and 0 when absent); with a `unit` (deg, deg/s, 1e-7 deg, knots or kn or
+    kt, km/h, cm/s, cm, g, rpm, percent) that fits the channel, both are turned into the channel's own. `frame: enu`
+    says that the entry is the ENU/FLU channel of that name (x east, y north, psi counter-clockwise from east, v and r
+    to port); without it a ROS-style field mapped to its own channel (`x` from `pose.position.x`) is ENU/FLU, and
+    everything else is in the frame of the log.
 
     Raises
     ------

@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from verbs import call, done, refused
 
-from undertow.measurements.log_options import Reading
+from undertow.measurements.log import read_log
+from undertow.measurements.log_options import AS_GUESSED, Reading
 from undertow.physics.vehicle import load_vehicle
 from undertow.workflows.inputs import read_inputs
 
@@ -27,6 +29,14 @@ def test_what_it_writes_reads_the_log(log: Path, here: Path) -> None:
     said = done("init", log, "--mass", "22", "--spacing", "0.436", "--length", "1.2")
     assert "--vehicle vehicle.yaml --map channels.yaml --refit" in said
     assert "given to undertow init" in said
+    assert said.count("believed") == 1, "what is doubtful of the map is told once, at the end"
+    end = " ".join(said.partition("Settle first: ")[2].split())
+    line = end.partition("write its line into the map: ")[2].partition("}")[0] + "}"
+    Path("turned.yaml").write_text(line)
+    turned, plain = (
+        read_log(log, reading).channels["pwm_stbd"] for reading in (Reading(None, "turned.yaml"), AS_GUESSED)
+    )
+    assert np.allclose(turned.value + plain.value, 3000.0)
     assert "Nobody told the mass" not in said
     assert max(map(len, said.replace(str(log), "LOG").splitlines())) <= 120
     vehicle = load_vehicle("vehicle.yaml")

@@ -111,9 +111,11 @@ def test_what_is_likely_reversed_is_said_by_init_and_by_all_that_is_made_of_it()
     """A real log that shows it at long odds only: the starboard thruster of this boat is reversed."""
     path = shared("blueboat") / "log_231.csv"
     draft = init(path, Hull(mass=15.0, length=1.2, spacing=0.57), progress=None)
-    first = draft.to_look_at[0]
+    first = draft.unsettled
     assert first.startswith("pwm_stbd is likely reversed (99 % sure")
     assert "Try it in a channel map: 'pwm_stbd: {from: pwm_stbd, scale: -1, offset: 3020}'" in first
+    assert first.endswith("Until then, the map believes the names.")
+    assert not [text for text in draft.to_look_at if "believed" in text or "certain" in text], "told once"
     assert first.partition(",")[0] in repr(draft)
     assert "offset: 3020}'" in repr(draft)
     inputs = read_inputs(path, draft.vehicle, progress=None)

@@ -6,7 +6,7 @@ from undertow.measurements.inspection import Inspection, inspect_log
 from undertow.measurements.log import read_log
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.workflows.soundness import sound
+from undertow.workflows.soundness import likely_misplaced, sound
 
 HULL = load_vehicle("blueboat")
 PLACES = ("direction", "sides")
@@ -34,3 +34,14 @@ def test_logs_that_show_it_together_are_believed(shown: Inspection):
     hidden = tuple(f.but(verdict="cannot tell", parts={}) if f.check in PLACES else f for f in shown.quality)
     together = [f for f in shown.quality if f.check in PLACES]
     assert sound([shown.but(quality=hidden)] * 2, together, HULL, as_is=False) == ()
+
+
+def test_two_faults_of_one_cure_are_told_with_it_once(shown: Inspection):
+    kept = next(f for f in shown.quality if f.check == "sides")
+    turned, moved = (
+        kept.but(check=check, verdict="warning", sentence=short, short=short, remedy="try it: 'pwm_port: b'")
+        for check, short in (("direction", "pwm_port is likely reversed"), ("sides", "port and starboard are swapped"))
+    )
+    (told,) = likely_misplaced([turned, moved])
+    assert told == "pwm_port is likely reversed. Port and starboard are swapped, too. Try it: 'pwm_port: b'."
+    assert len(likely_misplaced([turned, moved.but(remedy="look")])) == 2
