@@ -175,7 +175,7 @@ def _compared(pair: _Comparison, lag: Lag | None, each: Sequence[Lag], steered: 
                 ci95=lag.ci95,
                 channels=names,
             )
-        text = f"{pair.late} is in step with {pair.reference} ({lag.seconds:+.3f} s)"
+        text = f"{pair.late} is in step with {pair.reference} (to {max(abs(lag.seconds), 0.001):.3f} s)"
         return Finding(
             check="clocks", verdict="ok", sentence=text, value=lag.seconds, unit="s", ci95=lag.ci95, channels=names
         )
@@ -228,7 +228,8 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
     row = max(record.log.channels[name].period for record in records for name in names if name in record.log.channels)
     if ends[1] >= -_IN_STEP - 0.5 * row:
         if ends[0] < -_NEARLY - 0.5 * row:
-            text = f"the boat may answer its commands {ends[0]:+.2f} to {ends[1]:+.2f} s after them: too little to tell"
+            between = " to ".join(_when(end, 2) for end in ends)
+            text = f"the boat may answer its commands {between}: too little to tell"
             return [
                 Finding(
                     check="clocks",
@@ -240,9 +241,18 @@ def _commanded(records: Sequence[Record], gyro: float) -> list[Finding]:
                     channels=channels,
                 )
             ]
-        text = f"the boat answers its commands, {_when(seconds, 2)}"
+        either = [one for one in found if one.contrary]
+        if either:  # the same alternatives as those of `Sides`, which tells which way the thrusters push in each
+            told = " or ".join(_when(one.seconds) for one in (either[0].best, *either[0].contrary[:2]))
+            text = f"when the boat answers its commands hangs on which way its thrusters push: {told}"
+            return [
+                Finding(
+                    check="clocks", verdict="cannot tell", sentence=text, value=seconds, unit="s", channels=channels
+                )
+            ]
+        text = f"the boat answers its commands {_when(seconds, 2)}"
         if seconds < 0.0:
-            text = f"{text}, which is in step for rows of {row:.2g} s"
+            text = f"the boat answers its commands in the same row of {row:.2g} s"
         return [
             Finding(check="clocks", verdict="ok", sentence=text, value=seconds, unit="s", ci95=ends, channels=channels)
         ]

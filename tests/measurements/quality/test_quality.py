@@ -24,7 +24,7 @@ from undertow.measurements.quality.fixes import fixes_of
 from undertow.measurements.quality.lags import Response, lag_of
 from undertow.measurements.quality.record import Record
 from undertow.measurements.quality.registry import CHECKS
-from undertow.measurements.quality.response import answers
+from undertow.measurements.quality.response import Answer, Trial, Trials, answers
 from undertow.measurements.statistics.robust import robust_fit
 from undertow.physics.frames import body_to_earth
 from undertow.workflows.inputs import _alignment_notes
@@ -318,7 +318,16 @@ def test_an_answer_a_little_early_is_told_in_words(odometry: Log):
     late = {n: replace(c, time=c.time + 0.04 * n.startswith("pwm")) for n, c in odometry.channels.items()}
     told = [f for f in examine(replace(odometry, channels=late)).findings if "answers its commands" in f.sentence]
     assert [(f.verdict, f.value is not None and f.value < 0.0) for f in told] == [("ok", True)]
-    assert re.search(r"commands, 0\.0\d s before them", told[0].sentence)
+    assert told[0].sentence == "the boat answers its commands in the same row of 0.095 s"
+
+
+def test_a_delay_is_not_known_where_it_hangs_on_a_sign_that_is_not(odometry: Log, monkeypatch: pytest.MonkeyPatch):
+    ahead, astern = ({"pwm_port": Answer(sign, 0.01, 0.0, 1.0)} for sign in (1.0, -1.0))
+    either = Trials(Trial(0.0, ahead, np.ones(9)), (Trial(0.4, astern, np.ones(9)),))
+    monkeypatch.setattr("undertow.measurements.quality.checks.clocks.trials", lambda records: [either])
+    found = only(examine(odometry).findings, "clocks", "pwm_port")
+    assert found.verdict == "cannot tell"
+    assert found.sentence.endswith("hangs on which way its thrusters push: 0.0 s after them or 0.4 s after them")
 
 
 def test_positions_alone_tell_the_sides(odometry: Log):
