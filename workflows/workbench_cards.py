@@ -9,7 +9,7 @@ from ..discovery.found_effects import FoundEffect, FoundTerm
 from ..physics.effects import BY_NAME
 from ..physics.errors import RequestError
 from ..physics.in_words import unit_text, words
-from ..reports.page.figures.missing_force import MissingForce, best_signal, force_drawings
+from ..reports.page.figures.missing_force import MissingForce, best_signal, force_drawings, signal_rows
 from ..reports.wording import effect_words, interval, risen, twins, within
 from ..residuals.models.base import VehicleModel
 from .log_on_bench import LogOnBench
@@ -83,8 +83,8 @@ def _picture(found: FoundEffect, bench: LogOnBench) -> str:
         known = np.isfinite(nominal[force]) & np.isfinite(left[force])
         lacking, added = nominal[force][known], (nominal[force] - left[force])[known]
         if lacking.size and np.any(added):
-            rows = {name: values[known] for name, values in table.items()}
-            signal = best_signal(rows, added)
+            rows = signal_rows({name: values[known] for name, values in table.items()})
+            signal = best_signal(rows, added, axis)
             drawn.append(MissingForce(axis, lacking, added, signal, rows[signal]))
     best = max(drawn, key=lambda one: one.told, default=None)
     return str(force_drawings([best])[0]) if best is not None and best.told >= _TELLS else ""

@@ -14,7 +14,7 @@ def what_convinces(run: RunFolder) -> Section | None:
     caption = (
         "Grey: the measured force less that of the nominal model, a dot a row; discs: its means. Line: what was added "
         "to the model, averaged over the same rows. Where the line runs through the discs, the model has what it "
-        "lacked. Each is drawn over the signal that tells most of it; what depends on several signals scatters."
+        "lacked. Each is drawn over the signal over which that is seen best; what depends on several scatters."
     )
     return Section("The force that is missing", figure(force_drawings(found), caption, cls="three"))
 

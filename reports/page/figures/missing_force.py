@@ -1,5 +1,6 @@
 """The force that the nominal model lacks, what was added for it, and over which signal it is best seen."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,11 +17,18 @@ from ....physics.vehicle import Vehicle
 from ..markup import Html
 from .svg import ROLES, STYLE, canvas, drawn, panel
 
-SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
-"""Columns of a series that a force may depend on, beside the commands, and their units."""
+SIGNALS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "deg", "u_dot": "m/s^2", "v_dot": "m/s^2", "r_dot": "rad/s^2"}
+"""Columns of a series that a force may depend on, beside the commands, and the units in which they are drawn."""
+_LAST = ("psi", "u_dot", "v_dot", "r_dot")
+"""Signals over which few laws are known by sight, and that make one of noise: forces are measured by accelerations."""
+_CLEARLY, _UNSEEN = 0.67, 0.05
+"""Share of what better known signals leave untold of a law that another may leave at most to be drawn over, and share
+of it that nobody sees to be untold: judgements. The force of a wind over the heading leaves nearly nothing."""
 _COMMANDS = ("newton_", "pwm_", "normalized_", "rad_s_")
 _VELOCITIES: dict[str, str] = dict(zip(AXES, ("u", "v", "r"), strict=True))
-_SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"}
+_SPOKEN = {"u": "surge speed", "v": "sway speed", "r": "yaw rate", "psi": "heading"} | {
+    f"{speed}_dot": f"{axis} acceleration" for axis, speed in _VELOCITIES.items()
+}
 _LEAST = 5
 """Rows of a part that is drawn."""
 _POINTS = 500
@@ -40,7 +48,7 @@ class MissingForce:
     axis : 0 surge, 1 sway, 2 yaw
     lacking : measured force less that of the nominal model (n,) [N, N m]
     added : what the corrected model has more (n,) [N, N m]
-    signal, values : column of the series that tells most of `lacking`, and its values (n,)
+    signal, values : column of the series, and its values (n,) in the unit of `SIGNALS`
     """
 
     axis: int
@@ -77,7 +85,7 @@ def signals(series: Iterable[object]) -> list[str]:
 def missing_force(
     series: pd.DataFrame, nominal: Vehicle, axis: int, signal: str = "", unjudged: Sequence[str] = ()
 ) -> MissingForce:
-    """What the nominal model lacks on an axis, over a signal; default: the one that tells most of it.
+    """What the nominal model lacks on an axis, over a signal; default: the one over which what was added is seen best.
 
     Velocities and accelerations along axes that were not judged tell nothing.
     """
@@ -86,15 +94,41 @@ def missing_force(
     more = np.column_stack([(series[f"{c}_after"] - series[f"{c}_before"]).to_numpy(dtype=float) for c in columns])
     added = (more @ mass_matrix(nominal).T)[:, axis]
     known = np.isfinite(lacking) & np.isfinite(added)
-    rows = {name: series[name].to_numpy(dtype=float)[known] for name in signals(series)}
-    chosen = signal or best_signal(rows, lacking[known], unjudged)
+    rows = signal_rows({name: series[name].to_numpy(dtype=float)[known] for name in signals(series)})
+    chosen = signal or best_signal(rows, added[known], axis, unjudged)
     return MissingForce(axis, lacking[known], added[known], chosen, rows[chosen])
 
 
-def best_signal(rows: Mapping[str, Array], force: Array, unjudged: Sequence[str] = ()) -> str:
-    """The column that tells most of a force (n,), among those that it may depend on and that can be trusted."""
-    doubted = [f"{_VELOCITIES[axis]}{ending}" for axis in unjudged for ending in ("", "_dot")]
-    return max((n for n in signals(rows) if n not in doubted), key=lambda name: told_by(rows[name], force))
+def best_signal(rows: Mapping[str, Array], law: Array, axis: int, unjudged: Sequence[str] = ()) -> str:
+    """The column over which a law (n,) is seen best, among those that it may depend on and that can be trusted.
+
+    That is the speed that tells most of it, of equal ones that along the axis; a command where it tells clearly more,
+    and heading or acceleration where these tell clearly more again.
+
+    Parameters
+    ----------
+    rows : see `signal_rows`
+    """
+    doubted = [f"{_VELOCITIES[name]}{ending}" for name in unjudged for ending in ("", "_dot")]
+    size = max(float(np.square(law).mean()), 1e-300)
+
+    def untold(name: str) -> float:
+        return max((1.0 - told_by(rows[name], law)) * float(law.var()) / size, _UNSEEN)
+
+    speeds = sorted(_VELOCITIES.values(), key=lambda name: name != _VELOCITIES[AXES[axis]])
+    commands = [name for name in rows if name.startswith(_COMMANDS)]
+    best, least = "", math.inf
+    for tier in (speeds, commands, _LAST):
+        left = {name: untold(name) for name in tier if name in rows and name not in doubted}
+        first = min(left, key=lambda name: left[name], default="")
+        if first and left[first] < _CLEARLY * least:
+            best, least = first, left[first]
+    return best
+
+
+def signal_rows(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Columns as they are drawn: a heading turns round once, and does not count the turns before."""
+    return {name: np.degrees(values) % 360.0 if name == "psi" else values for name, values in columns.items()}
 
 
 def means(values: Array, force: Array) -> tuple[Array, Array]:

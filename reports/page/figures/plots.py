@@ -69,7 +69,7 @@ class Plots(Drawings):
         Parameters
         ----------
         what : surge, sway or yaw, or an effect, on whose axis it is drawn; default: the first effect that is missing
-        against : a column of the series: u, v, r, psi, u_dot, ... or a command; default: what tells most of the force
+        against : a column of the series: u, v, r, psi, u_dot, ... or a command; default: over which it is seen best
 
         Raises
         ------

@@ -11,7 +11,7 @@ import undertow
 from undertow.physics.errors import RequestError
 from undertow.physics.vehicle import load_vehicle
 from undertow.physics.worlds.world import simulate_world
-from undertow.reports.page.figures.missing_force import convincing
+from undertow.reports.page.figures.missing_force import MissingForce, best_signal, convincing, means, signal_rows
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt
@@ -117,6 +117,29 @@ def test_the_page_shows_the_force_of_the_axis_on_which_something_was_added(run: 
     assert convincing(run.findings.but(missing=()), run.series, run.discovery.nominal) == []
 
 
+def test_a_law_is_drawn_over_the_signal_by_which_it_is_known() -> None:
+    rng = np.random.default_rng(0)
+    names = ("u", "v", "r", "psi", "u_dot", "v_dot", "r_dot", "pwm_port")
+    columns = {name: rng.normal(size=2000) for name in names} | {"psi": np.linspace(-50.0, -5.0, 2000)}
+    rows = signal_rows(columns)
+    assert 0.0 <= rows["psi"].min() < 5.0
+    assert 355.0 < rows["psi"].max() < 360.0
+    u, command = columns["u"], columns["pwm_port"]
+    laws = {
+        "u": -8.0 * u * np.abs(u),
+        "psi": 4.0 * np.cos(columns["psi"] - 1.0),
+        "u_dot": -15.0 * columns["u_dot"],
+        "pwm_port": 0.2 * command,
+        "r": np.full(2000, 0.6) + 1e-3 * columns["u_dot"],  # a trim, which no signal tells
+    }
+    assert {name: best_signal(rows, law, 2 if name == "r" else 0) for name, law in laws.items()} == {n: n for n in laws}
+    assert best_signal(rows, u + 1.1 * command, 0) == "u", "of what tells about as much, the one that is known best"
+    assert best_signal(rows, laws["u"], 1, ["surge"]) not in ("u", "u_dot")
+    heading = MissingForce(0, laws["psi"], laws["psi"], "psi", rows["psi"])
+    assert heading.label == "heading [deg]"
+    assert np.ptp(means(heading.values, heading.added)[1]) > 7.0, "one wave, not the mean of many"
+
+
 def test_no_force_is_drawn_over_a_velocity_that_was_not_judged(run: Any) -> None:
     scales = {**run.findings.criterion.force_scale, "surge": 1e-9}
     doubted = run.findings.but(criterion=run.findings.criterion.but(force_scale=scales))
@@ -124,5 +147,5 @@ def test_no_force_is_drawn_over_a_velocity_that_was_not_judged(run: Any) -> None
     found = convincing(doubted, run.series, run.discovery.nominal)
     assert all(one.axis != 0 and one.signal not in ("u", "u_dot") for one in found)
     plots = undertow.Plots(doubted, run.series, run.discovery.nominal, run.discovery.corrected)
-    assert plots.force("yaw").get_xlabel() not in ("surge speed [m/s]", "u_dot [m/s²]")
+    assert plots.force("yaw").get_xlabel() not in ("surge speed [m/s]", "surge acceleration [m/s²]")
     assert plots.force("surge", against="u").get_xlabel() == "surge speed [m/s]"
