@@ -14,6 +14,7 @@ from .basis import Basis, choose
 from .calibration.beside_effects import with_calibration
 from .candidates.nuisance import CALIBRATED
 from .discover import Discovery
+from .evidence.all_thrusters import all_thrusters
 from .evidence.disagreements import disagreements
 from .evidence.record_errors import record_errors
 from .evidence.verdicts import Doubt, Grounds, conclude, doubt_of
@@ -96,7 +97,8 @@ def add_effects(
     named = listing([words(label) for label in order if label != CALIBRATED])
     beside = ", beside the model's own numbers" if free is not None and free.symbols else ""
     sure = f"; not certain: {listing([words(key) for key in doubtful])}" if doubtful else ""
-    findings = findings.but(headline=f"Added by name: {named}{by}{beside}{sure}.", sensors=sensors)
+    headline, thrust = f"Added by name: {named}{by}{beside}{sure}.", all_thrusters(nominal, corrected, kept)
+    findings = findings.but(headline=headline, reasons=(thrust,) if thrust else (), sensors=sensors)
     return Discovery(nominal, corrected, fitted.steps, findings, error, noise, basis, unseen, notes)
 
 

@@ -58,7 +58,9 @@ def test_what_stays_unexplained_is_said(inputs: Inputs):
     explained = discover(inputs).findings.data
     assert not any("unexplained" in note for note in explained.notes)
     assert explained.unexplained["surge"].force < 2.0 * explained.unexplained["surge"].noise
-    left = add(["yaw_trim"], inputs).findings.data
+    alone = add(["yaw_trim"], inputs).findings
+    assert (alone.headline, alone.reasons) == ("Added by name: yaw trim; not certain: yaw trim.", ())
+    left = alone.data
     assert any(note.startswith("surge: ") and "stay unexplained" in note for note in left.notes)
 
 
