@@ -17,7 +17,7 @@ from ..physics.errors import RequestError
 from ..physics.in_words import percent
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.baselines import baselines
-from ..residuals.models.domain import known_to, spanned
+from ..residuals.models.domain import spanned
 from ..residuals.scores import ACCELERATION_UNITS, ROLLOUT_UNITS, Errors, by_axis, evaluate, evaluate_all
 from ..residuals.series import series
 from .audit import Audit, audit_along
@@ -29,6 +29,9 @@ from .recommendation import best
 BASELINE = "baseline"
 _FAR_OUT = 0.05
 """Share of the judged rows far from what a network was trained on that is worth a sentence."""
+_FAR = 1.0
+"""Distance beyond a training [standard deviations] from which a row is far from it: what fades is nothing there, and
+what does not lies at three deviations of an input, which a training has hardly ever met."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,15 +208,18 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
     """Sentences on models that are judged far from what they were trained on."""
     told = []
     for found in judged:
-        domain = known_to(found.model)
-        if domain is None:
-            continue
-        share = 1.0 - float(domain.inside(parts.judged.motions).mean())
-        if share > _FAR_OUT:
+        beyond = [found.model.beyond(motion) for motion in parts.judged.motions]
+        distance = np.concatenate([part for part in beyond if part is not None] or [np.zeros(1)])
+        far = distance > _FAR
+        if far.mean() > _FAR_OUT:
+            why = (
+                "its correction is nothing there"
+                if found.model.fades
+                else "its errors there say little of it elsewhere"
+            )
             told.append(
-                f"{found.name} is judged far from what it was trained on at {percent(share)} of the rows (a speed or a "
-                "thrust more than three standard deviations from its mean in training): its errors there say little "
-                "about it elsewhere"
+                f"{found.name} is judged far from what it was trained on at {percent(float(far.mean()))} of the rows "
+                f"({np.median(distance[far]):.2g} standard deviations beyond it in the median): {why}"
             )
     return told
 

@@ -17,6 +17,7 @@ from .program.vector_operations import Built, Vector, VectorOperations
 
 if TYPE_CHECKING:
     from ..residuals.models.network_model import NetworkModel
+    from ..residuals.networks.fade import Fade
 
 Weights = Mapping[str, Array]
 _GATES = 4
@@ -168,6 +169,15 @@ def _memory_size(kind: str, weights: Weights) -> int:
     return 0
 
 
+def _weight(on: VectorOperations, fade: "Fade", standardised: Vector) -> Vector:
+    """How much of a correction is left, see `residuals.networks.fade`, once for each axis."""
+    rows, ends = (fade.get_buffer(name).cpu().numpy().astype(float) for name in ("rows", "ends"))
+    over = on.relu(on.affine(rows, -ends, on.part(standardised, 0, fade.inputs)))
+    lost = np.full((_AXES, ends.size), -1.0 / fade.reach.fade**2)
+    left = on.relu(on.affine(lost, np.ones(_AXES), on.mul(over, over)))
+    return on.mul(left, left)
+
+
 def weights_of(model: "NetworkModel") -> dict[str, Array]:
     """Weights and constants of a network by name, in double precision."""
     return {name: tensor.detach().cpu().numpy().astype(float) for name, tensor in model.network.state_dict().items()}
@@ -199,7 +209,7 @@ class CorrectedProgram:
             model.vehicle, model.time_step, corrected="in place" if model.pure else "beside"
         )
         self.seen: Function = network_inputs(self.program.vehicle, model.time_step, model.heading)
-        self._kind, self._weights = kind, weights_of(model)
+        self._kind, self._weights, self._fade = kind, weights_of(model), model.network.fade
         self._memory = Group(
             "memory", "what the network remembers", _numbered("memory", _memory_size(kind, self._weights))
         )
@@ -215,6 +225,8 @@ class CorrectedProgram:
         w, layers = self._weights, _Layers(on, self._weights)
         standardised = layers.scaled(1.0 / w["input_scale"], on.add(on.constant(-w["input_mean"]), seen))
         said, after = _KINDS[self._kind](layers, standardised, seen, memory)
+        if self._fade is not None:
+            said = on.mul(_weight(on, self._fade, standardised), said)
         return layers.scaled(w["output_scale"], said), after
 
     def _listened(self, on: VectorOperations, given: Mapping[str, Vector]) -> list[Vector]:

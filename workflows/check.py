@@ -122,19 +122,20 @@ def _without_log(model: Model, path: str | None) -> tuple[Envelope, str, Array |
         return stored, "the run folder: the speeds of its log", None
     commands = possible_commands(model.vehicle)
     if model.seen is not None:
-        return _trained_on(model.vehicle, *model.seen, commands)
+        told = "all that its training has seen" if model.fades else "2 deviations about the mean of its training"
+        return _trained_on(model.vehicle, *model.seen, commands, f"the network: {told}")
     return *reachable(model.vehicle, commands), commands  # the same, whatever the seed of the search
 
 
-def _trained_on(vehicle: Vehicle, low: Array, high: Array, commands: Array) -> tuple[Envelope, str, Array]:
-    """The envelope of a network's training, from its standardisation, and the commands whose thrust it has seen."""
+def _trained_on(vehicle: Vehicle, low: Array, high: Array, commands: Array, source: str) -> tuple[Envelope, str, Array]:
+    """The envelope of a network's training, where it is from, and the commands whose thrust the network has seen."""
     lower = np.round(np.minimum(low[:3], -_LEAST), 3).tolist()
     upper = np.round(np.maximum(high[:3], _LEAST), 3).tolist()
     thrust = held_thrust(calm(vehicle), commands)[0]
     count = thrust.shape[0]
     inside = (np.clip(thrust.T, low[3 : 3 + count], high[3 : 3 + count]) == thrust.T).all(axis=1)
     envelope = Envelope((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
-    return envelope, "the network: 2 deviations about the mean of its training", commands[inside]
+    return envelope, source, commands[inside]
 
 
 def _stored_envelope(folder: Path) -> Envelope | None:

@@ -74,7 +74,8 @@ def made(who: Contender, base: Vehicle, inputs: Inputs, seed: int) -> tuple[Mode
     """The model, trained where it is a network, and what training had to say."""
     if who.network is None:
         return VehicleModel(base, who.base), {}
-    settings = replace(TrainingSettings(seed=seed), **dict(who.settings))
+    # What a network says beyond its training is judged here; `benchmarks/fading.py` judges what is left where it fades.
+    settings = replace(TrainingSettings(seed=seed, fade=0.0), **dict(who.settings))
 
     def passed(model: NetworkModel) -> bool:
         return audit_along(model, inputs.parts).verdict == "pass"

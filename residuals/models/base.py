@@ -13,6 +13,8 @@ from ...physics.integration import Rollouts
 from ...physics.motion import Motion
 from ...physics.simulation import Legs, rollout, rollouts
 from ...physics.vehicle import Vehicle
+from .domain import excess
+from .network_inputs import network_inputs
 
 Kind = Literal["physics", "symbolic", "hybrid", "network", "baseline"]
 _AT_ONCE = 300_000
@@ -34,6 +36,7 @@ class Model(ABC):
         `residuals.models.bounds` may find
     time_step : of rollouts, where no motion gives one [s]
     seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
+    fades : whether its correction fades to nothing beyond its training
     """
 
     name: str
@@ -45,6 +48,7 @@ class Model(ABC):
     rests_on: Literal["vehicle", "itself", "bounds", "nothing"] = "nothing"
     time_step: float = 0.1
     seen: tuple[Array, Array] | None = None
+    fades: bool = False
 
     @abstractmethod
     def acceleration(self, motion: Motion) -> Array:
@@ -57,6 +61,15 @@ class Model(ABC):
     def rollouts(self, asked: Sequence[Legs]) -> list[Rollouts]:
         """The rollouts of several motions."""
         return [self.rollout(*legs) for legs in asked]
+
+    def beyond(self, motion: Motion) -> Array | None:
+        """How far rows lie beyond what it was trained on, (n,) [standard deviations].
+
+        None where it does not tell.
+        """
+        if self.seen is None:
+            return None
+        return excess(network_inputs(self.vehicle, motion, heading=False), *self.seen)
 
     @abstractmethod
     def settled(self, velocity: Array, heading: Array, commands: Array) -> Array:

@@ -34,7 +34,8 @@ class Bounded:
 def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Array | None = None) -> Bounded:
     """Prove that the power without thrust is at most `limit` [W] everywhere in an envelope, or meet a state against it.
 
-    With a `force` (3,) [N, N, N m] the limit rises with speed, by its power along each axis.
+    With a `force` (3,) [N, N, N m] the limit rises with speed, by its power along each axis. Of a correction that fades
+    the proof is that of the vehicle with all of it and with none: what lies between them has a power between theirs.
 
     The network must be a ReLU perceptron that does not see the heading, and the vehicle's water must not stream where
     the network gives the whole acceleration; else there is no proof. No proof is no disproof.
@@ -42,6 +43,16 @@ def bound_power(model: NetworkModel, envelope: Envelope, limit: float, force: Ar
     layers = _layers(model)
     if layers is None:
         return Bounded(False)
+    whole = _bound(model, layers, envelope, limit, force)
+    if not whole.proved or model.network.fade is None:
+        return whole
+    return _bound(model, [(np.zeros((3, 3)), np.zeros(3))], envelope, limit, force)
+
+
+def _bound(
+    model: NetworkModel, layers: list[tuple[Array, Array]], envelope: Envelope, limit: float, force: Array | None
+) -> Bounded:
+    """The same with these layers in the place of the network's."""
     terms = [] if model.pure else _monomials(model.vehicle)
     mass = mass_matrix(model.vehicle)
     cells = _orthants(envelope)

@@ -1,4 +1,4 @@
-"""Where a model knows its way: the speeds and thrusts that were seen when it was fitted."""
+"""Where a model knows its way: the speeds and thrusts that some motions span, and how far others lie beyond."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,11 +8,7 @@ import numpy as np
 from ...physics.frames import Array
 from ...physics.motion import Motion
 from ...physics.vehicle import Vehicle
-from .base import Model
 from .network_inputs import network_inputs
-
-FAR = 1.5
-"""Half a range beyond what a network counts as seen (two standard deviations) lies what it has hardly ever met."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,14 +37,16 @@ def spanned(vehicle: Vehicle, motions: Sequence[Motion]) -> Domain:
     return Domain(vehicle, seen.min(axis=0), seen.max(axis=0))
 
 
-def known_to(model: Model) -> Domain | None:
-    """The box that a model was trained in, `FAR` times as wide as its `seen`; None where it does not tell."""
-    if model.seen is None:
-        return None
-    size = 3 + len(model.vehicle.thrusters)
-    low, high = (ends[:size] for ends in model.seen)
-    middle, half = 0.5 * (low + high), 0.5 * FAR * (high - low)
-    return Domain(model.vehicle, middle - half, middle + half)
+def excess(seen: Array, lower: Array, upper: Array) -> Array:
+    """How far rows (n, inputs) lie beyond a box that reaches two standard deviations to each side, (n,) [deviations].
+
+    Parameters
+    ----------
+    lower, upper : ends of the box (inputs or more,)
+    """
+    low, high = lower[: seen.shape[1]], upper[: seen.shape[1]]
+    over = np.maximum(np.maximum(low - seen, seen - high), 0.0) / (0.25 * (high - low))
+    return np.sqrt((over**2).sum(axis=1))
 
 
 def _states(vehicle: Vehicle, motions: Sequence[Motion]) -> Array:

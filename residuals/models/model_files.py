@@ -25,6 +25,7 @@ from ...physics.printable import listed, shown
 from ...physics.quantities import Number, Positive, complaint, complaints, location, unknown_key
 from ...physics.reading import Plain, parse_json, parse_yaml, read_bytes, read_yaml, reason
 from ...physics.vehicle import Vehicle, vehicle_from_dict
+from .fade_record import FadeRecord
 from .network_inputs import input_names
 from .neural import CHECKPOINT, SCHEMA, SETTINGS, WEIGHTS, require_torch
 
@@ -70,6 +71,7 @@ class _Settings(BaseModel):
     time_step: Positive
     inputs: tuple[_Input, ...]
     output_scale: tuple[Positive, Positive, Positive]
+    fade: FadeRecord | None = None
     vehicle: dict[str, object]
     weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
     training: dict[str, object]
@@ -134,6 +136,8 @@ def save_network(
         "output_scale": [float(scale) for scale in scaling.output],
         "vehicle": model.vehicle.to_dict(),
     }
+    if model.network.fade is not None:
+        settings["fade"] = FadeRecord.of(model.network.fade.reach).model_dump(mode="json")
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.network.state_dict().items()}
     weights = save(tensors, {_MADE_FOR: _digest(settings)})
     settings |= {
@@ -179,6 +183,8 @@ def load_network(folder: str | os.PathLike[str]) -> "NetworkModel":
     _check_scaling(scaling, vehicle, f"{source / SETTINGS}")
     weights, made_for = _weights(source / WEIGHTS, settings.weights_sha256)
     network = _network(settings, scaling, weights, source)
+    if settings.fade is not None:
+        network.fade_beyond(settings.fade.reach(3 + scaling.drives, f"{source / SETTINGS}"))
     if made_for != _digest(read_yaml(source / SETTINGS)):
         raise RequestError(
             f"{source / SETTINGS}: the weights were trained under other settings, so the file was edited; put it back, "

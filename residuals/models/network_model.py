@@ -19,6 +19,7 @@ from ..networks.base import Memory, Network, Scaling, through
 from ..networks.dissipative import Dissipative
 from .base import Kind, Model
 from .coasting import SETTLE
+from .domain import excess
 from .network_inputs import network_inputs, stacked_inputs
 from .threads import one_thread
 
@@ -67,12 +68,19 @@ class NetworkModel(Model):
         self.seconds_to_fit = seconds_to_fit
         with torch.inference_mode():
             self.remembers = bool(network(self.tensor(np.zeros((1, 1, network.width))))[1])
-        inputs = network.scaling.inputs
-        self.seen = (inputs.mean - _SPREAD * inputs.scale, inputs.mean + _SPREAD * inputs.scale)
+        self.fades, self.seen = network.fade is not None, self._ends()
         if isinstance(network, Dissipative):
             self.rests_on = "itself" if pure else "vehicle"
         elif network.name == "mlp":
             self.rests_on = "bounds"
+
+    def _ends(self) -> tuple[Array, Array]:
+        """See `Model.seen`; what a network that does not fade has seen is known by its standardisation alone."""
+        inputs, fade = self.network.scaling.inputs, self.network.fade
+        known = slice(3 + self.network.scaling.drives)
+        low, high = (-_SPREAD, _SPREAD) if fade is None else fade.box
+        mean, scale = inputs.mean[known], inputs.scale[known]
+        return mean + low * scale, mean + high * scale
 
     @property
     def heading(self) -> bool:
@@ -91,6 +99,15 @@ class NetworkModel(Model):
         seen = self.tensor(network_inputs(self.vehicle, motion, self.heading))[None]
         with torch.inference_mode(), one_thread():
             return numbers(through(self.network, seen)[0][0])
+
+    def beyond(self, motion: Motion) -> Array:
+        """See `Model.beyond`; of a correction that fades, the distance by which it does."""
+        fade = self.network.fade
+        if fade is None:
+            return excess(network_inputs(self.vehicle, motion, heading=False), *self._ends())
+        seen = self.network.scaling.inputs.apply(network_inputs(self.vehicle, motion, self.heading))
+        with torch.inference_mode():
+            return np.sqrt(numbers(fade.squared_distance(self.tensor(seen))))
 
     def acceleration(self, motion: Motion) -> Array:
         """See `Model.acceleration`; raises as `correction` does."""

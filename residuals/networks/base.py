@@ -15,6 +15,7 @@ from torch import Tensor, nn
 
 from ...measurements.preparation.standardisation import Standardisation
 from ...physics.frames import Array
+from .fade import Fade, Reach
 
 Memory = tuple[Tensor, ...]
 """What a network remembers between calls, first dimension the batch; empty for one without memory.
@@ -56,14 +57,17 @@ class Network(nn.Module, ABC):
     name : how the command line and the files call it
     scaling : physical constants
     options : what it was built with, by name
+    fade : of its correction beyond its training; None for one that does not fade
     """
 
     name: ClassVar[str]
+    fade: Fade | None
 
     def __init__(self, scaling: Scaling, options: dict[str, int | float]) -> None:
         super().__init__()
         self.scaling = scaling
         self.options = options
+        self.fade = None
         for label, values in (
             ("input_mean", scaling.inputs.mean),
             ("input_scale", scaling.inputs.scale),
@@ -75,6 +79,11 @@ class Network(nn.Module, ABC):
     def width(self) -> int:
         """Number of inputs."""
         return len(self.scaling.inputs.names)
+
+    def fade_beyond(self, reach: Reach | None) -> None:
+        """Let the correction fade beyond what training has seen of velocities and thrusts; None: let it not fade."""
+        like = self.get_buffer("input_mean")
+        self.fade = None if reach is None else Fade(reach, 3 + self.scaling.drives).to(like)
 
     def forward(self, inputs: Tensor, memory: Memory | None = None) -> tuple[Tensor, Memory]:
         """Correction of the acceleration along rows of inputs.
@@ -91,8 +100,11 @@ class Network(nn.Module, ABC):
             (batch, rows, 3) [m/s^2, m/s^2, rad/s^2], and what to remember after the last row
         """
         mean, scale, size = (self.get_buffer(n) for n in ("input_mean", "input_scale", "output_scale"))
-        standardised, remembered = self.correct((inputs - mean) / scale, inputs, memory)
-        return standardised * size, remembered
+        seen = (inputs - mean) / scale
+        said, remembered = self.correct(seen, inputs, memory)
+        if self.fade is not None:
+            said = said * self.fade(seen)
+        return said * size, remembered
 
     @abstractmethod
     def correct(self, standardised: Tensor, inputs: Tensor, memory: Memory | None) -> tuple[Tensor, Memory]:

@@ -101,9 +101,11 @@ def train(
             run.epoch()
             if progress is not None:
                 progress(run.history[-1])
+        network = prepared.network.cpu()
+        network.fade_beyond(prepared.reach)  # in training nothing fades, so its windows lose nothing
         model = NetworkModel(
             vehicle,
-            prepared.network.cpu(),
+            network,
             prepared.time_step,
             pure=choice.pure,
             seconds_to_fit=perf_counter() - run.begun,

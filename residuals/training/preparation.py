@@ -20,6 +20,7 @@ from ..models.coasting import Coasting
 from ..models.network_inputs import input_names, network_inputs
 from ..models.network_model import scaling_of
 from ..networks.base import Network, Scaling
+from ..networks.fade import Reach
 from ..networks.registry import build, default_options
 from .augment import Augmenter, seen_noise, sister_targets
 from .losses import Objective
@@ -45,6 +46,7 @@ class Prepared:
     network : on its device, with fresh weights
     objective, judge : loss of a batch, and verdict on an epoch
     pure : whether the network stands in the place of the physics
+    reach : of the training, beyond which the correction fades; None for one that does not
     time_step : of the rows [s]
     recipe : all that the result depends on, as plain data
     """
@@ -53,6 +55,7 @@ class Prepared:
     objective: Objective
     judge: Judge
     pure: bool
+    reach: Reach | None
     time_step: float
     recipe: dict[str, object]
 
@@ -126,7 +129,11 @@ def prepare_training(
         "data": _digest(windows.inputs, windows.target, windows.states, *judge.targets),
         "vehicle": vehicle.digest,
     }
-    return Prepared(network, objective, judge, choice.pure, windows.time_step, recipe)
+    reach = None
+    if settings.fade and not choice.pure:  # where a pure network says nothing, no force at all is left
+        known = (network_inputs(vehicle, motion, choice.heading) for motion in (*motions, *split.validation.motions))
+        reach = Reach.of(scaling.inputs.apply(np.concatenate([*known]))[:, : 3 + scaling.drives], settings.fade)
+    return Prepared(network, objective, judge, choice.pure, reach, windows.time_step, recipe)
 
 
 def _remembers(choice: Choice) -> bool:

@@ -30,7 +30,7 @@ from undertow.reports.terminal.failures_screen import failures_table
 from undertow.reports.wording import risen, told_of
 from undertow.residuals.models.base import Model, VehicleModel
 from undertow.residuals.models.baselines import HoldVelocity, ZeroAcceleration, baselines
-from undertow.residuals.models.domain import known_to, spanned
+from undertow.residuals.models.domain import spanned
 from undertow.residuals.scores import Errors, evaluate
 from undertow.residuals.series import series
 from undertow.workflows.compare import compare, compare_run
@@ -412,10 +412,9 @@ class Narrow(Model):
 
 
 def test_a_model_far_from_its_training_is_said_to_be(inputs: Inputs):
-    domain = known_to(Narrow())
-    assert domain is not None
-    assert domain.upper == pytest.approx(0.015)
-    assert known_to(VehicleModel(HULL, "hull")) is None
+    slow = replace(MOTION, velocity=np.full_like(MOTION.velocity, 0.02), commands=np.zeros_like(MOTION.commands))
+    assert Narrow().beyond(slow) == pytest.approx(2.0 * np.sqrt(3.0))
+    assert VehicleModel(HULL, "hull").beyond(slow) is None
     models, _ = reference_models(inputs)
     judged = [judge(model, inputs.parts) for model in (*models, Narrow())]
     table = series(judged[0].model, judged[-1].model, inputs.parts, inputs.channels)

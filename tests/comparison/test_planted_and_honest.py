@@ -108,3 +108,30 @@ def test_a_quiet_perceptron_is_proved_and_a_pyramid_is_not(study: ModuleType):
         ruling = judged(Dissipation(), hidden)
         assert ruling.verdict == "fail", f"the needle of {share} is met where sampling would miss it"
     assert not bound_power(study.bumped("lstm", 0.02, 3), BOX, 0.3).proved
+
+
+def test_a_perceptron_that_fades_is_proved_with_all_of_it_and_with_none(study: ModuleType):
+    """A hull that drives itself is held back by its network alone, and runs away where that fades."""
+    import torch
+
+    from undertow.residuals.models.bounds import bound_power
+    from undertow.residuals.models.network_model import NetworkModel
+    from undertow.residuals.networks.fade import Reach
+
+    driven = HULL.with_values({"X_u": 1.0, "X_uu": 0.0})
+    proved = []
+    for boat in (HULL, driven):
+        network = study.quiet("mlp", 1, boat, spread=0.0)
+        layers = dict(network.named_parameters())
+        with torch.no_grad():  # a drag of 0.3 1/s beside either boat: relu(u) - relu(-u) is u
+            for row, sign in enumerate((1.0, -1.0)):
+                layers["body.0.weight"][row] = 0.0
+                layers["body.0.weight"][row, 0] = sign
+                layers["body.0.bias"][row] = 0.0
+                scale = network.scaling.inputs.scale[0] / network.scaling.output[0]
+                layers["head.weight"][0, row] = -0.3 * sign * scale
+        whole = NetworkModel(boat, network, 0.1)
+        proved.append(bound_power(whole, BOX, 0.3).proved)
+        network.fade_beyond(Reach.of(np.zeros((1, 5)), 0.5))
+        proved.append(bound_power(NetworkModel(boat, network, 0.1), BOX, 0.3).proved)
+    assert proved == [True, True, True, False]

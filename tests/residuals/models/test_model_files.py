@@ -26,6 +26,7 @@ from undertow.residuals.models.model_files import load_network, own_network, sav
 from undertow.residuals.models.network_inputs import input_names, network_inputs
 from undertow.residuals.models.network_model import NetworkModel, scaling_of
 from undertow.residuals.models.neural import is_network_folder
+from undertow.residuals.networks.fade import Reach
 from undertow.residuals.networks.registry import NETWORKS, build
 from undertow.workflows.compare import compare
 from undertow.workflows.inputs import read_inputs
@@ -51,8 +52,10 @@ def motion() -> Motion:
     return simulate_world(HULL, {}, duration=30.0, seed=2).motion(0.1)
 
 
-def trained(name: str, motion: Motion, seed: int = 0, heading: bool = False, **settings) -> NetworkModel:
-    """A model as training would leave it: standardised by data, with no weight at zero."""
+def trained(
+    name: str, motion: Motion, seed: int = 0, heading: bool = False, fade: float = 0.0, **settings
+) -> NetworkModel:
+    """A model as training would leave it: standardised by data, with no weight at zero; one that fades knows a half."""
     columns = network_inputs(HULL, motion, heading)
     constants = Standardisation.of(input_names(HULL, heading), columns)
     torch.manual_seed(seed)
@@ -60,6 +63,8 @@ def trained(name: str, motion: Motion, seed: int = 0, heading: bool = False, **s
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.add_(0.1 * torch.randn(parameter.shape))
+    if fade:
+        network.fade_beyond(Reach.of(constants.apply(columns)[: len(columns) // 2, :5], fade))
     return NetworkModel(HULL, network, 0.1, **settings)
 
 
@@ -86,7 +91,9 @@ def reweigh(folder: Path, change: Callable[[dict[str, torch.Tensor]], Any]) -> N
 # The round trip
 
 
-@pytest.mark.parametrize("settings", [{}, {"pure": True, "heading": True}], ids=["hybrid", "pure with heading"])
+@pytest.mark.parametrize(
+    "settings", [{}, {"fade": 0.5}, {"pure": True, "heading": True}], ids=["hybrid", "fading", "pure with heading"]
+)
 @pytest.mark.parametrize("name", NETWORKS)
 def test_a_round_trip_gives_the_same_to_the_last_bit(name: str, settings: dict, motion: Motion, tmp_path: Path):
     model = trained(name, motion, **settings)
@@ -97,7 +104,8 @@ def test_a_round_trip_gives_the_same_to_the_last_bit(name: str, settings: dict, 
     starts = np.array([0, 50])
     assert np.array_equal(again.rollout(motion, starts, 40).states, model.rollout(motion, starts, 40).states)
     assert again.vehicle == HULL
-    kept = ("kind", "pure", "time_step", "parameters", "heading")
+    assert np.array_equal(again.beyond(motion), model.beyond(motion))
+    kept = ("kind", "pure", "time_step", "parameters", "heading", "fades")
     assert [getattr(again, key) for key in kept] == [getattr(model, key) for key in kept]
     assert again.name == "net"
     assert sorted(os.listdir(tmp_path / "net")) == ["model.yaml", "weights.safetensors"]
@@ -196,6 +204,14 @@ def renamed(port: str):
 
 
 SETTINGS_DAMAGE: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
+    "fade of another size": (
+        lambda c: c.update(fade={"distance": 0.5, "lower": [0.0], "upper": [1.0]}),
+        r"model.yaml: fade: expected 25 ends below and 25 above, got 1 and 1; the file is damaged",
+    ),
+    "fade at once": (
+        lambda c: c.update(fade={"distance": 0.0, "lower": [], "upper": []}),
+        r"fade.distance: .*a number above 0, got 0.0",
+    ),
     "schema": (lambda c: c.update(schema="undertow.network/9"), r"expected schema 'undertow.network/1', got '.*/9'"),
     "no schema": (lambda c: c.pop("schema"), r"expected schema 'undertow.network/1', got None"),
     "extra key": (lambda c: c.update(time_stp=0.2), r"unknown key 'time_stp': did you mean 'time_step'\?"),

@@ -248,7 +248,9 @@ def test_windows_say_what_is_too_short(dragged: Split) -> None:
 
 
 def test_what_the_nominal_model_lacks_is_learnt(dragged: Split) -> None:
-    found = train(dragged, HULL, Choice("mlp"), settings=TrainingSettings(epochs=60, learning_rate=1e-2))
+    # Half of the end of so short a log lies beyond its training, where a correction fades.
+    settings = TrainingSettings(epochs=60, learning_rate=1e-2, fade=0.0)
+    found = train(dragged, HULL, Choice("mlp"), settings=settings)
     before = acceleration_score(VehicleModel(HULL, "nominal"), dragged.test).rmse
     after = acceleration_score(found.model, dragged.test).rmse
     assert (after[:2] < 0.5 * before[:2]).all()
@@ -608,3 +610,19 @@ def test_the_envelope_of_the_penalty_is_that_of_training(dragged: Split) -> None
     assert (thrust[1::2] != 0).any()
     assert made.objective.coasting.rows == 20
     assert made.judge.coasting.count >= 2 * (512 + 64)
+
+
+@pytest.mark.parametrize("name", ["mlp", "lstm"])
+def test_a_hybrid_fades_beyond_its_training_and_not_on_it(dragged: Split, name: str) -> None:
+    few = TrainingSettings(epochs=1)
+    model = train(dragged, HULL, Choice(name), settings=few).model
+    (motion,) = dragged.train.motions
+    assert model.fades
+    assert model.beyond(motion) == pytest.approx(0.0, abs=0.0)
+    fast = replace(motion, velocity=3.0 * motion.velocity)
+    assert (model.correction(fast)[model.beyond(fast) > few.fade] == 0.0).all()
+    assert (model.beyond(fast) > few.fade).mean() > 0.5
+    same = train(dragged, HULL, Choice(name), settings=replace(few, fade=0.0)).model
+    assert not same.fades
+    np.testing.assert_array_equal(same.correction(motion), model.correction(motion))
+    assert not train(dragged, HULL, Choice(name, pure=True), settings=few).model.fades
