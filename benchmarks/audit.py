@@ -45,7 +45,8 @@ from undertow.residuals.networks.base import Memory, Network, Scaling
 from undertow.residuals.networks.registry import build
 from undertow.workflows.check import check
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.train import Choice, settings_with, train
+from undertow.workflows.train import Choice, train
+from undertow.workflows.training_options import settings_with
 
 _REPORTED = 101
 """First seed of models whose figures are reported; those below were used while the search was made."""

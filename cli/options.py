@@ -19,7 +19,9 @@ Logs = Annotated[
     list[Path],
     typer.Argument(metavar="LOG...", help="Logs, or folders of them: CSV, Parquet, bags, .bin, .tlog, .ulg, .mat."),
 ]
-VehicleOption = Annotated[str, typer.Option("--vehicle", "-v", help="Vehicle file, or the name of a shipped one.")]
+VehicleOption = Annotated[
+    str, typer.Option("--vehicle", "-v", help="Vehicle file, run folder, or name of a shipped one.")
+]
 FrameOption = Annotated[str | None, typer.Option("--frame", help="enu or ned, for channels that are not NED/FRD.")]
 MapOption = Annotated[Path | None, typer.Option("--map", help="YAML file that maps channels.")]
 NamespaceOption = Annotated[

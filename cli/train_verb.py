@@ -62,11 +62,12 @@ def train(
     """Train a network that corrects the vehicle model, or stands in its place."""
     with failing_clearly():
         from ..workflows import train as trained
+        from ..workflows.training_options import parsed_options, settings_with
 
         trained.check_folder(out, resume, (logs, vehicle, channels), force=force)
         given = {"epochs": epochs, "lambda_phys": lambda_phys, "rollout_rows": rollout_rows}
-        settings = trained.settings_with(set_ or [], seed=seed, device=device, **given)
-        choice = trained.Choice(residual, trained.parsed_options(option or []), pure, heading)
+        settings = settings_with(set_ or [], seed=seed, device=device, **given)
+        choice = trained.Choice(residual, parsed_options(option or []), pure, heading)
         inputs = read_logs(logs, vehicle, Reading(frame, channels, namespace, as_is))
         try:
             done = trained.train(

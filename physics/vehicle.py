@@ -383,7 +383,7 @@ def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehic
 
     Parameters
     ----------
-    path : of the file
+    path : of the file, or of a run folder, whose corrected vehicle is meant
     judged : take a vehicle that cannot be too (a mass that is not positive, drag that drives): it is about to be
         judged by the laws
 
@@ -396,10 +396,11 @@ def load_vehicle(path: str | os.PathLike[str], *, judged: bool = False) -> Vehic
     source = Path(text)
     if not source.exists() and text in shipped_vehicles():
         return vehicle_from_dict(parse_yaml((_shipped() / f"{text}.yaml").read_text("utf-8")), text)
+    if (source / "model.yaml").is_file():
+        source = source / "model.yaml"
     if source.is_dir():
         raise VehicleError(
-            f"vehicle file {text}: this is a folder; give a YAML file (a run folder's vehicle is its model.yaml; a "
-            "trained network is a model, not a vehicle)"
+            f"vehicle file {text}: this is a folder without a model.yaml; give a YAML file, or the folder of a run"
         )
     if not source.exists():
         raise VehicleError(

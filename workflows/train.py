@@ -1,12 +1,13 @@
 """The verb `train`: from logs and a vehicle to a trained network, scored beside the nominal model on held-out data."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..comparison.audit import Audit, audit_along
 from ..comparison.comparison import Judged, judge, row
@@ -17,16 +18,18 @@ from ..physics.errors import RequestError, expect
 from ..physics.files import real, write_json
 from ..physics.folders import held, put_right
 from ..physics.forces import at_beginning
-from ..physics.in_words import listing
+from ..physics.frames import AXES
+from ..physics.in_words import listing, percent, unit_text
 from ..physics.reading import Plain
 from ..physics.stage import Say
 from ..reports.terminal.progress import SHOWN, showing
 from ..reports.terminal.training_progress import epochs_told
+from ..residuals.left_to_learn import Left, left_to_learn
 from ..residuals.models.base import Model, VehicleModel
 from ..residuals.models.model_files import DISTILLATION, NETWORK_FILES, own_network, save_network
 from ..residuals.models.neural import CHECKPOINT, is_network_folder, require_torch
-from ..residuals.scores import evaluate
-from ..residuals.training.training_settings import Augmentation, Choice, TrainingSettings
+from ..residuals.scores import ACCELERATION_UNITS, evaluate
+from ..residuals.training.training_settings import Choice, TrainingSettings
 from .run_folder.targets import check_target_folder
 
 if TYPE_CHECKING:
@@ -36,10 +39,12 @@ if TYPE_CHECKING:
     from ..residuals.training.history import Epoch
 
 TRAIN_SCHEMA = "undertow.train/1"
-_FOR_EXAMPLE = {"--option": "units=64", "--set": "learning_rate=0.001"}
 _DEAR = 0.1
 """Share of the validation error that the law may cost before it is worth a sentence: neighbouring epochs differ by some
 per cent by themselves."""
+
+_MANY = 0.05
+"""Share of the judged rows beyond what a network has seen that is worth a sentence: few rows decide no error."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -50,12 +55,14 @@ class TrainRun:
     ----------
     inputs : logs and nominal vehicle
     trained : the network and how it came to be
+    left : what the vehicle leaves unexplained, beside the noise of the sensors; None of a pure network
     models : errors of the nominal model and of the network on held-out data, as in `comparison.json`
     distilled : what of the correction is a named effect; None where that was not asked for
     """
 
     inputs: Inputs
     trained: "Trained"
+    left: Left | None
     models: tuple[ComparedModel, ...]
     distilled: "Distilled | None" = None
 
@@ -77,9 +84,11 @@ class TrainRun:
             f"Trained the network {model.network.name} ({model.parameters} weights) {where} "
             f"on {train.seconds:.0f} s of {logs} log{'s' * (logs > 1)} in {model.seconds_to_fit:.0f} s.",
             f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}.",
+            *([] if self.left is None else [f"There was left to learn: {left_in_words(self.left)}."]),
         ]
         if found.best_epoch == 0:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")
+        told += self._beyond()
         if found.lawful:
             told.append("It keeps every law that 'undertow check' asks over these logs.")
             told += _price_of_the_law(found)
@@ -89,6 +98,20 @@ class TrainRun:
                 "try a larger --lambda-phys, or --residual dissipative, whose correction creates no energy."
             )
         return [*told, *_broken_laws(self.models[-1])]
+
+    def _beyond(self) -> list[str]:
+        """At how many of the judged rows the correction is nothing; nothing where it is at few, or does not fade."""
+        fade = self.model.network.fade
+        if fade is None:
+            return []
+        distance = np.concatenate([self.model.beyond(motion) for motion in self.inputs.parts.judged.motions])
+        share = float((distance >= fade.reach.fade).mean())
+        if share < _MANY:
+            return []
+        return [
+            f"{percent(share)} of the judged rows lie beyond what it has seen, and its correction fades to nothing "
+            "there: train on logs of such motion, too."
+        ]
 
     def to_dict(self) -> Plain:
         """As `train --json` prints it (schema `undertow.train/1`)."""
@@ -103,6 +126,7 @@ class TrainRun:
             "heading": model.heading,
             "logs": list(self.inputs.paths),
             "split": self.inputs.parts.judge,
+            "left": None if self.left is None else self.left.to_dict(),
             "models": [model.to_dict() for model in self.models],
             "training": found.to_dict(),
             "distillation": None if self.distilled is None else self.distilled.to_dict(),
@@ -131,6 +155,34 @@ def _price_of_the_law(found: "Trained") -> list[str]:
         f"Epoch {best.number} had a validation error of {best.rmse:.3g} and not {kept.rmse:.3g}, but breaks the laws: "
         "try a larger --lambda-phys, or other physics under it."
     ]
+
+
+def left_in_words(left: Left) -> str:
+    """What a vehicle leaves to learn on each axis, and how much of that is noise."""
+    told = []
+    for axis, error, noise, learnable in zip(AXES, left.error, left.noise, left.learnable, strict=True):
+        unit = unit_text(ACCELERATION_UNITS[axis])
+        what = "more than" if learnable else "no more than"
+        told.append(f"in {axis} the vehicle errs by {error:.2g} {unit}, {what} the {noise:.2g} of the sensors' noise")
+    return "; ".join(told)
+
+
+def _left(inputs: Inputs, settings: TrainingSettings) -> Left:
+    """What there is to learn beside the vehicle on the rows that do not judge.
+
+    Raises
+    ------
+    RequestError
+        where nothing is, and the settings say to decline then.
+    """
+    split = inputs.parts.split
+    left = left_to_learn(at_beginning(inputs.vehicle), (split.train, split.validation))
+    if settings.decline and not left.learnable.any():
+        raise RequestError(
+            f"train: expected a vehicle that leaves something to learn, got none: {left_in_words(left)}. A network "
+            "would learn the noise; use the vehicle as it is, or train all the same with --set decline=0"
+        )
+    return left
 
 
 @showing
@@ -162,7 +214,8 @@ def train(
     Raises
     ------
     RequestError
-        when torch is missing, the folder cannot be used, or training fails; see `residuals.training.epochs.train`.
+        when torch is missing, the folder cannot be used, nothing is left to learn beside the vehicle (see
+        `TrainingSettings.decline`), or training fails; see `residuals.training.epochs.train`.
     """
     chosen = choice or Choice("lstm")
     expect("train: inputs", inputs, Inputs, INPUTS_CURE)
@@ -183,6 +236,7 @@ def train(
         audits.append(audit_along(model, inputs.parts))
         return audits[-1].verdict == "pass"
 
+    left = None if chosen.pure else _left(inputs, settings or TrainingSettings())
     target = None if out is None else check_folder(out, resume, (inputs.paths, inputs.reading.channel_map), force=force)
     with nullcontext() if target is None else _at_work(target):
         found = train_network(
@@ -204,7 +258,7 @@ def train(
     nominal = judge(VehicleModel(inputs.vehicle, "nominal", "physics"), inputs.parts)
     kept = audits[-1 if found.lawful else 0]  # where none passed, the best epoch is kept, which was asked first
     network = Judged(found.model, evaluate(found.model, inputs.parts.judged), kept)
-    return TrainRun(inputs, found, (row(nominal), row(network)))
+    return TrainRun(inputs, found, left, (row(nominal), row(network)))
 
 
 @showing
@@ -266,62 +320,3 @@ def check_folder(out: str | os.PathLike[str], resume: bool, reads: Iterable[Any]
         )
     check_target_folder("--out", target, NETWORK_FILES, own_network, reads, force=force)
     return target
-
-
-def settings_with(texts: Sequence[str] = (), **given: Any) -> TrainingSettings:
-    """The recipe with what was given in place of its defaults; None stands for not given.
-
-    Parameters
-    ----------
-    texts : settings such as `learning_rate=0.001`, those of `Augmentation` among them
-
-    Raises
-    ------
-    RequestError
-        for an unknown setting, naming the nearest, or a value that cannot be used.
-    """
-    recipe, varied = TrainingSettings(), Augmentation()
-    plain = {f.name: getattr(recipe, f.name) for f in fields(recipe) if f.name != "augmentation"}
-    variants = {f.name: getattr(varied, f.name) for f in fields(varied)}
-    chosen = {name: value for name, value in given.items() if value is not None}
-    for name, value in _pairs("--set", texts).items():
-        known = plain | variants
-        if name not in known:
-            near = get_close_matches(name, known, n=1, cutoff=0.0)[0]
-            raise RequestError(f"--set {name}: did you mean {near!r}? There are: {', '.join(known)}")
-        if name in chosen:
-            raise RequestError(f"--set {name}: it is given twice; give it once")
-        chosen[name] = value if isinstance(known[name], str) else _number(f"--set {name}={value}", value)
-    augmentation = replace(varied, **{name: chosen.pop(name) for name in variants if name in chosen})
-    return replace(recipe, augmentation=augmentation, **chosen)
-
-
-def parsed_options(texts: Sequence[str]) -> dict[str, int | float]:
-    """Options of a network from texts such as `units=64`.
-
-    Raises
-    ------
-    RequestError
-        for a text of another form, or an option that is given twice.
-    """
-    return {name: _number(f"--option {name}={value}", value) for name, value in _pairs("--option", texts).items()}
-
-
-def _pairs(what: str, texts: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals or not name or not value:
-            raise RequestError(f"{what} {text}: expected NAME=VALUE, for example {_FOR_EXAMPLE[what]}")
-        if name in found:
-            raise RequestError(f"{what} {text}: {name} is given twice; give it once")
-        found[name] = value
-    return found
-
-
-def _number(text: str, value: str) -> int | float:
-    try:
-        number = float(value)
-    except ValueError:
-        raise RequestError(f"{text}: expected NAME=NUMBER") from None
-    return int(number) if number.is_integer() and "." not in value else number

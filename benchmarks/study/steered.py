@@ -134,7 +134,7 @@ def models(
             yield VehicleModel(fitted.vehicle, "calibrated"), {"seconds": time.perf_counter() - begun}
         for name in (name for name in networks if f"hybrid {name}" not in done):
             begun = time.perf_counter()
-            settings = undertow.TrainingSettings(epochs=EPOCHS, patience=15, seed=seed)
+            settings = undertow.TrainingSettings(epochs=EPOCHS, patience=15, seed=seed, decline=False)
             trained = undertow.train(inputs, undertow.Choice(name), settings=settings, progress=None)
             model = trained.model
             model.name = f"hybrid {name}"

@@ -65,7 +65,7 @@ def write_checkpoint(folder: Path, state: Checkpoint) -> None:
     write_bytes(folder / CHECKPOINT, save(plain, {"undertow": json.dumps(said, allow_nan=False)}))
 
 
-FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "fade")
+FREE = ("epochs", "patience", "learning_rate", "schedule", "clip", "fade", "decline")
 """Settings that may change when a training goes on: it is then longer, or more careful, and not another one."""
 
 

@@ -83,6 +83,7 @@ class TrainingSettings:
     fade : distance beyond what training has seen at which the correction of a hybrid is nothing [standard deviations];
         0 for one that does not fade. Chosen by seed 100 of `benchmarks/fading.py`: beside the corrected model of one
         run hybrids were at most 1 % worse on a harder one at 0.5, 2 % at 0.75, 5 % at 1, 19 % at 1.5
+    decline : do not train beside a vehicle whose error is no more than the noise of the sensors (`undertow.train`)
     augmentation : of the training data
     seed : decides the weights at the start, the order of windows and all else that is random
     device : "auto" is a GPU where there is one
@@ -108,6 +109,7 @@ class TrainingSettings:
     rollout_rows: int = 0
     sensor_noise: float = 1.0
     fade: float = 0.5
+    decline: bool = True
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
     device: Device = "auto"
@@ -117,6 +119,8 @@ class TrainingSettings:
             value = getattr(self, name)
             if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
                 raise RequestError(f"training: expected a whole number of at least {least} for {name}, got {value!r}")
+        if self.decline not in (False, True):
+            raise RequestError(f"training: expected decline 0 or 1, got {self.decline!r}")
         for name in ("window", "learning_rate", "clip"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise RequestError(f"training: expected a positive {name}, got {getattr(self, name)!r}")

@@ -12,12 +12,15 @@ from verbs import call, done, strict
 import undertow
 from undertow.comparison.models_by_name import load_model
 from undertow.physics.errors import RequestError
+from undertow.physics.vehicle import load_vehicle
+from undertow.physics.worlds.hidden_effects import apply_effects
 from undertow.reports.terminal.progress import Progress
 from undertow.reports.terminal.training_progress import epoch_words, epochs_told
 from undertow.residuals.models.model_files import load_network
 from undertow.residuals.training.history import Epoch
 from undertow.workflows.inputs import read_inputs
-from undertow.workflows.train import parsed_options, settings_with, train
+from undertow.workflows.train import train
+from undertow.workflows.training_options import parsed_options, settings_with
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +42,8 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
     for text in (
         "Trained the network mlp (291 weights) beside the physics of BlueBoat",
         "of 1 log in",
+        "There was left to learn: in surge the vehicle errs by",
+        "of the judged rows lie beyond what it has seen, and its correction fades to nothing there",
         "Kept epoch",
         "It keeps every law that 'undertow check' asks",
         "Acceleration on the test part",
@@ -60,9 +65,13 @@ def test_train_writes_a_network_that_compare_reads(place: Path) -> None:
     assert training["logs"] == ["log.csv"]
     assert training["settings"]["epochs"] == 20
     assert [epoch["number"] for epoch in training["epochs"]] == list(range(21))
-    found = strict(done("compare", place / "log.csv", "-v", "blueboat", "--model", place / "M", "--json"))
-    surge = {row["name"]: row["acceleration"]["rmse"]["surge"] for row in found["models"]}
+    words = ("compare", place / "log.csv", "-v", "blueboat", "--model", place / "M", "--json")
+    known = strict(done(*words, "--split", "validation"))
+    surge = {row["name"]: row["acceleration"]["rmse"]["surge"] for row in known["models"]}
     assert surge["M"] < 0.8 * surge["nominal"]
+    (note,) = [note for note in strict(done(*words))["notes"] if "far from" in note]
+    assert note.startswith("M is judged far from what it was trained on at")
+    assert note.endswith("standard deviations beyond it in the median): its correction is nothing there")
 
 
 def test_train_explains_what_was_learnt(place: Path, tmp_path: Path) -> None:
@@ -98,6 +107,7 @@ def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, 
             "options",
             "pure",
             "heading",
+            "left",
             "logs",
             "split",
             "models",
@@ -110,6 +120,7 @@ def test_train_prints_strict_json_and_equal_seeds_give_equal_files(place: Path, 
     assert [row["name"] for row in found["models"]] == ["nominal", "hybrid mlp"]
     assert found["training"]["lawful"] is True
     assert found["distillation"] is None
+    assert [found["left"][axis]["learnable"] for axis in ("surge", "sway")] == [True, False]
     for name in ("model.yaml", "weights.safetensors"):
         assert (tmp_path / "N" / name).read_bytes() == (place / "M" / name).read_bytes()
 
@@ -274,3 +285,23 @@ def test_laws_that_the_audit_finds_broken_are_named(place: Path) -> None:
     assert said[-1].startswith("The audit fails: it breaks bounded speed; 'undertow check' on its folder")
     kept = replace(run, models=(run.models[0], run.models[1].but(audit="pass", laws=laws[2:]))).sentences
     assert not any("audit fails" in text for text in kept)
+
+
+def test_where_nothing_is_left_to_learn_it_declines_and_a_run_folder_is_a_vehicle(place: Path) -> None:
+    """The vehicle that made the log leaves its noise, whether it is a file or the corrected one of a run."""
+    run, out = place / "run", place / "declined"
+    run.mkdir()
+    (run / "findings.json").write_text("{}")
+    true = apply_effects(load_vehicle("blueboat"), {"surge_quadratic_damping": -10.0})
+    (run / "model.yaml").write_text(yaml.safe_dump(true.to_dict()))
+    words = ("train", place / "log.csv", "-v", run, "--residual", "mlp", "--epochs", "1", "--out", out)
+    refused = call(*words)
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    said = " ".join(refused.stderr.split())
+    assert "expected a vehicle that leaves something to learn, got none: in surge the vehicle errs by" in said
+    assert "m/s², no more than the" in said
+    assert "use the vehicle as it is, or train all the same with --set decline=0" in said
+    assert not out.exists()
+    assert call(*words, "--set", "decline=0").exit_code == 0
+    beside = load_network(out)
+    assert beside.vehicle == true

@@ -109,9 +109,10 @@ def test_compare_has_the_notes_and_names_the_model_of_a_run_by_its_folder(place:
 
 def test_a_network_is_known_by_the_logs_it_was_trained_on(place: Path):
     pytest.importorskip("torch")
-    from undertow.workflows.train import Choice, settings_with, train
+    from undertow.workflows.train import Choice, train
+    from undertow.workflows.training_options import settings_with
 
     inputs = read_inputs(place / "mon.csv", HULL)
-    train(inputs, Choice("mlp", {"units": 4}), settings=settings_with(epochs=1), out=place / "net")
+    train(inputs, Choice("mlp", {"units": 4}), settings=settings_with(epochs=1, decline=0), out=place / "net")
     assert told(read_inputs(place / "copy.csv", HULL, judge="all"), place / "net")[0].startswith("net was fitted to")
     assert told(read_inputs(place / "other/mon.csv", HULL, judge="all"), place / "net") == []

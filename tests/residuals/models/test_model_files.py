@@ -429,7 +429,7 @@ def test_a_network_of_other_commands_or_another_rate_is_refused(inputs: Inputs, 
 
 
 def test_a_network_is_no_vehicle(folder: Path, log: Path):
-    with pytest.raises(VehicleError, match=r"this is a folder; give a YAML file .* a trained network is a model, not"):
+    with pytest.raises(VehicleError, match=r"this is a file of schema .undertow.network/1., not a vehicle"):
         read_inputs(log, folder)
     with pytest.raises(VehicleError, match=r"this is a file of schema 'undertow.network/1', not a vehicle"):
         read_inputs(log, folder / "model.yaml")
