@@ -137,7 +137,7 @@ def _conclude(looked: Selected, hidden: HiddenErrors | None, beside_errors: Mapp
     invariant = invariance(search, final, about)
     doubtful = uneven(invariant) | doubtful
     doubtful = of_differences(search.pool, kept, looked.motions) | doubtful
-    doubtful = within_resolution(search, final) | beside_errors | doubtful
+    doubtful = {**within_resolution(search, final), **beside_errors, **doubtful}
     told = steps(search, final, lawful.vehicle, CALIBRATED)
     parts = folds_of(basis.forces.motions)
     hand_back()

@@ -27,7 +27,7 @@ _UNITS = {
     "percent": {"1": 0.01},
 }
 """Units that a stream may be in -> units of the channels that they fit, and what one of them is in these."""
-_SAME = dict.fromkeys(("kn", "kt", "kts"), "knots")
+_SAME: dict[str, str] = dict.fromkeys(("kn", "kt", "kts"), "knots")
 """Other names of these units: ISO 80000 has kn, pilots and most receivers have kt."""
 _MOST_UNUSED = 40
 """Names that a remark lists: a bag has hundreds, and whoever maps channels asks `inspect --json`."""

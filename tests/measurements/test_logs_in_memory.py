@@ -55,7 +55,9 @@ def test_units_and_names_are_those_of_channel_maps(table: pd.DataFrame) -> None:
         log = Log.from_dataframe(told, units={"psi": "deg", "u": unit})
         assert log.channels["psi"].value == pytest.approx(table.psi, abs=1e-9)
         assert log.channels["u"].value == pytest.approx(table.u, abs=1e-6)
-    assert Log.from_dataframe(told, channel_map={"u": {"from": "u", "unit": "kn"}}).entries["u"].scale < 0.52
+    entry = Log.from_dataframe(told, channel_map={"u": {"from": "u", "unit": "kn"}}).entries["u"]
+    assert entry is not None
+    assert entry.scale < 0.52
 
 
 def test_axes_are_turned_where_they_are_said_to_be_enu(table: pd.DataFrame) -> None:
