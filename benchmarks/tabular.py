@@ -1,0 +1,93 @@
+"""What a learner of tables makes of the rows that a network learns from: boosted trees beside the perceptron.
+
+Both see the same inputs along one Gazebo run, beside the vehicle that was calibrated on it, and are judged one step
+ahead on another run: on the rows inside the box of the training inputs, and beyond it. The trees (scikit-learn's
+HistGradientBoostingRegressor as it is, an axis each) are fitted to the filtered target row by row. The perceptrons do
+not fade, and one of them takes a step for each window in the place of one for sixteen. It takes a minute.
+
+    python benchmarks/tabular.py GAZEBO [--only B_2] [--seed 100]
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from sklearn.ensemble import HistGradientBoostingRegressor
+
+from undertow.measurements.preparation.dataset import DataSet
+from undertow.measurements.preparation.split import Split
+from undertow.physics.frames import Array
+from undertow.physics.motion import Motion
+from undertow.physics.vehicle import Vehicle
+from undertow.residuals.models.network_inputs import network_inputs
+from undertow.residuals.residual import same_filter
+from undertow.residuals.training.epochs import train
+from undertow.residuals.training.training_settings import Choice, TrainingSettings
+from undertow.residuals.training.windows import target_acceleration
+from undertow.workflows.fit import fit
+from undertow.workflows.inputs import read_inputs
+
+PAIRS = {"A_1": "A_2", "B_2": "B_4", "D_2": "D_3"}
+"""Runs that are trained on, and the one that judges each."""
+Says = Callable[[Motion], Array]
+
+
+def table(vehicle: Vehicle, data: DataSet) -> tuple[Array, Array]:
+    """Inputs (rows, inputs) and target (rows, 3) of all rows."""
+    seen = [network_inputs(vehicle, motion, heading=False) for motion in data.motions]
+    return np.concatenate(seen), np.concatenate([target_acceleration(vehicle, m, data, False) for m in data.motions])
+
+
+def told(says: Says, vehicle: Vehicle, data: DataSet, box: tuple[Array, Array]) -> str:
+    """Errors by axis of all rows, of those in the box, and of those beyond it."""
+    rows = [same_filter(says(m), m, data) - target_acceleration(vehicle, m, data, False) for m in data.motions]
+    error, (seen, _) = np.concatenate(rows), table(vehicle, data)
+    inside = ((seen >= box[0]) & (seen <= box[1])).all(axis=1)
+    parts = (error, error[inside], error[~inside])
+    cells = [" ".join(f"{x:.4f}" for x in np.sqrt((e**2).mean(axis=0))) if len(e) else "-" for e in parts]
+    return " | ".join([*cells, f"{inside.mean():.0%}"])
+
+
+def learners(vehicle: Vehicle, split: Split, seed: int) -> dict[str, Says]:
+    """What each says along a motion, by its name."""
+    inputs, target = table(vehicle, split.train)
+    trees = [HistGradientBoostingRegressor(random_state=seed).fit(inputs, column) for column in target.T]
+    found: dict[str, Says] = {
+        "vehicle alone": lambda motion: np.zeros((motion.time.size, 3)),
+        "boosted trees": lambda motion: np.column_stack(
+            [tree.predict(network_inputs(vehicle, motion, heading=False)) for tree in trees]
+        ),
+    }
+    for name, batch in (("MLP", 16), ("MLP, a step a window", 1)):
+        settings = TrainingSettings(seed=seed, fade=0.0, batch=batch)
+        found[name] = train(split, vehicle, Choice("mlp"), settings=settings).model.correction
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fit, judge and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("gazebo", type=Path, help="folder of the Gazebo logs A_1.csv.gz ... and vehicle_linear.yaml")
+    parser.add_argument("--only", action="append", choices=PAIRS, help="a run to train on; may be repeated")
+    parser.add_argument("--seed", type=int, default=0, help="from 100 on for tuning")
+    given = parser.parse_args(arguments)
+    nominal = given.gazebo / "vehicle_linear.yaml"
+    print("root mean squares of surge, sway [m/s^2], yaw [rad/s^2]")
+    print("| trained on | learner | training rows | held-out run | in the box | beyond | rows in the box |")
+    print("| --- | --- | --- | --- | --- | --- | ---: |")
+    for run in given.only or PAIRS:
+        inputs = read_inputs(given.gazebo / f"{run}.csv.gz", nominal, progress=None)
+        other = read_inputs(given.gazebo / f"{PAIRS[run]}.csv.gz", nominal, judge="all", progress=None).parts.judged
+        vehicle, split = fit(inputs, progress=None).vehicle, inputs.parts.split
+        seen, _ = table(vehicle, split.train)
+        box = seen.min(axis=0), seen.max(axis=0)
+        for name, says in learners(vehicle, split, given.seed).items():
+            own = told(says, vehicle, split.train, box).partition(" | ")[0]
+            print(f"| {run} | {name} | {own} | {told(says, vehicle, other, box)} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
