@@ -227,7 +227,8 @@ class Desk:
         vehicle = given.vehicle if stand == Stand(left=stand.left) else bench.vehicle(stand)
         parted = read_inputs(list(given.paths), vehicle, given.reading, progress=None)
         inputs = bench.inputs(stand.left, parted)
-        done = train(inputs, Choice(network), settings=TrainingSettings(epochs=epochs), progress=None, watch=say)
+        settings = TrainingSettings(epochs=epochs, decline=False)  # what is left is told, and nobody can say --set here
+        done = train(inputs, Choice(network), settings=settings, progress=None, watch=say)
         rivals = (rival(model) for model in done.models)
         named = (replace(r, name=_BESIDE) if r.name == "nominal" else r for r in rivals)
         return Trained(" ".join(done.sentences), tuple(named), stand)

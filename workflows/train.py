@@ -84,7 +84,7 @@ class TrainRun:
             f"Trained the network {model.network.name} ({model.parameters} weights) {where} "
             f"on {train.seconds:.0f} s of {logs} log{'s' * (logs > 1)} in {model.seconds_to_fit:.0f} s.",
             f"Kept epoch {found.best_epoch} of {found.epochs[-1].number}: {found.stopped}.",
-            *([] if self.left is None else [f"There was left to learn: {left_in_words(self.left)}."]),
+            *([] if self.left is None else [f"Without it, {left_in_words(self.left)}."]),
         ]
         if found.best_epoch == 0:
             told.append("No epoch was better than the vehicle alone, so the network is as it began.")

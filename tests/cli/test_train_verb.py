@@ -42,7 +42,7 @@ def test_train_says_what_it_did_and_shows_the_errors(place: Path) -> None:
     for text in (
         "Trained the network mlp (291 weights) beside the physics of BlueBoat",
         "of 1 log in",
-        "There was left to learn: in surge the vehicle errs by",
+        "Without it, in surge the vehicle errs by",
         "of the judged rows lie beyond what it has seen, and its correction fades to nothing there",
         "Kept epoch",
         "It keeps every law that 'undertow check' asks",
