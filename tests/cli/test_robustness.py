@@ -21,6 +21,8 @@ from undertow.cli.console import open_streams
 BENCHMARKS = ROOT / "benchmarks"
 LONG = ("simulate", "-v", "blueboat", "--duration", "80000", "--out", "log.csv")
 """A call that takes a minute, and writes at its end."""
+_EVEN_SO = ("--set", "decline=0")
+"""Trains beside the very boat that was simulated, where nothing is left to learn."""
 LINUX = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="processes are watched through /proc")
 
 
@@ -191,7 +193,7 @@ def killing(attacks: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     boat = ROOT / "physics" / "vehicles" / "blueboat.yaml"
     shutil.copy(boat, folder / "boat.yaml")
     done("simulate", "-v", "blueboat", "--duration", "40", "--out", folder / "a.csv")
-    warm = ("train", "a.csv", "-v", "boat.yaml", "--epochs", "1", "--option", "units=4", "--out", "warm")
+    warm = ("train", "a.csv", "-v", "boat.yaml", "--epochs", "1", "--option", "units=4", *_EVEN_SO, "--out", "warm")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(BENCHMARKS))
         forge = importlib.import_module("attacks.forge").Forge(folder, [warm])
@@ -200,7 +202,7 @@ def killing(attacks: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 
 
 def test_a_killed_training_goes_on_to_the_same_bytes(killing: Any, tmp_path: Path) -> None:
-    words = ("train", "a.csv", "-v", "boat.yaml", "--epochs", "3", "--option", "units=4", "--out", "net")
+    words = ("train", "a.csv", "-v", "boat.yaml", "--epochs", "3", "--option", "units=4", *_EVEN_SO, "--out", "net")
 
     def run(folder: Path, *more: str, kill_at: int | None = None) -> int:
         killing.forge.prepare([(*words, *more)], folder, kill_at, "/checkpoint.safetensors")
