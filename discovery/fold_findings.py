@@ -70,7 +70,7 @@ class Folds(Record):
             return ""
         told = f"The search was repeated {self.count} times, each time with a different part of the log left out:"
         if self.same_names == self.count and self.named:
-            return f"{told} every time it found the same names."
+            return f"Repeated {self.count} times without a part of the log, the search found the same names."
         some = [f"{words(key)} {_times(n)}" for key, n in self.named.items() if n]
         if not sure:
             return f"{told} it found {listing(some) or 'nothing'}."
