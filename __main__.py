@@ -3,9 +3,9 @@
 import sys
 
 if __name__ == "__main__" or sys.argv[0].endswith(("undertow", "undertow.exe")):  # not when it is imported
-    from .cli.garbage import collect_seldom
     from .cli.interruption import listen
     from .cli.linear_algebra import one_thread
+    from .physics.garbage import collect_seldom
 
     listen()  # before anything else: what follows takes a second, in which Ctrl-C is pressed too
     collect_seldom()

@@ -6,6 +6,7 @@ import gc
 import secrets
 import socket
 import sys
+import threading
 import webbrowser
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -70,16 +71,19 @@ def serve(
     hosts = _names(host, bound)
     address = f"http://{f'[{host}]' if ':' in host else host}:{bound}/" + (f"?token={token}" if token else "")
     spare = Spare(first)  # computes while the pages are loaded
+    told(f"The workbench is at {address} (Ctrl-C ends it)")
+    if browser:  # it is answered as soon as there is a page, and its window is there by then
+        threading.Thread(target=_open, args=(address,), daemon=True).start()
     application = ClosedToStrangers(_application(first, spare, hosts, paths=not token), hosts, token)
     import uvicorn
 
     config = uvicorn.Config(application, log_level="warning", ws_max_size=64 * 1024**2, timeout_graceful_shutdown=2)
-    server = uvicorn.Server(config)
-    told(f"The workbench is at {address} (Ctrl-C ends it)")
-    if browser:
-        with contextlib.suppress(webbrowser.Error):
-            webbrowser.open(address)
-    server.run(sockets=[listening])
+    uvicorn.Server(config).run(sockets=[listening])
+
+
+def _open(address: str) -> None:
+    with contextlib.suppress(webbrowser.Error):
+        webbrowser.open(address)
 
 
 def _names(host: str, port: int) -> list[str]:

@@ -30,6 +30,7 @@ class Spare:
         self._source = first or Source()
         self._folder = Path(tempfile.mkdtemp(prefix="undertow-app-"))
         self._begun: Future[Begun] | None = Future()
+        self._begun.set_running_or_notify_cancel()  # a tab that is closed while it waits does not end it
         threading.Thread(target=self._begin, args=(self._begun,), daemon=True).start()
 
     def _begin(self, begun: "Future[Begun]") -> None:
@@ -50,12 +51,14 @@ class Spare:
         begun = self._begun
         if begun is None or source != self._source:
             return None
-        self._begun = None
         try:
             worker, opened = await asyncio.wrap_future(begun)
         except Exception:  # no process could be made; who asks tries again, and is told
             return None
-        return (worker, self._folder, opened) if worker.alive else None
+        if self._begun is not begun or not worker.alive:  # another tab was sooner, or it was killed
+            return None
+        self._begun = None
+        return worker, self._folder, opened
 
     def close(self) -> None:
         """End it, if nobody has taken it."""

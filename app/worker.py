@@ -14,9 +14,9 @@ from typing import Any
 from ..physics.errors import LogError, RequestError, VehicleError
 
 Say = Callable[[Any], None]
-_ROOMS = ("undertow.app.desk", "undertow.__main__")
-"""What every worker needs, loaded once by the process that all of them are forked from: the room that answers, and the
-program itself, which multiprocessing loads again in each."""
+_ROOMS = ("undertow.app.rooms", "undertow.__main__")
+"""Loaded once, by the process that all workers are forked from: what answers, and the program itself, which
+multiprocessing loads again in each."""
 _REFUSALS = {kind.__name__: kind for kind in (LogError, RequestError, VehicleError)}
 
 

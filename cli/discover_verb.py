@@ -9,8 +9,8 @@ import typer
 
 from ..measurements.log_options import Reading
 from ..physics.errors import RequestError
+from ..physics.garbage import pass_over_what_is_loaded
 from .console import failing_clearly, print_json, progress, prose, say, show, show_steps, warn
-from .garbage import pass_over_what_is_loaded
 from .init_verb import offered
 from .options import (
     AsIsOption,

@@ -29,9 +29,6 @@ from .recommendation import best
 BASELINE = "baseline"
 _FAR_OUT = 0.05
 """Share of the judged rows far from what a network was trained on that is worth a sentence."""
-_FAR = 1.0
-"""Distance beyond a training [standard deviations] from which a row is far from it: what fades is nothing there, and
-what does not lies at three deviations of an input, which a training has hardly ever met."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,9 +205,8 @@ def _far_out(judged: Sequence[Judged], parts: Parts) -> list[str]:
     """Sentences on models that are judged far from what they were trained on."""
     told = []
     for found in judged:
-        beyond = [found.model.beyond(motion) for motion in parts.judged.motions]
-        distance = np.concatenate([part for part in beyond if part is not None] or [np.zeros(1)])
-        far = distance > _FAR
+        distance = np.concatenate([found.model.beyond(motion) for motion in parts.judged.motions])
+        far = distance >= found.model.far
         if far.mean() > _FAR_OUT:
             why = (
                 "its correction is nothing there"

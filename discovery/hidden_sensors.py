@@ -109,32 +109,40 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensor
     Where rollouts judge, it must be explained to white noise without it. Where the log asks less plainly, nothing is
     corrected: effects that it asks for no longer beside the error are not certain.
     """
-    basis, state, search = looked.basis, looked.state, looked.search
-    doubted = BesideSensors(looked)
+    basis, search = looked.basis, looked.search
     if basis.forces.claimed:
-        return doubted
-    earned = 0.0
-    if search.named(state.active):
-        columns = _columns(search, state)
-        beside = Beside(search, columns, state)
-        earned = Beside(search, columns[:, :, :0], state).worth() - beside.worth()
-        if earned >= _DOUBTS:
-            told = f"{_told(beside.errors * _USUAL)}, the log would not ask for it"
-            doubted = BesideSensors(looked, doubts=dict.fromkeys(beside.unneeded, told))
+        return BesideSensors(looked)
+    earned, doubts = _earned(search, looked.state)
     if basis.rolls:
         # Where no model and no errors explain a log, rollouts judge whatever the sensors did.
         estimate = _asked(basis) if basis.why == LEAVES else None
     else:
         estimate = _beside(search).errors * _USUAL if earned >= _ASKS else None
-    if estimate is None:
-        return doubted
+    if estimate is not None:
+        corrected = _corrected(looked, estimate, say)
+        if corrected is not None:
+            return corrected
+    return BesideSensors(looked, None, doubts)
+
+
+def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
+    """What errors of the sensors earn beside a model, and why effects of it are not certain beside them, by key."""
+    if not search.named(state.active):
+        return 0.0, {}
+    beside = Beside(search, _columns(search, state), state)
+    told = f"{_told(beside.errors * _USUAL)}, the log would not ask for it"
+    return beside.earned, dict.fromkeys(beside.unneeded if beside.earned >= _DOUBTS else (), told)
+
+
+def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) -> BesideSensors | None:
+    """What is found on motions without an error of the sensors, as it is refined; None where that is no better."""
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
-    best, found, unsure = looked, None, ()
+    basis, best, found, unsure = looked.basis, looked, None, ()
     for _ in range(_ROUNDS):
         errors = HiddenErrors.of(estimate)
         motions = [errors.corrected(motion) for motion in basis.forces.motions]
         other = select(choose(motions, basis.nominal, basis.settings), lambda text: None)
-        paid = search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
+        paid = looked.search.settings.price * np.count_nonzero((errors.arm_x, errors.arm_y, errors.compass))
         better = best.basis.rolls or other.state.score + paid <= best.state.score - (_BETTER if found is None else 0.0)
         if other.basis.rolls or not better:
             break
@@ -146,7 +154,7 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensor
             break
         estimate = estimate + more * _USUAL
     if found is None:
-        return doubted
+        return None
     say("; ".join(error.sentence for error in found.findings))
     notes = (*filter(None, [basis.part]), *best.notes)
     best = replace(best, basis=replace(best.basis, part=basis.part), notes=notes)
@@ -155,14 +163,14 @@ def beside_sensors(looked: Selected, say: Callable[[str], None]) -> BesideSensor
 
 def _beside(search: Search, begin: State | None = None) -> Beside:
     """The model that explains a force balance best beside errors of the sensors, from one, or from nothing added."""
-    begin = begin or search.evaluate(search.nominal, search.nuisances)
+    begin = begin or search.evaluate(search.nominal, ())
     return best_beside(search, _columns(search, begin), begin)
 
 
 def _asked(basis: Basis) -> Array | None:
     """Errors of the sensors that a force balance asks for whatever model stands beside them; None where for none."""
     search = basis.instant
-    empty = search.evaluate(search.nominal, search.nuisances)
+    empty = search.evaluate(search.nominal, ())
     columns = _columns(search, empty)
     within, without = (best_beside(search, some, empty) for some in (columns, columns[:, :, :0]))
     if without.worth() - within.worth() < _BETTER:

@@ -101,11 +101,10 @@ class TrainRun:
 
     def _beyond(self) -> list[str]:
         """At how many of the judged rows the correction is nothing; nothing where it is at few, or does not fade."""
-        fade = self.model.network.fade
-        if fade is None:
+        if not self.model.fades:
             return []
         distance = np.concatenate([self.model.beyond(motion) for motion in self.inputs.parts.judged.motions])
-        share = float((distance >= fade.reach.fade).mean())
+        share = float((distance >= self.model.far).mean())
         if share < _MANY:
             return []
         return [

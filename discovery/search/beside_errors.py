@@ -88,24 +88,34 @@ class Beside:
         """The errors of the record, in units of what is usual."""
         return self._fit(list(self._now.values()))[1]
 
+    @property
+    def earned(self) -> float:
+        """By how much the errors of the record make the model itself worth more."""
+        chosen = list(self._now.values())
+        return self._worth(chosen, self._fit(chosen, alone=True)) - self.worth()
+
     def worth(self, model: Mapping[str, Option] | None = None) -> float:
         """Half the independent tests times the log error, summed over axes, and the price of all parameters.
 
         Of a neighbour, or of the model itself. An error of the usual size costs half.
         """
         chosen = list((model or self._now).values())
-        error, record = self._fit(chosen)
+        return self._worth(chosen, self._fit(chosen))
+
+    def _worth(self, chosen: Sequence[Option], fitted: tuple[Array, Array]) -> float:
+        error, record = fitted
         price = sum(self._search.price(self._scores.fit([option]), [option]) for option in chosen if option.present)
         return float(self._half * np.log(error + self._search.floor).sum() + 0.5 * record @ record + price)
 
-    def _fit(self, chosen: Sequence[Option]) -> tuple[Array, Array]:
-        """What options leave (3,), and the errors of the record."""
+    def _fit(self, chosen: Sequence[Option], *, alone: bool = False) -> tuple[Array, Array]:
+        """What options leave (3,), and the errors of the record; `alone`: of a record without any."""
+        record = range(0 if alone else self._errors)
         free = [self._errors + index for option in chosen for index in option.free if index >= 0]
-        columns = [*range(self._errors), *free]
+        columns = [*record, *free]
         target = np.zeros(self._gram.shape[1])
         target[-1] = 1.0
         target[[self._errors + option.offset for option in chosen if option.offset >= 0]] -= 1.0
-        prior = np.diag(np.concatenate([np.ones(self._errors), np.zeros(len(free))]))
+        prior = np.diag(np.concatenate([np.ones(len(record)), np.zeros(len(free))]))
         floor, total = self._search.floor, target @ self._gram @ target
         error, change = total, np.zeros(len(columns))
         some = np.ix_(range(3), columns, columns)
@@ -122,4 +132,4 @@ class Beside:
             h = h * (size[:, None] * size) + RIDGE * np.eye(size.size)
             change = size * np.linalg.solve(h, size * (weight @ pull))
             error = np.maximum(total - 2.0 * pull @ change + change @ inner @ change, 0.0)
-        return error, change[: self._errors]
+        return error, change[: len(record)]

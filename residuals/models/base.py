@@ -37,6 +37,8 @@ class Model(ABC):
     time_step : of rollouts, where no motion gives one [s]
     seen : lower and upper ends of u, v, r and the thrusts that it was trained on; None where it does not tell
     fades : whether its correction fades to nothing beyond its training
+    far : distance beyond its training from which rows are far from it [standard deviations]; what fades is nothing
+        from there on, and what does not has hardly ever met what lies there
     """
 
     name: str
@@ -49,6 +51,7 @@ class Model(ABC):
     time_step: float = 0.1
     seen: tuple[Array, Array] | None = None
     fades: bool = False
+    far: float = 1.0
 
     @abstractmethod
     def acceleration(self, motion: Motion) -> Array:
@@ -62,13 +65,10 @@ class Model(ABC):
         """The rollouts of several motions."""
         return [self.rollout(*legs) for legs in asked]
 
-    def beyond(self, motion: Motion) -> Array | None:
-        """How far rows lie beyond what it was trained on, (n,) [standard deviations].
-
-        None where it does not tell.
-        """
+    def beyond(self, motion: Motion) -> Array:
+        """How far rows lie beyond what it was trained on, (n,) [standard deviations]; 0 where it does not tell."""
         if self.seen is None:
-            return None
+            return np.zeros(motion.time.size)
         return excess(network_inputs(self.vehicle, motion, heading=False), *self.seen)
 
     @abstractmethod

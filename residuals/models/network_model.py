@@ -19,7 +19,6 @@ from ..networks.base import Memory, Network, Scaling, through
 from ..networks.dissipative import Dissipative
 from .base import Kind, Model
 from .coasting import SETTLE
-from .domain import excess
 from .network_inputs import network_inputs, stacked_inputs
 from .threads import one_thread
 
@@ -68,7 +67,9 @@ class NetworkModel(Model):
         self.seconds_to_fit = seconds_to_fit
         with torch.inference_mode():
             self.remembers = bool(network(self.tensor(np.zeros((1, 1, network.width))))[1])
-        self.fades, self.seen = network.fade is not None, self._ends()
+        self.seen = self._ends()
+        if network.fade is not None:
+            self.fades, self.far = True, network.fade.reach.fade
         if isinstance(network, Dissipative):
             self.rests_on = "itself" if pure else "vehicle"
         elif network.name == "mlp":
@@ -104,7 +105,7 @@ class NetworkModel(Model):
         """See `Model.beyond`; of a correction that fades, the distance by which it does."""
         fade = self.network.fade
         if fade is None:
-            return excess(network_inputs(self.vehicle, motion, heading=False), *self._ends())
+            return super().beyond(motion)
         seen = self.network.scaling.inputs.apply(network_inputs(self.vehicle, motion, self.heading))
         with torch.inference_mode():
             return np.sqrt(numbers(fade.squared_distance(self.tensor(seen))))

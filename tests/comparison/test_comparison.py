@@ -414,7 +414,7 @@ class Narrow(Model):
 def test_a_model_far_from_its_training_is_said_to_be(inputs: Inputs):
     slow = replace(MOTION, velocity=np.full_like(MOTION.velocity, 0.02), commands=np.zeros_like(MOTION.commands))
     assert Narrow().beyond(slow) == pytest.approx(2.0 * np.sqrt(3.0))
-    assert VehicleModel(HULL, "hull").beyond(slow) is None
+    assert not VehicleModel(HULL, "hull").beyond(slow).any()
     models, _ = reference_models(inputs)
     judged = [judge(model, inputs.parts) for model in (*models, Narrow())]
     table = series(judged[0].model, judged[-1].model, inputs.parts, inputs.channels)
