@@ -22,6 +22,8 @@ _POINTS = 8
 """Steps of a bent curve to either side: lines between them keep a square within 0.4 % of full thrust."""
 _FAST = 0.9
 """Share of the top speed (its 99th percentile) from which a row shows what drag balances full thrust."""
+_PUSHES = 0.02
+"""Share of all thrust that a hull is pushed with where it is fastest, at least: the least that tells of its drag."""
 _NO_CHANGE = 1e-12
 """Sum of squared changes of speed [m^2/s^2] of a boat that lies still."""
 _WINDOW, _GROUPS, _SURE = 2.0, 8, 2.0
@@ -263,15 +265,18 @@ def drag_at_speed(
 ) -> float | None:
     """Linear drag per newton of full thrust that balances thrust in the log's fastest rows, positive; or None.
 
+    None, too, where thrusters as they are read hardly push there: one is turned round, or something else moves the hull.
+
     Parameters
     ----------
     arms : of each thruster to starboard [m]
     axis : 0 for surge [s/m], where rows ahead are looked at; 2 for yaw [m s/rad], where turns to both sides are
     """
     speeds, pushes = [], []
+    weights = np.ones(len(arms)) if axis == 0 else -np.asarray(arms)
     for record in records:
         for stretch in record.stretches:
-            push = _push(record, stretch, thrusters, np.ones(len(arms)) if axis == 0 else -np.asarray(arms))
+            push = _push(record, stretch, thrusters, weights)
             known = np.isfinite(push)
             speeds.append(stretch.motion.velocity[known, axis])
             pushes.append(push[known])
@@ -281,8 +286,8 @@ def drag_at_speed(
     if not speed.size or (top := float(np.quantile(speed, 0.99))) <= _SLOWEST[axis]:
         return None
     fast = speed >= _FAST * top
-    drag = float(push[fast].mean() / speed[fast].mean())
-    return drag if drag > 0.0 else None
+    pushed = float(push[fast].mean())
+    return pushed / float(speed[fast].mean()) if pushed > _PUSHES * np.abs(weights).sum() else None
 
 
 def top_speed(records: Sequence[Record]) -> float:

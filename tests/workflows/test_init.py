@@ -142,6 +142,13 @@ def test_thrust_and_drag_are_such_that_the_boat_moves_as_in_the_log(boat, tmp_pa
     assert draft.vehicle.value("X_u") == pytest.approx(-15.0 - 8.0 * 1.7, rel=0.4)
 
 
+def test_thrusters_that_cancel_where_the_log_is_fastest_tell_nothing_of_drag():
+    """At 3 m/s the commands of this log stand at 1900 and 1100 us, and which way the thrusters push is not sure."""
+    vehicle = init(shared("blueboat") / "log_218.csv", Hull(mass=15.0)).vehicle
+    assert vehicle.value("X_u") < -1.0
+    assert "typical" in str(vehicle.sources["damping"]["X_u"])
+
+
 @pytest.mark.parametrize("lag", [0.0, 0.4])
 def test_thrust_astern_is_what_the_boat_answers_and_a_lag_hides_no_thrust(lag, tmp_path):
     otter = load_vehicle("otter")
