@@ -20,7 +20,7 @@ help:
 	@echo "make test   run the tests"
 	@echo "make test-app   run the tests of the workbench in a browser, which is installed where there is none"
 	@echo "make lint   check style, format and types"
-	@echo "make bench  run all tests, the long ones too, and the benchmarks, one after the other"
+	@echo "make bench  build the site, run all tests, the long ones too, and the benchmarks, one after the other"
 	@echo "make docs   build the site of the documents, warnings are errors: build/site/index.html"
 	@echo "make clean  remove .venv, build leftovers and caches"
 
@@ -49,7 +49,7 @@ lint: $(READY)
 	@$(BIN)/ruff format --check
 	@PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 
-bench: $(READY)
+bench: $(READY) docs
 	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --all --cov --cov-report=
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python "$$script"; done
 

@@ -32,11 +32,7 @@ def imported() -> dict[str, set[str]]:
     return {name: {distribution(one) for one in holders.get(name, [name])} for name in names - STANDARD}
 
 
-def test_whatever_is_imported_is_declared():
-    known = declared()
-    assert {name for name, holders in imported().items() if not holders & known} == set()
-
-
-def test_whatever_is_declared_is_imported():
-    used = set().union(*imported().values())
-    assert declared(*NOT_OURS) - used == set()
+def test_what_is_imported_is_declared_and_what_is_declared_is_imported():
+    found, known = imported(), declared()
+    assert {name for name, holders in found.items() if not holders & known} == set()
+    assert declared(*NOT_OURS) - set().union(*found.values()) == set()
