@@ -20,6 +20,7 @@ from .basis import LEAVES, Basis, choose
 from .findings import SensorError
 from .found_effects import FoundTerm
 from .search.beside_errors import Beside, best_beside
+from .search.command_resolution import leaves_structure
 from .search.floating import Search, State
 from .selection import Selected, select
 
@@ -135,7 +136,10 @@ def _earned(search: Search, state: State) -> tuple[float, dict[str, str]]:
 
 
 def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) -> BesideSensors | None:
-    """What is found on motions without an error of the sensors, as it is refined; None where that is no better."""
+    """What is found on motions without an error of the sensors, as it is refined.
+
+    None where that is no better, or leaves what no noise explains.
+    """
     say(Stage("the forces ask for an error of the sensors: searching beside it"))
     basis, best, found, unsure = looked.basis, looked, None, ()
     for _ in range(_ROUNDS):
@@ -153,7 +157,7 @@ def _corrected(looked: Selected, estimate: Array, say: Callable[[str], None]) ->
         if np.abs(more).max() < _SETTLED[basis.sensed]:
             break
         estimate = estimate + more * _USUAL
-    if found is None:
+    if found is None or leaves_structure(best.search, best.state):  # a stand-in for what nothing here explains
         return None
     say("; ".join(error.sentence for error in found.findings))
     notes = (*filter(None, [basis.part]), *best.notes)
