@@ -28,6 +28,10 @@ MOST_BLOCKS = 128
 """Blocks of a log, beyond which each two become one: enough for a covariance of a dozen parameters."""
 NUISANCES = ("current_north", "current_east")
 """What is another in each log, and would be taken for drag: fitted beside the parameters, and not told."""
+CURRENT = 0.3
+"""Usual speed of the water on each axis [m/s], the deviation of its prior: more is rare where small boats work."""
+LEAST_FORCE = 1e-6
+"""Force that stands for none [N, N m], so that an axis on which nothing happens has a weight, too."""
 _HULL = ("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr")
 """What fouling, damage and loads of a hull change."""
 _WEAK = WeakSettings(copies=1)
@@ -159,10 +163,10 @@ def hull_factors(
             driven[own] = on[k][np.clip(np.round(centre).astype(int), 0, on[k].size - 1)]
         if not driven.any():
             continue
-        linear = Linearisation(weak, vehicle, vehicle, nuisance_candidates(vehicle, every), ())
-        columns = [linear.options[f"calibrated {symbol}"][1].free[0] for symbol in every]
-        rows = linear.columns[driven][:, :, [*columns, -1]]
-        added = linear.noise[:, driven][:, :, :, [*columns, -1]]
+        still = dict.fromkeys(NUISANCES, 0.0)
+        rows, _ = _rows(weak, vehicle, every, still, driven)
+        # The force is not linear in the current: columns are taken anew about the one that was found.
+        rows, added = _rows(weak, vehicle, every, _current(rows, vehicle), driven)
         noise = noise + sum(np.einsum("tai,taj->aij", one, one) for one in added) / max(len(added), 1)
         blocks.add(weak.time[driven], rows)
     if not blocks.known:
@@ -207,6 +211,35 @@ LEAST_PIECE = 4 * LEAST_TESTS * _WEAK.stride + 2.0 * _WEAK.half_width
 
 def _columns(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Column, ...]:
     return tuple(Column(name=symbol, unit=vehicle.parameter(symbol).unit) for symbol in symbols)
+
+
+def _rows(
+    weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], current: Mapping[str, float], driven: np.ndarray
+) -> tuple[Array, Array]:
+    """Columns and balance of the tests in which the boat is driven, and what noise adds to them: (.., tests, 3, k).
+
+    Columns are taken about a current, and what it makes of the balance is put back: the last column is what the vehicle
+    leaves unexplained without one.
+    """
+    about = vehicle.with_values(current)
+    linear = Linearisation(weak, about, about, nuisance_candidates(about, symbols), ())
+    columns = [linear.options[f"calibrated {symbol}"][1].free[0] for symbol in symbols]
+    rows = linear.columns[driven][:, :, [*columns, -1]]
+    added = linear.noise[:, driven][:, :, :, [*columns, -1]]
+    put_back = np.array([current.get(symbol, 0.0) for symbol in symbols])
+    for one in (rows, added):
+        one[..., -1] += one[..., :-1] @ put_back
+    return rows, added
+
+
+def _current(rows: Array, vehicle: Vehicle) -> dict[str, float]:
+    """The current that rows tell of beside all parameters, axes weighted by what the vehicle leaves of them."""
+    left = np.maximum((rows[..., -1] ** 2).mean(axis=0), LEAST_FORCE**2)
+    normal = np.einsum("tai,taj,a->ij", rows, rows, 1.0 / left)
+    held = np.diag(np.append(np.zeros(normal.shape[0] - 1 - len(NUISANCES)), np.full(len(NUISANCES), CURRENT**-2.0)))
+    found = np.linalg.lstsq(normal[:-1, :-1] + held, normal[:-1, -1], rcond=1e-9)[0][-len(NUISANCES) :]
+    limits = [vehicle.parameter(symbol) for symbol in NUISANCES]
+    return {p.symbol: float(np.clip(v, p.lower, p.upper)) for p, v in zip(limits, found, strict=True)}
 
 
 class _Blocks:

@@ -13,10 +13,8 @@ import numpy as np
 from ..measurements.statistics.blocks import sandwich
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.frames import Array
-from .hull_factors import HullFactors
+from .hull_factors import CURRENT, LEAST_FORCE, HullFactors
 
-_CURRENT = 0.3
-"""Usual speed of the water on each axis [m/s], the deviation of the prior: more is rare where small boats work."""
 _MATERIAL = 0.02
 """Force that no model of this kind explains, as a share of the largest at work on an axis; see `AdaptSettings`."""
 _ROUNDS = 4
@@ -56,10 +54,10 @@ def estimated(factors: HullFactors) -> Values:
     told = (square.sum(axis=0) > 0.0) & (own.sum(axis=0) < _NOISE * square.sum(axis=0))
     at_work = _MATERIAL**2 * (square[:, :p] * factors.nominal**2).max(axis=1)
     normal = _Normal(factors, np.flatnonzero(told[:p]), p + np.flatnonzero(told[p:-1]))
-    weight = share * rows / np.maximum(square[:, -1], at_work)
+    weight = share * rows / np.maximum(np.maximum(square[:, -1], at_work), LEAST_FORCE**2)
     for _ in range(_ROUNDS):
         normal.solve(weight, share)
-        weight = share * rows / np.maximum(normal.left, at_work)
+        weight = share * rows / np.maximum(np.maximum(normal.left, at_work), LEAST_FORCE**2)
     values, covariance = np.full(p, np.nan), np.full((p, p), np.nan)
     lost = normal.lost | (np.sqrt(np.diag(normal.covariance)) > _NOTHING * np.abs(factors.nominal[normal.kept]))
     kept = normal.kept[~lost]
@@ -94,7 +92,7 @@ class _Normal:
         products = np.einsum("a,baij->bij", weight, raw)
         noise = np.einsum("a,laij->lij", weight, f.noise[:, :, use[:, None], use])
         products = products - self._part[:, None, None] * noise[f.log]
-        prior = np.eye(self._beside.size) / _CURRENT**2
+        prior = np.eye(self._beside.size) / CURRENT**2
         solved, shared = [], np.zeros((m, m + 1))
         meat = np.zeros((m, m))
         for own in self._own:
