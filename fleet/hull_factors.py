@@ -163,7 +163,7 @@ def hull_factors(
             driven[own] = on[k][np.clip(np.round(centre).astype(int), 0, on[k].size - 1)]
         if not driven.any():
             continue
-        still = dict.fromkeys(NUISANCES, 0.0)
+        still: dict[str, float] = dict.fromkeys(NUISANCES, 0.0)
         rows, _ = _rows(weak, vehicle, every, still, driven)
         # The force is not linear in the current: columns are taken anew about the one that was found.
         rows, added = _rows(weak, vehicle, every, _current(rows, vehicle), driven)

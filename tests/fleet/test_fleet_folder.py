@@ -3,6 +3,7 @@
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -148,7 +149,8 @@ def test_nothing_of_the_users_is_lost(fleet: Path, logs: Path, tmp_path: Path):
 def test_a_cluster_gives_the_same_bytes(logs: Path, fleet: Path, tmp_path: Path):
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=1, processes=False, protocol="tcp://", host="127.0.0.1", dashboard_address=":0") as cluster:
+    made: Any = LocalCluster(n_workers=1, processes=False, protocol="tcp://", host="127.0.0.1", dashboard_address=":0")
+    with made as cluster:
         built(logs, tmp_path / "fleet", Engine(scheduler=cluster.scheduler_address))
     assert content(tmp_path / "fleet") == content(fleet)
 
