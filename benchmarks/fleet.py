@@ -5,7 +5,7 @@
 Logs are simulated under field noise first, which no figure counts. Rows are those of one long log at 20 Hz that is
 never whole in memory: pieces of 25 minutes, each with noise of its own; their time is that of the processor, and each
 number of rows has a process of its own, whose largest memory is told. `--rows 0`, `--logs 0`, `--short 0` or
-`--worlds 0` leave a part out. The issue asks for `--rows 100000000`, too, which takes a quarter of an hour.
+`--worlds 0` leave a part out. The issue asks for `--rows 100000000`, too, which takes four minutes of a processor.
 """
 
 import argparse

@@ -28,7 +28,8 @@ _LEVEL = 0.25
 _NOTHING = 10.0
 """Standard error, as multiples of what the vehicle has, beyond which a log says nothing of a parameter."""
 _FEW = 5.0
-"""Blocks for each parameter at which sandwich and model have equal weight, by `benchmarks/fleet.py --coverage`."""
+"""Blocks for each parameter at which sandwich and model have equal weight: a round number, whose intervals
+`benchmarks/fleet.py --worlds N` counts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
