@@ -19,6 +19,7 @@ from .cli.add_verb import add, catalogue
 from .cli.app_verb import app as workbench
 from .cli.check_verb import check
 from .cli.ci_verb import ci
+from .cli.cluster_verb import cluster
 from .cli.compare_verb import compare
 from .cli.console import Verbs, check_here, open_streams, say, sending, telling
 from .cli.control_verb import control
@@ -29,8 +30,10 @@ from .cli.examples import below
 from .cli.explain_verb import explain
 from .cli.export_verb import export, formats
 from .cli.fit_verb import fit
+from .cli.fleet_verb import fleet
 from .cli.init_verb import init
 from .cli.inspect_verb import inspect
+from .cli.merge_verb import merge
 from .cli.plan_verb import plan
 from .cli.report_verb import report
 from .cli.simulate_verb import amounts, simulate
@@ -63,7 +66,8 @@ def options(
 
 
 FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, train, workbench)
-for verb in (*FROM_LOGS, plan, explain, effects, simulate, control, report, export):
+OF_FLEETS = (fleet, merge, cluster)
+for verb in (*FROM_LOGS, *OF_FLEETS, plan, explain, effects, simulate, control, report, export):
     more = {add: catalogue, simulate: amounts, control: amounts, export: formats}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))
 

@@ -31,6 +31,12 @@ EXAMPLES = {
         "undertow add surge_quadratic_damping munk_moment --run run --out corrected.yaml",
         "undertow add 'yaw:u|r|' boat.csv --vehicle boat.yaml",
     ),
+    "fleet": (
+        "undertow fleet logs/ --vehicle boat.yaml --out fleet",
+        "undertow fleet boats.csv s3://bucket/2026/ --vehicle boat.yaml --workers 4 --out fleet",
+    ),
+    "merge": ("undertow merge north south --out fleet",),
+    "cluster": ("undertow cluster --workers 2",),
     "plan": (
         "undertow plan run --space 40 --thrust 60 --at 54.3233,10.1394 --out mission",
         "undertow plan run munk_moment sway_added_mass --speed 1.5 --out mission",

@@ -20,7 +20,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 FLOORS = (
     *("physics", "measurements", "residuals", "discovery", "comparison", "exports", "steering", "reports", "workflows"),
-    *("app", "cli", "__main__"),
+    *("fleet", "app", "cli", "__main__"),
 )
 """The house from the ground floor up: a file imports its own floor and those below."""
 DISCOVERY = (
@@ -59,6 +59,9 @@ ROOMS = {
     "onnxruntime": ("exports/", "residuals/"),
     "plotly": ("app/",),
     "nicegui": ("app/",),
+    "joblib": ("fleet/",),
+    "distributed": ("fleet/",),
+    "obstore": ("fleet/",),
 }
 
 

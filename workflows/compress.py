@@ -67,7 +67,7 @@ def _of_one(motions: Sequence[Motion], vehicle: Vehicle, degree: int, digest: st
     weak = DiscoverySettings().weak
     parts = [
         term_factors(WeakForm(piece, _settings(piece, weak)), vehicle, degree, (digest,))
-        for piece in _pieces(motions, weak)
+        for piece in in_pieces(motions, weak)
     ]
     r, rows = np.concatenate([part.r for part in parts]), np.concatenate([part.rows for part in parts])
     return replace(parts[0], r=r, rows=rows, log=np.zeros(rows.size, dtype=int))
@@ -79,7 +79,7 @@ def _settings(piece: Sequence[Motion], weak: WeakSettings) -> WeakSettings:
     return replace(weak, blocks=blocks, copies=0)
 
 
-def _pieces(motions: Sequence[Motion], weak: WeakSettings) -> Iterator[list[Motion]]:
+def in_pieces(motions: Sequence[Motion], weak: WeakSettings) -> Iterator[list[Motion]]:
     """Motions in their order, in groups of about `_PIECE` seconds; a short rest belongs to the group before it."""
     cut = [part for motion in motions for part in _cut(motion)]
     group: list[Motion] = []

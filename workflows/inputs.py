@@ -12,7 +12,7 @@ from ..measurements.kinematic_errors import Kinematics
 from ..measurements.kinematics import kinematics_of
 from ..measurements.log import Log, read_log
 from ..measurements.log_options import AS_GUESSED, Reading
-from ..measurements.preparation.dataset import PAPER, WEAK
+from ..measurements.preparation.dataset import PAPER, WEAK, DataSet
 from ..measurements.preparation.prepare import prepare
 from ..measurements.preparation.split import PARTS, split
 from ..measurements.prepared_logs import FOLDS, Inputs, Parts, PathLike, corrected
@@ -21,6 +21,7 @@ from ..measurements.quality.finding import Finding, Reach
 from ..measurements.statistics.single_threaded import single_threaded
 from ..physics.errors import LogError, RequestError, expect
 from ..physics.freed_memory import hand_back
+from ..physics.motion import Motion
 from ..physics.stage import Say
 from ..physics.vehicle import Vehicle, load_vehicle
 from ..reports.terminal.pace import Pace, megabytes
@@ -96,13 +97,8 @@ def read_inputs(
     warnings = (*opposed, *sound(inspections, together, model, reading.as_is))
     # The filter comes after the cut into parts, so that it never looks across a boundary.
     weak, even = recorded = prepare(read, model, WEAK), prepare(read, model, replace(PAPER, cutoff=None))
-    sensors: dict[str, Kinematics] = {}
-    if not reading.as_is:
-        channels = {str(log.path): tuple(log.channels) for log in read}
-        for source in {motion.source for motion in weak.motions}:
-            own = [m for m in weak.motions if m.source == source]
-            sensors[source] = kinematics_of(own, channels.get(source, ()))
-        weak, even = corrected(recorded, sensors)
+    sensors = {} if reading.as_is else _sensors(read, weak)
+    weak, even = corrected(recorded, sensors)
     part = None if judge == FOLDS else judge
     found = Inputs(
         paths=names,
@@ -120,6 +116,31 @@ def read_inputs(
         recorded=recorded,
     )
     return found.whole() if judge == FOLDS else found
+
+
+def read_motions(log: PathLike, vehicle: Vehicle, reading: Reading = AS_GUESSED) -> tuple[Log, tuple[Motion, ...]]:
+    """One log, and its motions as `read_inputs` has them for the weak form, whole and unchecked.
+
+    What is wrong with the log is not looked for, which takes most of the time of reading a short one.
+
+    Raises
+    ------
+    LogError, VehicleError
+        when the log cannot be read or used.
+    """
+    read = read_log(_utf8(log), reading)
+    data = prepare(read, vehicle, WEAK)
+    return read, corrected((data, data), {} if reading.as_is else _sensors([read], data))[0].motions
+
+
+def _sensors(logs: Iterable[Log], data: DataSet) -> dict[str, Kinematics]:
+    """What the records of each log say of its sensors, by the source of its motions."""
+    channels = {str(log.path): tuple(log.channels) for log in logs}
+    sources = dict.fromkeys(motion.source for motion in data.motions)
+    return {
+        source: kinematics_of([m for m in data.motions if m.source == source], channels.get(source, ()))
+        for source in sources
+    }
 
 
 def _sensor_notes(sensors: Mapping[str, Kinematics]) -> list[str]:

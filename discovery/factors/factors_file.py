@@ -56,7 +56,7 @@ def read_factors(path: str | os.PathLike[str]) -> Factors:
         when there is no file, or it cannot be opened.
     """
     try:
-        found = _arrays(read_bytes(path, _MOST))
+        found = plain_arrays(read_bytes(path, _MOST), _KINDS)
         content = parse_json(found["about"].tobytes())
     except (ValueError, KeyError, zipfile.BadZipFile, RuntimeError, EOFError) as error:
         raise RequestError(f"{path}: not readable as factors ({reason(error)}); {_REMEDY}") from None
@@ -68,11 +68,21 @@ def read_factors(path: str | os.PathLike[str]) -> Factors:
     return factors
 
 
-def _arrays(content: bytes) -> dict[str, np.ndarray]:
-    """The arrays of a file; each is looked at before room is made for it."""
+def plain_arrays(content: bytes, kinds: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """The arrays of an `.npz` file; each is looked at before room is made for it.
+
+    Parameters
+    ----------
+    kinds : what numbers each array holds, as numpy names their kinds
+
+    Raises
+    ------
+    ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile
+        when the file does not hold them, or not as they are.
+    """
     found = {}
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        for name, kind in _KINDS.items():
+        for name, kind in kinds.items():
             member = archive.getinfo(f"{name}.npy")
             if member.compress_type != zipfile.ZIP_STORED or member.file_size > len(content):
                 raise ValueError(f"expected {name} as it is, got it packed")

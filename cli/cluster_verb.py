@@ -1,0 +1,27 @@
+"""The verb `cluster`: a Dask cluster on this machine, to try what a real one does."""
+
+import time
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, say
+
+_HOUR = 3600.0
+"""Seconds of a sleep, from which a signal wakes."""
+
+
+def cluster(
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Processes; default: as many as the machine has processors.")
+    ] = None,
+) -> None:
+    """Start a Dask cluster on this machine alone, and say where; it ends with Ctrl-C."""
+    with failing_clearly():
+        from ..fleet.workers import local_cluster
+
+        with local_cluster(workers) as address:
+            say(f"{address}")
+            say(f"  undertow fleet LOG... --vehicle V --out FOLDER --scheduler {address}")
+            while True:
+                time.sleep(_HOUR)

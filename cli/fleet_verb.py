@@ -1,0 +1,75 @@
+"""The verb `fleet`: logs of many boats as one data set, made and added to."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..measurements.log_options import Reading
+from .console import complain, failing_clearly, print_json, progress, say
+from .options import AsIsOption, ForceOption, FrameOption, JsonOption, MapOption, NamespaceOption, VehicleOption
+
+FleetOut = Annotated[Path, typer.Option("--out", "-o", help="Folder of the fleet, new or there already.")]
+
+
+def fleet(
+    logs: Annotated[
+        list[str],
+        typer.Argument(metavar="LOG...", help="Manifests (CSV, YAML), logs, folders, patterns, s3://bucket/path/."),
+    ],
+    vehicle: VehicleOption,
+    out: FleetOut,
+    follow: Annotated[
+        list[str] | None,
+        typer.Option("--follow", metavar="SYMBOL", help="Parameters; default: damping, scales of thrust, mass."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Processes of this machine; default: all its processors.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Dask scheduler that does the work instead.")
+    ] = None,
+    force: ForceOption = False,
+    frame: FrameOption = None,
+    channels: MapOption = None,
+    namespace: NamespaceOption = None,
+    as_is: AsIsOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Make logs of many boats one data set, or add logs to it; what was read once is not read again.
+
+    Exit code 1 when a log could not be read: it is named, and the data set is made of the others.
+    """
+    with failing_clearly():
+        from ..fleet.build_fleet import build_fleet
+        from ..fleet.workers import Engine
+
+        symbols = [symbol.strip() for text in follow or [] for symbol in text.split(",")]
+        built = build_fleet(
+            logs,
+            vehicle,
+            out,
+            Reading(frame, channels, namespace, as_is),
+            follow=symbols,
+            engine=Engine(workers, scheduler),
+            progress=progress,
+            force=force,
+        )
+        if as_json:
+            print_json(
+                {
+                    **built.index.to_dict(),
+                    "read": built.read,
+                    "kept": built.kept,
+                    "skipped_now": [one.to_dict() for one in built.skipped],
+                }
+            )
+        else:
+            index = built.index
+            boats = f"{len(index.boats)} boat{'s' * (len(index.boats) != 1)}"
+            say(f"{out}: {len(index.logs)} logs of {boats}, {index.hours:.1f} h under way.")
+            say(f"In this call: {built.read} read, {built.kept} there already, {len(built.skipped)} skipped.")
+        for one in built.skipped:
+            complain(f"  skipped {one.log}: {one.problem}")
+    if built.skipped:
+        raise typer.Exit(1)

@@ -1,0 +1,23 @@
+"""The verb `merge`: fleets joined in a new one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, say
+from .fleet_verb import FleetOut
+from .options import ForceOption
+
+
+def merge(
+    fleets: Annotated[list[Path], typer.Argument(metavar="FLEET...", help="Folders that 'undertow fleet' made.")],
+    out: FleetOut,
+    force: ForceOption = False,
+) -> None:
+    """Join fleets in one folder; a log that is in several is there once."""
+    with failing_clearly():
+        from ..fleet.build_fleet import merge_fleets
+
+        merged = merge_fleets(fleets, out, force=force)
+        say(f"{out}: {len(merged.logs)} logs of {len(merged.boats)} boats, {merged.hours:.1f} h under way.")

@@ -1,0 +1,260 @@
+"""A fleet folder of logs: each read once by a worker, kept by its contents, and never again unless it changes."""
+
+import math
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..measurements.log_options import AS_GUESSED, Reading
+from ..physics.errors import RequestError, expect
+from ..physics.folders import held
+from ..physics.stage import Say
+from ..physics.vehicle import Vehicle, load_vehicle
+from ..reports.terminal.pace import Pace
+from ..reports.terminal.progress import SHOWN, showing
+from ..workflows.run_folder.targets import check_target_folder
+from .fleet_folder import (
+    FACTORS,
+    FleetIndex,
+    FleetLog,
+    SkippedLog,
+    clear_factors,
+    factors_path,
+    index_of,
+    iso,
+    keep_factors,
+    own_fleet,
+    read_hull_factors,
+    read_index,
+    write_index,
+)
+from .hull_factors import HullFactors
+from .log_sources import INDEX, LogSource, find_sources
+from .one_log import LogAnswer, LogTask, factors_of, key_of
+from .workers import Engine, WorkerLost, mapped
+
+PathLike = str | os.PathLike[str]
+_DAY = 86400.0
+"""Seconds of a day."""
+
+
+@dataclass(frozen=True, slots=True)
+class FleetBuilt:
+    """What became of the logs of a call.
+
+    Attributes
+    ----------
+    index : of the folder as it is now
+    read : logs that were read in this call
+    kept : logs that were there already, unchanged
+    skipped : logs of this call that are not in the data set, and why
+    """
+
+    index: FleetIndex
+    read: int
+    kept: int
+    skipped: tuple[SkippedLog, ...]
+
+
+@showing
+def build_fleet(
+    logs: Iterable[PathLike] | PathLike,
+    vehicle: Vehicle | PathLike,
+    out: PathLike,
+    reading: Reading = AS_GUESSED,
+    *,
+    follow: Sequence[str] = (),
+    engine: Engine | None = None,
+    progress: Say | None = SHOWN,
+    force: bool = False,
+) -> FleetBuilt:
+    """Make a fleet folder of logs, or add logs to one.
+
+    A log whose bytes, vehicle and settings are as they were is not read again, so that an interrupted call goes on
+    where it was. One that cannot be read is named, and the others are as if it were not there. Logs of earlier calls
+    stay. The folder does not depend on who worked, nor in which order.
+
+    Parameters
+    ----------
+    logs : files, folders, patterns, addresses of object stores, manifests; see `find_sources`
+    vehicle : whose parameters are followed, where a manifest names no other
+    out : the folder
+    reading : how the logs are read
+    follow : symbols of the parameters; default: damping that the vehicle has, scales of thrust, and mass
+    engine : who does the work; default: all processors of this machine
+    progress : called with lines about the work, shown where nothing is said; None for silence
+    force : write over what another made
+
+    Raises
+    ------
+    LogError, VehicleError, RequestError
+        when a source, a vehicle or the folder cannot be used, or not one log can be read.
+    """
+    given = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
+    for one in given:
+        expect("build_fleet: logs", one, (str, os.PathLike), "give paths of logs, folders, patterns or manifests")
+    expect("build_fleet: reading", reading, Reading, "undertow.Reading(frame=...) says how")
+    sources = find_sources(given)
+    vehicles: dict[str, Vehicle] = {"": vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)}
+    for name in {source.vehicle for source in sources} - {""}:
+        vehicles[name] = load_vehicle(name)
+    for one in vehicles.values():
+        for symbol in follow:
+            one.parameter(symbol)
+    folder = Path(out)
+    check_target_folder("--out", folder, {INDEX, FACTORS}, own_fleet, [s.place for s in sources], force=force)
+    (folder / FACTORS).mkdir(parents=True, exist_ok=True)
+    with held(folder, "writes"):
+        earlier = read_index(folder) if own_fleet(folder) else FleetIndex()
+        write_index(folder, earlier)  # so that an interrupted call leaves a fleet, which another goes on with
+        at = str(folder.resolve() / FACTORS)
+        tasks = [LogTask(s.place, vehicles[s.vehicle], tuple(follow), reading, at) for s in sources]
+        built = _built(folder, earlier, sources, tasks, engine or Engine(), progress)
+        write_index(folder, built.index)
+        clear_factors(folder, built.index)
+    if not built.index.logs:
+        first = built.skipped[0]
+        raise RequestError(f"expected at least one log that can be read, got {len(built.skipped)} that cannot; "
+                           f"the first: {first.log}: {first.problem}")  # fmt: skip
+    return built
+
+
+def _built(
+    folder: Path,
+    earlier: FleetIndex,
+    sources: Sequence[LogSource],
+    tasks: Sequence[LogTask],
+    engine: Engine,
+    progress: Say | None,
+) -> FleetBuilt:
+    known = {log.log: log for log in earlier.logs}
+    found: dict[str, FleetLog] = {}
+    skipped: list[SkippedLog] = []
+    left: list[int] = []
+    for number, (source, task) in enumerate(zip(sources, tasks, strict=True)):
+        log = known.get(source.place)
+        if log is not None and _unchanged(folder, log, source, task):
+            found[source.place] = log.but(boat=source.boat, notes=source.notes)
+        else:
+            left.append(number)
+    read = 0
+    pace = Pace(progress, "logs")
+    for done, (at, answer) in enumerate(mapped(factors_of, [tasks[n] for n in left], engine), start=1):
+        source, task = sources[left[at]], tasks[left[at]]
+        told = answer if isinstance(answer, LogAnswer) else LogAnswer(problem=_lost(answer))
+        if told.content is not None:
+            keep_factors(folder, told.key, told.content)
+            read += 1
+        log = _log_of(folder, source, task, told)
+        if isinstance(log, SkippedLog):
+            skipped.append(log)
+        else:
+            found[source.place] = log
+        pace.told(done, len(left))
+    once: dict[str, FleetLog] = {}
+    for _, log in sorted(found.items()):
+        first = once.setdefault(log.factors, log)
+        if first is not log:
+            skipped.append(SkippedLog(log=log.log, boat=log.boat, problem=f"it has the same bytes as {first.log}"))
+    now = {source.place for source in sources}
+    others = [log for log in earlier.logs if log.log not in now and log.factors not in once]
+    waiting = [log for log in earlier.skipped if log.log not in now]
+    index = index_of([*once.values(), *others], [*skipped, *waiting])
+    return FleetBuilt(index, read, len(found) - read, tuple(sorted(skipped, key=lambda one: one.log)))
+
+
+def _lost(answer: WorkerLost | LogAnswer) -> str:
+    return f"{answer}; it may need more memory than a worker has: give fewer workers, or read it alone"
+
+
+def _unchanged(folder: Path, log: FleetLog, source: LogSource, task: LogTask) -> bool:
+    """Whether a log is as it was, as far as size, time and what is asked tell, and its factors are there."""
+    same = source.version == log.version != "" and _begins(source) == log.begins
+    return same and key_of(log.sha256, task) == log.factors and factors_path(folder, log.factors).is_file()
+
+
+def _log_of(folder: Path, source: LogSource, task: LogTask, answer: LogAnswer) -> FleetLog | SkippedLog:
+    """The row of the index, from the factors that are kept by now."""
+    problem = answer.problem
+    if not problem:
+        factors = read_hull_factors(folder, answer.key)
+        time = middle(source, factors)
+        if math.isfinite(time):
+            return FleetLog(
+                log=source.place,
+                boat=source.boat,
+                time=iso(time),
+                hours=float(factors.hours.sum()),
+                factors=answer.key,
+                sha256=answer.sha256,
+                vehicle=task.vehicle.digest,
+                begins=_begins(source),
+                notes=source.notes,
+                version=source.version,
+            )
+        problem = (
+            "neither the log, nor its name, nor a manifest says of which day it is; write a manifest with the columns "
+            "log and day"
+        )
+    return SkippedLog(log=source.place, boat=source.boat, problem=problem)
+
+
+def middle(source: LogSource, factors: HullFactors) -> float:
+    """The middle of a log [s since 1970]; NaN where nobody knows it.
+
+    A manifest has the first word, as clocks on board may be wrong: but where its day is that of the log's own clock,
+    that tells the time of day. A date in the name of the file is the last resort.
+    """
+    first, last = float(factors.begin.min()), float(factors.end.max())
+    own = float(factors.start[0]) + 0.5 * (first + last)
+    said = source.begins
+    if said is None and math.isfinite(own):
+        return own
+    said = source.named if said is None else said
+    if said is None:
+        return math.nan
+    if said % _DAY == 0.0 and math.isfinite(own) and said <= own < said + _DAY:
+        return own
+    return said + 0.5 * (last - first)
+
+
+def _begins(source: LogSource) -> str:
+    return "" if source.begins is None else iso(source.begins)
+
+
+def merge_fleets(fleets: Sequence[PathLike], out: PathLike, *, force: bool = False) -> FleetIndex:
+    """Join fleet folders in a new one; a log that is in several is there once.
+
+    Raises
+    ------
+    RequestError
+        when one is no fleet, a log has another boat or day in each, or the folder cannot be written.
+    """
+    if len(fleets) < 2:
+        raise RequestError(f"merge: expected two fleets or more, got {len(fleets)}")
+    folder = Path(out)
+    folders = [Path(fleet) for fleet in fleets]
+    indices = [read_index(one) for one in folders]
+    check_target_folder("--out", folder, {INDEX, FACTORS}, own_fleet, folders, force=force)
+    logs: dict[str, FleetLog] = {}
+    for index in indices:
+        for log in index.logs:
+            known = logs.setdefault(log.factors, log)
+            if (known.boat, known.time) != (log.boat, log.time):
+                raise RequestError(
+                    f"merge: expected one boat and day of {log.log}, got {known.boat} {known.time} and {log.boat} "
+                    f"{log.time}; say which with a manifest, and make one of the fleets again"
+                )
+    skipped = {(s.log, s.problem): s for index in indices for s in index.skipped}
+    (folder / FACTORS).mkdir(parents=True, exist_ok=True)
+    with held(folder, "writes"):
+        for one, index in zip(folders, indices, strict=True):
+            for log in index.logs:
+                if not factors_path(folder, log.factors).is_file():
+                    read_hull_factors(one, log.factors)  # which refuses what is broken
+                    keep_factors(folder, log.factors, factors_path(one, log.factors).read_bytes())
+        merged = index_of(logs.values(), skipped.values())
+        write_index(folder, merged)
+        clear_factors(folder, merged)
+    return merged

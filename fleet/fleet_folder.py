@@ -1,0 +1,161 @@
+"""The folder of a fleet: `fleet.json`, which says what is in it, and `factors/KEY.npz`, what each log says."""
+
+from collections.abc import Collection, Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import ClassVar
+
+from ..physics.errors import RequestError
+from ..physics.file_records import Number, Record
+from ..physics.files import write_bytes, write_json
+from ..physics.reading import read_bytes, read_json, reason
+from .hull_factors import HullFactors
+from .hull_factors_file import from_bytes
+from .log_sources import INDEX
+
+FACTORS = "factors"
+"""Folder of the factors."""
+_MOST = 2**26
+"""Bytes of the factors of a log [B]: 128 blocks with some forty parameters."""
+_REMEDY = "'undertow fleet LOGS --vehicle V --out FOLDER' makes one"
+
+
+class FleetLog(Record):
+    """A log of the fleet.
+
+    Attributes
+    ----------
+    log : path or address
+    boat : its name
+    time : middle of the log, UTC, as ISO 8601 has it
+    hours : in which the boat was driven [h]
+    factors : name of the file of its factors, without the ending
+    sha256 : of the bytes of the log
+    vehicle : digest of the vehicle
+    begins : what a manifest says of its day, UTC; empty for nothing
+    notes : of the manifest
+    version : by which it is seen whether the log changed since
+    """
+
+    log: str
+    boat: str
+    time: str
+    hours: Number
+    factors: str
+    sha256: str
+    vehicle: str
+    begins: str = ""
+    notes: str = ""
+    version: str = ""
+
+
+class SkippedLog(Record):
+    """A log that is not in the data set, and why."""
+
+    log: str
+    boat: str
+    problem: str
+
+
+class FleetIndex(Record):
+    """The content of `fleet.json`: logs in the order of their keys, so that equal fleets have equal files."""
+
+    SCHEMA: ClassVar[str] = "undertow.fleet/1"
+    logs: tuple[FleetLog, ...] = ()
+    skipped: tuple[SkippedLog, ...] = ()
+
+    @property
+    def boats(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(sorted({log.boat for log in self.logs}))
+
+    @property
+    def hours(self) -> float:
+        """Of all logs [h]."""
+        return sum(log.hours for log in self.logs)
+
+
+def index_of(logs: Iterable[FleetLog], skipped: Iterable[SkippedLog]) -> FleetIndex:
+    """The index of logs in whatever order."""
+    told = sorted(skipped, key=lambda one: (one.log, one.problem))
+    return FleetIndex(logs=tuple(sorted(logs, key=lambda log: (log.factors, log.log))), skipped=tuple(told))
+
+
+def read_index(folder: Path) -> FleetIndex:
+    """The index of a fleet folder.
+
+    Raises
+    ------
+    RequestError
+        when there is none, or it is none.
+    """
+    path = folder / INDEX
+    try:
+        return FleetIndex.read(read_json(path), path, _REMEDY)
+    except OSError as error:
+        raise RequestError(
+            f"{folder}: expected the folder of a fleet, got {error.strerror or error} for {path}; {_REMEDY}"
+        ) from None
+    except ValueError as error:
+        if isinstance(error, RequestError):
+            raise
+        raise RequestError(f"{path}: not readable as a fleet ({reason(error)}); {_REMEDY}") from None
+
+
+def write_index(folder: Path, index: FleetIndex) -> None:
+    """Write the index, whole or not at all."""
+    write_json(folder / INDEX, index.to_dict())
+
+
+def own_fleet(folder: Path) -> Collection[str]:
+    """Which files of a folder are those of a fleet."""
+    try:
+        read_index(folder)
+    except (RequestError, OSError):
+        return ()
+    return (INDEX, FACTORS)
+
+
+def factors_path(folder: Path, key: str) -> Path:
+    """Where the factors of a key are."""
+    return folder / FACTORS / f"{key}.npz"
+
+
+def read_hull_factors(folder: Path, key: str) -> HullFactors:
+    """The factors of a key.
+
+    Raises
+    ------
+    RequestError
+        when they are gone or broken.
+    """
+    path = factors_path(folder, key)
+    try:
+        return from_bytes(read_bytes(path, _MOST), path)
+    except OSError as error:
+        raise RequestError(
+            f"{path}: {error.strerror or error}; run 'undertow fleet' with the same logs again, which makes it"
+        ) from None
+
+
+def keep_factors(folder: Path, key: str, content: bytes) -> None:
+    """Write the factors of a key, whole or not at all."""
+    write_bytes(factors_path(folder, key), content)
+
+
+def clear_factors(folder: Path, index: FleetIndex) -> None:
+    """Take away factors that no log of the index has any more; other files stay."""
+    kept = {log.factors for log in index.logs}
+    for path in (folder / FACTORS).glob("*.npz"):
+        if len(path.stem) == 64 and path.stem not in kept:  # a SHA-256 is ours
+            path.unlink(missing_ok=True)
+
+
+def iso(seconds: float) -> str:
+    """An instant [s since 1970] as ISO 8601 has it, to the second."""
+    return datetime.fromtimestamp(round(seconds), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def seconds_of(text: str) -> float:
+    """The reverse of `iso`."""
+    return datetime.fromisoformat(text).timestamp()

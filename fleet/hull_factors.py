@@ -1,0 +1,280 @@
+"""What logs say of the parameters of a hull, as sums over blocks of time that add to those of other logs.
+
+Rows are those of the weak form: columns of the parameters followed, what the force equation gives when each moves
+(`linearisation`), against the force that the vehicle leaves unexplained. Of each block and axis their products are
+kept, which are all that least squares, its sandwich covariance and a bootstrap of blocks ask for. What sensor noise
+adds to the products is told beside them (errors in variables; Carroll et al. 2006, chapter 5).
+"""
+
+import gc
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..discovery.balance.weak_form import LEAST_TESTS, WeakForm, WeakSettings
+from ..discovery.candidates.linearisation import Linearisation
+from ..discovery.candidates.nuisance import nuisance_candidates
+from ..discovery.factors.factors import Column
+from ..measurements.preparation.idle import IDLE, active
+from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.errors import RequestError
+from ..physics.frames import Array
+from ..physics.motion import Motion
+from ..physics.vehicle import Vehicle
+
+BLOCK = 10.0
+"""Seconds of a block: longer than waves and manoeuvres stay alike, so that blocks err alone; a minute has six."""
+MOST_BLOCKS = 128
+"""Blocks of a log, beyond which each two become one: enough for a covariance of a dozen parameters."""
+NUISANCES = ("current_north", "current_east")
+"""What is another in each log, and would be taken for drag: fitted beside the parameters, and not told."""
+CURRENT = 0.3
+"""Usual speed of the water on each axis [m/s], the deviation of its prior: more is rare where small boats work."""
+LEAST_FORCE = 1e-6
+"""Force that stands for none [N, N m], so that an axis on which nothing happens has a weight, too."""
+_HULL = ("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr")
+"""What fouling, damage and loads of a hull change."""
+_SWEPT = 8
+"""Pieces after which their memory is asked back: of so many it is some 10 MB, and to look takes less than one."""
+_WEAK = WeakSettings(copies=1)
+"""One noisier copy: what noise adds to products is a sum over a whole log."""
+
+
+def followed_by_default(vehicle: Vehicle) -> tuple[str, ...]:
+    """Damping that the vehicle has, the scale of each thruster, and the mass."""
+    damping = (symbol for symbol in _HULL if vehicle.value(symbol))
+    return (*damping, *(f"{t.name}_scale" for t in vehicle.thrusters), "mass")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HullFactors:
+    """Products of the rows of logs, block by block.
+
+    Attributes
+    ----------
+    parameters, nuisances : what is followed, and what is fitted beside it in each log
+    nominal : (p,) values of the parameters about which the columns were taken
+    gram : (blocks, 3, k, k) products of the rows in surge, sway and yaw: parameters, nuisances, and the force that the
+        vehicle leaves unexplained [N, N, N m]
+    tests : (blocks,) rows of each axis
+    begin, end : (blocks,) centre of the first and of the last row of each block, in the log's own time [s]
+    log : (blocks,) index of the log that each comes from
+    logs : SHA-256 of the bytes of each log
+    noise : (logs, 3, k, k) what sensor noise adds to the sum of the products of each log
+    start : (logs,) zero of the log's own time [s since 1970]; NaN where the log does not say
+    hours : (logs,) in which the boat was driven [h]
+    settings : how the rows were made; what is made otherwise does not add
+    """
+
+    parameters: tuple[Column, ...]
+    nuisances: tuple[Column, ...]
+    nominal: Array
+    gram: Array
+    tests: np.ndarray
+    begin: Array
+    end: Array
+    log: np.ndarray
+    logs: tuple[str, ...]
+    noise: Array
+    start: Array
+    hours: Array
+    settings: Mapping[str, float | str]
+
+    def __add__(self, other: "HullFactors") -> "HullFactors":
+        """The factors of both: logs in the order of their digests, blocks in that of time, whoever comes first.
+
+        Pieces of one log add to that log.
+
+        Raises
+        ------
+        RequestError
+            when rows were made in another way, or the same stretch of a log is in both.
+        """
+        for what in ("parameters", "nuisances", "settings"):
+            if getattr(self, what) != getattr(other, what):
+                raise RequestError(
+                    f"factors: expected the same {what} in both, got others; make both with one vehicle, and follow "
+                    "the same parameters"
+                )
+        logs = tuple(sorted({*self.logs, *other.logs}))
+        place = [np.array([logs.index(digest) for digest in one.logs]) for one in (self, other)]
+        noise, hours = np.zeros((len(logs), *self.noise.shape[1:])), np.zeros(len(logs))
+        start = np.full(len(logs), np.nan)
+        for one, at in zip((self, other), place, strict=True):
+            noise[at] += one.noise
+            hours[at] += one.hours
+            start[at] = np.fmin(start[at], one.start)
+        log = np.concatenate([at[one.log] for one, at in zip((self, other), place, strict=True)])
+        begin, end = np.concatenate([self.begin, other.begin]), np.concatenate([self.end, other.end])
+        order = np.lexsort((begin, log))
+        log, begin, end = log[order], begin[order], end[order]
+        twice = np.flatnonzero((log[1:] == log[:-1]) & (begin[1:] <= end[:-1]))
+        if twice.size:
+            raise RequestError(
+                f"factors: expected each stretch of a log once, got that of {begin[twice[0]]:g} s of the log with "
+                f"SHA-256 {logs[log[twice[0]]]} in both; leave one out"
+            )
+        gram = np.concatenate([self.gram, other.gram])[order]
+        tests = np.concatenate([self.tests, other.tests])[order]
+        kept = replace(self, gram=gram, tests=tests, begin=begin, end=end, log=log)
+        return replace(kept, logs=logs, noise=noise, start=start, hours=hours)
+
+
+@single_threaded
+def hull_factors(
+    pieces: Iterable[Sequence[Motion]],
+    vehicle: Vehicle,
+    follow: Sequence[str] = (),
+    *,
+    digest: str = "",
+    start: float = float("nan"),
+) -> HullFactors:
+    """One pass over a log, a piece at a time: no more than one is in memory.
+
+    Parameters
+    ----------
+    pieces : gap-free stretches, unfiltered, in the order of time; each piece at least ten seconds
+    vehicle : about which the columns are taken
+    follow : symbols of the parameters; default: see `followed_by_default`
+    digest : SHA-256 of the bytes of the log
+    start : zero of the log's own time [s since 1970]
+
+    Raises
+    ------
+    RequestError
+        for an unknown symbol, one in which the force is not linear, or a log in which nobody drives the boat.
+    """
+    symbols = tuple(follow) or followed_by_default(vehicle)
+    bent = [s for s in symbols if vehicle.parameter(s).nonlinear or vehicle.parameter(s).grid]
+    if bent or len(set(symbols)) < len(symbols):
+        raise RequestError(
+            f"follow: expected parameters in which the force is linear, each once, got {', '.join(bent or symbols)}; "
+            "damping, couplings, masses and scales of thrust are some"
+        )
+    every = (*symbols, *NUISANCES)
+    blocks, noise, seconds = _Blocks(), np.zeros(()), 0.0
+    for count, piece in enumerate(pieces, start=1):
+        if count % _SWEPT == 0:
+            gc.collect()  # a form and its columns know each other, and a verb looks for such circles seldom
+        weak = WeakForm(piece, _WEAK)
+        on = [active(motion, vehicle) for motion in piece]
+        seconds += sum(float(rows.mean()) * m.duration for rows, m in zip(on, piece, strict=True))
+        number, begin, _ = weak.reach
+        driven = np.zeros(number.size, bool)
+        for k, motion in enumerate(piece):
+            own = number == k
+            centre = (begin[own] + _WEAK.half_width - motion.time[0]) / motion.time_step
+            driven[own] = on[k][np.clip(np.round(centre).astype(int), 0, on[k].size - 1)]
+        if not driven.any():
+            continue
+        still: dict[str, float] = dict.fromkeys(NUISANCES, 0.0)
+        rows, _ = _rows(weak, vehicle, every, still, driven)
+        # The force is not linear in the current: columns are taken anew about the one that was found.
+        rows, added = _rows(weak, vehicle, every, _current(rows, vehicle), driven)
+        noise = noise + sum(np.einsum("tai,taj->aij", one, one) for one in added) / max(len(added), 1)
+        blocks.add(weak.time[driven], rows)
+        weak.forget()
+    if not blocks.known:
+        raise RequestError(
+            f"expected a boat that is driven, got no command for longer than {IDLE:g} s in all of the log; nothing is "
+            "learnt from a boat at rest"
+        )
+    gram, tests, begin, end = blocks.whole()
+    size = gram.shape[-1]
+    return HullFactors(
+        _columns(vehicle, symbols),
+        _columns(vehicle, NUISANCES),
+        np.array([vehicle.value(symbol) for symbol in symbols]),
+        gram,
+        tests,
+        begin,
+        end,
+        np.zeros(tests.size, dtype=int),
+        (digest,),
+        np.broadcast_to(noise, (3, size, size))[None].copy(),
+        np.array([start]),
+        np.array([seconds / 3600.0]),
+        settings_of(vehicle),
+    )
+
+
+def settings_of(vehicle: Vehicle) -> dict[str, float | str]:
+    """How rows are made for a vehicle."""
+    return {
+        "half_width": _WEAK.half_width,
+        "stride": _WEAK.stride,
+        "power": _WEAK.power,
+        "block": BLOCK,
+        "idle": IDLE,
+        "vehicle": vehicle.digest,
+    }
+
+
+LEAST_PIECE = 4 * LEAST_TESTS * _WEAK.stride + 2.0 * _WEAK.half_width
+"""Seconds without which a piece has too few test functions."""
+
+
+def _columns(vehicle: Vehicle, symbols: Sequence[str]) -> tuple[Column, ...]:
+    return tuple(Column(name=symbol, unit=vehicle.parameter(symbol).unit) for symbol in symbols)
+
+
+def _rows(
+    weak: WeakForm, vehicle: Vehicle, symbols: Sequence[str], current: Mapping[str, float], driven: np.ndarray
+) -> tuple[Array, Array]:
+    """Columns and balance of the tests in which the boat is driven, and what noise adds to them: (.., tests, 3, k).
+
+    Columns are taken about a current, and what it makes of the balance is put back: the last column is what the vehicle
+    leaves unexplained without one.
+    """
+    about = vehicle.with_values(current)
+    linear = Linearisation(weak, about, about, nuisance_candidates(about, symbols), ())
+    columns = [linear.options[f"calibrated {symbol}"][1].free[0] for symbol in symbols]
+    rows = linear.columns[driven][:, :, [*columns, -1]]
+    added = linear.noise[:, driven][:, :, :, [*columns, -1]]
+    put_back = np.array([current.get(symbol, 0.0) for symbol in symbols])
+    for one in (rows, added):
+        one[..., -1] += one[..., :-1] @ put_back
+    return rows, added
+
+
+def _current(rows: Array, vehicle: Vehicle) -> dict[str, float]:
+    """The current that rows tell of beside all parameters, axes weighted by what the vehicle leaves of them."""
+    left = np.maximum((rows[..., -1] ** 2).mean(axis=0), LEAST_FORCE**2)
+    normal = np.einsum("tai,taj,a->ij", rows, rows, 1.0 / left)
+    held = np.diag(np.append(np.zeros(normal.shape[0] - 1 - len(NUISANCES)), np.full(len(NUISANCES), CURRENT**-2.0)))
+    found = np.linalg.lstsq(normal[:-1, :-1] + held, normal[:-1, -1], rcond=1e-9)[0][-len(NUISANCES) :]
+    limits = [vehicle.parameter(symbol) for symbol in NUISANCES]
+    return {p.symbol: float(np.clip(v, p.lower, p.upper)) for p, v in zip(limits, found, strict=True)}
+
+
+class _Blocks:
+    """Products by block of time, of which there are never many: where they become too many, each two become one."""
+
+    def __init__(self) -> None:
+        self._length = BLOCK
+        self.known: dict[int, tuple[Array, int, float, float]] = {}
+
+    def add(self, time: Array, rows: Array) -> None:
+        """Add rows (n, 3, k), each with its time [s], later than those before."""
+        number = (time // self._length).astype(int)
+        edges = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
+        for first, last in zip(edges, [*edges[1:], number.size], strict=True):
+            axes = rows[first:last].transpose(1, 0, 2)
+            gram = axes.transpose(0, 2, 1) @ axes
+            self._put(int(number[first]), gram, int(last - first), float(time[first]), float(time[last - 1]))
+        while len(self.known) > MOST_BLOCKS:
+            known, self.known, self._length = self.known, {}, 2.0 * self._length
+            for number in sorted(known):
+                self._put(number // 2, *known[number])
+
+    def whole(self) -> tuple[Array, np.ndarray, Array, Array]:
+        """Products, rows, begin and end of the blocks, in the order of time."""
+        gram, tests, begin, end = zip(*(self.known[n] for n in sorted(self.known)), strict=True)
+        return np.stack(gram), np.array(tests), np.array(begin), np.array(end)
+
+    def _put(self, number: int, gram: Array, tests: int, begin: float, end: float) -> None:
+        if number in self.known:
+            before, count, first, _ = self.known[number]
+            gram, tests, begin = before + gram, count + tests, first
+        self.known[number] = gram, tests, begin, end

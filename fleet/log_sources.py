@@ -1,0 +1,212 @@
+"""Which logs make a fleet, of which boat and day each is: folders, patterns, a manifest, object stores."""
+
+import csv
+import io
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path, PurePosixPath
+
+from ..measurements.collection import find_logs
+from ..measurements.formats.registry import SUFFIXES
+from ..physics.errors import LogError, RequestError
+from ..physics.reading import read_text, read_yaml
+from .object_store import is_url, objects_below
+
+COLUMNS = ("log", "boat", "day", "vehicle", "notes")
+"""Columns of a manifest, of which the first is needed."""
+INDEX = "fleet.json"
+"""File that makes a folder a fleet; no log is looked for in one."""
+_MANIFESTS = {".csv", ".yaml", ".yml"}
+_DATE = re.compile(r"(?<!\d)(20\d\d)-?([01]\d)-?([0-3]\d)(?!\d)(?:[T_ -]+([0-2]\d)[-:]?([0-5]\d)(?:[-:]?([0-5]\d))?)?")
+"""A date in a name, perhaps with the time of day: 2026-05-03, 20260503_101500."""
+
+
+@dataclass(frozen=True, slots=True)
+class LogSource:
+    """A log, and what is known of it before it is read.
+
+    Attributes
+    ----------
+    place : path or address
+    boat : name of the boat
+    begins : when it begins [s since 1970], or when its day does, where somebody says so; None where nobody does
+    named : the same, as the name of the file has it
+    vehicle : vehicle file, where it has one of its own; empty for that of the fleet
+    notes : of the person who made the manifest
+    version : what changes when the file does: size and time of the last change, or what an object store tells
+    """
+
+    place: str
+    boat: str
+    begins: float | None = None
+    named: float | None = None
+    vehicle: str = ""
+    notes: str = ""
+    version: str = ""
+
+
+def find_sources(given: Sequence[str | os.PathLike[str]]) -> tuple[LogSource, ...]:
+    """The logs that are meant, each once, in the order of their places.
+
+    A folder stands for the logs in it and in the folders below it. The folder that a log lies in is its boat, where no
+    manifest says another.
+
+    Parameters
+    ----------
+    given : logs, folders, patterns, addresses (s3://bucket/path/, gs://, az://), and manifests
+
+    Raises
+    ------
+    LogError
+        when a folder holds no log, or a pattern meets nothing.
+    RequestError
+        when a manifest cannot be read, or a log is given with two boats or days.
+    """
+    found: dict[str, LogSource] = {}
+    for name in given:
+        for source in _sources(os.fspath(name)):
+            known = found.setdefault(source.place, source)
+            if replace(known, version=source.version) != source:
+                raise RequestError(
+                    f"{source.place}: given twice, as {_said(known)} and as {_said(source)}; say one of the two"
+                )
+    return tuple(found[place] for place in sorted(found))
+
+
+def _sources(name: str) -> Iterable[LogSource]:
+    if is_url(name):
+        return [
+            replace(_of(place, PurePosixPath(place).parent.name), version=version)
+            for place, version in objects_below(name, SUFFIXES)
+        ]
+    path = Path(name)
+    if path.is_dir():
+        return [_local(place) for place in _below(path)]
+    if path.suffix.lower() in _MANIFESTS and path.is_file() and (rows := _manifest(path)) is not None:
+        return [source for number, row in rows for source in _of_row(path, number, row)]
+    return [_local(place) for place in find_logs([name])[0]]
+
+
+def _below(folder: Path) -> list[str]:
+    """Logs in a folder and in those below it, but for hidden ones and fleets."""
+    found: list[str] = []
+    told = ""
+    for here, inner, files in os.walk(folder):
+        inner[:] = sorted(name for name in inner if not name.startswith(".") and not (Path(here, name, INDEX)).exists())
+        if INDEX in files:
+            inner[:] = []
+            continue
+        try:
+            logs = find_logs([here])[0]
+        except LogError as error:
+            told = told or str(error)
+            continue
+        found += logs
+        inner[:] = [name for name in inner if str(Path(here, name)) not in logs] if logs != (here,) else []
+    if not found:
+        raise LogError(told or f"{folder}: expected a folder of logs, got a fleet; give the folder of its logs")
+    return found
+
+
+def _of(place: str, boat: str) -> LogSource:
+    return LogSource(place, boat or "boat", named=date_in(PurePosixPath(place).name))
+
+
+def _local(place: str) -> LogSource:
+    path = Path(place)
+    return replace(_of(place, path.resolve().parent.name), version=_version(path))
+
+
+def _version(path: Path) -> str:
+    try:
+        found = path.stat()
+    except OSError:  # whoever reads it says so
+        return ""
+    # Of a folder only what is directly in it would show: a bag is looked through each time.
+    return "" if path.is_dir() else f"{found.st_size}-{found.st_mtime_ns}"
+
+
+def _manifest(path: Path) -> Sequence[tuple[int, Mapping[str, str]]] | None:
+    """Rows of a manifest, each with its number; None for a table that is none, such as a log."""
+    if path.suffix.lower() == ".csv":
+        with path.open("rb") as stream:
+            if b"log" not in [word.strip(b'" \xef\xbb\xbf\r\n').lower() for word in stream.readline().split(b",")]:
+                return None
+        try:
+            reader = csv.DictReader(io.StringIO(read_text(path)), skipinitialspace=True)
+            rows = [
+                {(key or "").strip().lower(): value or "" for key, value in row.items() if isinstance(value, str)}
+                for row in reader
+            ]
+        except (ValueError, csv.Error) as error:
+            raise RequestError(f"{path}: not readable as a manifest: {error}") from None
+        numbered = list(enumerate(rows, start=2))
+    else:
+        try:
+            content = read_yaml(path)
+        except ValueError as error:
+            raise RequestError(f"{path}: not readable as a manifest: {error}") from None
+        items = content.get("logs") if isinstance(content, dict) else content
+        if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
+            raise RequestError(f"{path}: expected a list of logs, each with {', '.join(COLUMNS)}; got something else")
+        numbered = [(n, {str(k): "" if v is None else str(v) for k, v in i.items()}) for n, i in enumerate(items, 1)]
+    if not numbered:
+        raise RequestError(f"{path}: expected a manifest with logs, got none")
+    for number, row in numbered:
+        unknown = [key for key in row if key not in COLUMNS]
+        if unknown or not row.get("log", "").strip():
+            wrong = f"{unknown[0]!r}" if unknown else "no log"
+            raise RequestError(f"{path}, row {number}: expected {', '.join(COLUMNS)}, got {wrong}; mend the manifest")
+    return numbered
+
+
+def _of_row(path: Path, number: int, row: Mapping[str, str]) -> list[LogSource]:
+    given = {key: value.strip() for key, value in row.items() if value.strip()}
+    log = given["log"] if is_url(given["log"]) else str(path.parent / given["log"])
+    begins = _day(given["day"], f"{path}, row {number}") if "day" in given else None
+    vehicle = given.get("vehicle", "")
+    if vehicle and (path.parent / vehicle).exists():
+        vehicle = str(path.parent / vehicle)
+    try:
+        sources = list(_sources(log))
+    except LogError as error:
+        raise LogError(f"{path}, row {number}: {error}") from None
+    return [
+        replace(
+            source, boat=given.get("boat", source.boat), begins=begins, vehicle=vehicle, notes=given.get("notes", "")
+        )
+        for source in sources
+    ]
+
+
+def _day(text: str, where: str) -> float:
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        raise RequestError(f"{where}: expected a day such as 2026-05-03 or 2026-05-03T10:15, got {text!r}") from None
+    return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
+
+
+def date_in(name: str) -> float | None:
+    """The date in a name [s since 1970, UTC]; None where there is none.
+
+    Examples
+    --------
+    >>> date_in("otter_1970-01-02.csv"), date_in("2026-05-03T10-15.bin")
+    (None, 1777803300.0)
+    """
+    found = _DATE.search(name)
+    if found is None:
+        return None
+    try:
+        return datetime(*(int(part or 0) for part in found.groups()), tzinfo=UTC).timestamp()  # type: ignore[misc]
+    except ValueError:
+        return None
+
+
+def _said(source: LogSource) -> str:
+    day = "" if source.begins is None else datetime.fromtimestamp(source.begins, UTC).isoformat()
+    return " ".join(filter(None, (source.boat, day, source.vehicle, source.notes)))

@@ -1,0 +1,136 @@
+"""Values of a hull's parameters, and their covariance, from factors: weighted least squares with honest errors.
+
+Axes are weighted by what the rows leave unexplained (feasible generalised least squares). What sensor noise adds to
+the products is taken off. Water that moves is fitted in each log, under a prior. The covariance is the sandwich of
+blocks of time (Liang and Zeger 1986, eq. 8), drawn towards the model's own as far as blocks are few, for a minute has
+six of them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..measurements.statistics.blocks import sandwich
+from ..measurements.statistics.single_threaded import single_threaded
+from ..physics.frames import Array
+from .hull_factors import CURRENT, LEAST_FORCE, HullFactors
+
+_MATERIAL = 0.02
+"""Force that no model of this kind explains, as a share of the largest at work on an axis; see `AdaptSettings`."""
+_ROUNDS = 4
+"""Fits and weights in turn; the third moves weights by less than a per cent."""
+_ALIKE = 1e-9
+"""Share of a normal matrix (columns of length one) below which an eigenvalue is none: some columns are one."""
+_NOISE = 0.5
+"""Share of a column's square from which it is sensor noise, and the log says nothing of its parameter."""
+_LEVEL = 0.25
+"""Share of what sensor noise adds to products that is not known: stamps that jitter hide a quarter of it."""
+_NOTHING = 10.0
+"""Standard error, as multiples of what the vehicle has, beyond which a log says nothing of a parameter."""
+_FEW = 5.0
+"""Blocks for each parameter at which sandwich and model have equal weight: a round number, whose intervals
+`benchmarks/fleet.py --worlds N` counts."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Values:
+    """Values (p,) and their covariance (p, p), NaN for what the logs do not tell."""
+
+    values: Array
+    covariance: Array
+
+
+@single_threaded
+def estimated(factors: HullFactors) -> Values:
+    """What logs say together, of one boat at one time.
+
+    The rows of a log tell as much as one in every half width of a test function.
+    """
+    p = len(factors.parameters)
+    share = float(factors.settings["stride"]) / float(factors.settings["half_width"])
+    rows = factors.tests.sum()
+    raw = factors.gram.sum(axis=0)
+    own = np.array([np.diagonal(factors.noise[:, a].sum(axis=0)) for a in range(3)])
+    square = np.array([np.diagonal(axis) for axis in raw])
+    told = (square.sum(axis=0) > 0.0) & (own.sum(axis=0) < _NOISE * square.sum(axis=0))
+    at_work = _MATERIAL**2 * (square[:, :p] * factors.nominal**2).max(axis=1)
+    normal = _Normal(factors, np.flatnonzero(told[:p]), p + np.flatnonzero(told[p:-1]))
+    weight = share * rows / np.maximum(np.maximum(square[:, -1], at_work), LEAST_FORCE**2)
+    for _ in range(_ROUNDS):
+        normal.solve(weight, share)
+        weight = share * rows / np.maximum(np.maximum(normal.left, at_work), LEAST_FORCE**2)
+    values, covariance = np.full(p, np.nan), np.full((p, p), np.nan)
+    lost = normal.lost | (np.sqrt(np.diag(normal.covariance)) > _NOTHING * np.abs(factors.nominal[normal.kept]))
+    kept = normal.kept[~lost]
+    values[kept] = factors.nominal[kept] + normal.change[~lost]
+    covariance[np.ix_(kept, kept)] = normal.covariance[np.ix_(~lost, ~lost)]
+    return Values(values, covariance)
+
+
+class _Normal:
+    """The normal equations of what is shared by logs, what each log has alone eliminated from them.
+
+    Attributes
+    ----------
+    kept : (m,) which parameters are fitted
+    change : (m,) their change from the nominal value
+    covariance : (m, m)
+    lost : (m,) True for one that columns do not tell apart from others
+    left : (3,) squares of what the rows leave unexplained on each axis
+    """
+
+    def __init__(self, factors: HullFactors, kept: np.ndarray, beside: np.ndarray) -> None:
+        self._factors, self.kept, self._beside = factors, kept, beside
+        self._own = [factors.log == n for n in range(len(factors.logs))]
+        # What noise adds to a block is in proportion to its rows.
+        self._part = factors.tests / np.bincount(factors.log, factors.tests)[factors.log]
+
+    def solve(self, weight: Array, share: float) -> None:
+        """Fit with weights (3,) of the axes; rows count in full in the data, in part (`share`) in the information."""
+        f, m = self._factors, self.kept.size
+        use = np.array([*self.kept, *self._beside, f.gram.shape[-1] - 1])
+        raw = f.gram[:, :, use[:, None], use]
+        products = np.einsum("a,baij->bij", weight, raw)
+        noise = np.einsum("a,laij->lij", weight, f.noise[:, :, use[:, None], use])
+        products = products - self._part[:, None, None] * noise[f.log]
+        prior = np.eye(self._beside.size) / CURRENT**2
+        solved, shared = [], np.zeros((m, m + 1))
+        meat = np.zeros((m, m))
+        for own in self._own:
+            total = products[own].sum(axis=0)
+            inner = np.linalg.inv(total[m:-1, m:-1] + prior) @ total[m:-1]
+            solved.append(inner)
+            shared += total[:m, [*range(m), -1]] - total[:m, m:-1] @ inner[:, [*range(m), -1]]
+            meat += inner[:, :m].T @ prior @ inner[:, :m]
+        inverse, self.lost = _inverse(shared[:, :m])
+        self.change = inverse @ shared[:, -1]
+        scores, self.left, doubt = np.zeros((f.tests.size, m)), np.zeros(3), np.zeros(m)
+        for own, inner, added in zip(self._own, solved, noise, strict=True):
+            full = np.concatenate([self.change, inner[:, -1] - inner[:, :m] @ self.change])
+            error = products[own][:, :-1, -1] - products[own][:, :-1, :-1] @ full
+            scores[own] = error[:, :m] - error[:, m:] @ inner[:, :m]
+            ends = np.append(-full, 1.0)
+            spurious = added[:-1] @ ends
+            doubt += _LEVEL * (spurious[:m] - spurious[m:] @ inner[:, :m])
+            self.left += np.einsum("i,baij,j->a", ends, raw[own], ends)
+        moved = inverse @ doubt
+        self.covariance = self._errors(inverse, scores, meat) + np.outer(moved, moved)
+
+    def _errors(self, inverse: Array, scores: Array, prior: Array) -> Array:
+        blocks, size = scores.shape[0], max(self.kept.size, 1)
+        if blocks == 1:  # one block tells nothing of how blocks differ
+            return inverse + inverse @ prior @ inverse
+        plain = sandwich(inverse, scores)
+        # How much more or less than the model says rows err on the whole, which few blocks tell better than each.
+        times = float(np.mean(np.diag(plain) / np.diag(inverse)))
+        trust = blocks / (blocks + _FEW * size)
+        return trust * plain + (1.0 - trust) * times * inverse + inverse @ prior @ inverse
+
+
+def _inverse(normal: Array) -> tuple[Array, np.ndarray]:
+    """The inverse of a normal matrix without the directions in which columns are one, and who has a part in these."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    values, vectors = np.linalg.eigh(normal * scale[:, None] * scale)
+    gone = values < _ALIKE
+    inner = (vectors[:, ~gone] / values[~gone]) @ vectors[:, ~gone].T
+    return inner * scale[:, None] * scale, (vectors[:, gone] ** 2).sum(axis=1) > _ALIKE
