@@ -27,7 +27,8 @@ STRIP = (
 )
 COURSE = (
     "Dots are days, lines their 95 % intervals with the scatter of days; the grey band holds the boats of this fleet, "
-    "the orange line is a change, with the days on which it may have begun."
+    "the orange line is a change, with the days on which it may have begun. Values now are those since the last "
+    "change; of a hull that still changes, those of its last week."
 )
 
 
@@ -100,7 +101,9 @@ def _boat(boat: BoatRecord, diary: DiaryFacts) -> Html:
     parts = (
         element("p", boat_sentences(boat)),
         figure(drawings, facts, cls="three"),
-        table(("parameter", "unit", "now, by boat and fleet", "95 % interval"), rows, "llrr"),
+        element(
+            "div", table(("parameter", "unit", "now, by boat and fleet", "95 % interval"), rows, "llrr"), cls="card"
+        ),
     )
     anchor = {"id": _anchor(boat)}
     if boat.changes or differs_sentence(boat):

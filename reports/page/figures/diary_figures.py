@@ -76,21 +76,21 @@ def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
     low, value, high = (np.array([getattr(row.seen, end) for row in one.rows]) for end in ("low", "value", "high"))
     mean, spread = fleet.mean.value, fleet.spread.value
     band = np.array([mean - 2.0 * spread, mean + 2.0 * spread]) if np.isfinite(mean + spread) else value[:0]
-    bottom, top = float(np.min([*low, *band])), float(np.max([*high, *band]))
+    bottom, top = float(low.min()), float(high.max())  # of the boat: the band of a fleet may be far wider
     margin = 0.05 * (top - bottom) or 1.0
     first, last = _at(boat.first), _at(boat.last)
     along = _scaled((first, last + 1.0), (_LEFT, WIDE - 8.0))
     up = _scaled((bottom - margin, top + margin), (TALL - 26.0, 26.0))
     parts = [_line(_LEFT, up(tick), WIDE - 8.0, "grid", _tick(tick), "end") for tick in _ticks(bottom, top)]
     if band.size:
-        edges = sorted(up(float(end)) for end in band)
+        edges = sorted(up(min(max(float(end), bottom - margin), top + margin)) for end in band)
         parts.append(_box(_LEFT, edges[0], WIDE - 8.0 - _LEFT, edges[1] - edges[0], "measured", 0.3))
     for change in boat.changes:
         edges = [along(_at(change.earliest)), along(_at(change.latest) + 1.0)]
         parts.append(_box(edges[0], 26.0, edges[1] - edges[0], TALL - 52.0, "before", 0.2))
         parts.append(_path(f"M{along(_at(change.first)):.1f} 26V{TALL - 26}", "before", 1.6))
     bars = (f"M{along(d + 0.5):.1f} {up(b):.1f}V{up(t):.1f}" for d, b, t in zip(days, low, high, strict=True))
-    dots = (f"M{along(d + 0.5):.1f} {up(v):.1f}h0" for d, v in zip(days, value, strict=True))
+    dots = (f"M{along(d + 0.5):.1f} {up(v):.1f}h.1" for d, v in zip(days, value, strict=True))
     parts += [_path("".join(bars), "after", 1.1, 0.3), _path("".join(dots), "after", 3.6)]
     for place, anchor in ((first, "start"), (last, "end")):
         parts.append(_text(along(place) if anchor == "start" else WIDE - 8.0, TALL - 8.0, _plain_date(place), anchor))
