@@ -57,7 +57,8 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
     seen = fleet_changes(boats, fleet.parameters, settings)
     recent = [_since(boat, seen.by_boat[boat.boat]) for boat in boats]
     level, covariance = levels(recent, seen.scatter)
-    noise = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    said = np.array([boat.known.any(axis=0) for boat in recent])
+    noise = np.where(said, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)), np.inf)
     pooled = [pool(level[:, k], noise[:, k]) for k in range(scale.size)]
     differs = odd(np.column_stack([one.chance for one in pooled]))
     logs = Counter(estimate.boat for estimate in fleet.estimates)
@@ -117,7 +118,10 @@ def _change(boat: BoatDays, change: HullChange, parameters: Sequence[str]) -> Ch
         days=change.days,
         moved=tuple(
             Moved(parameter=p, part=part_of(p).value, share=_about(float(moved), DEVIATIONS * float(deviation)))
-            for p, moved, deviation in zip(parameters, change.change, change.deviation, strict=True)
+            for p, moved, deviation, known in zip(
+                parameters, change.change, change.deviation, np.atleast_1d(boat.known.any(axis=0)), strict=True
+            )
+            if known
         ),
     )
 

@@ -14,7 +14,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from ..physics.frames import Array
-from .boat_days import UNKNOWN, BoatDays
+from .boat_days import BoatDays
 from .day_scatter import DayScatter
 
 GRID = 61
@@ -99,7 +99,7 @@ def pool(values: Array, deviations: Array) -> Pooled:
     ----------
     values, deviations : (b,) of the boats, in shares; a deviation that is not finite says nothing
     """
-    known = np.isfinite(values) & np.isfinite(deviations) & (deviations**2 < 0.5 * UNKNOWN)
+    known = np.isfinite(values) & np.isfinite(deviations)
     alone, noise = np.where(known, values, np.nan), np.where(known, deviations, np.inf)
     y, s = values[known], deviations[known]
     if not y.size:

@@ -67,12 +67,11 @@ def change_sentence(change: ChangeRecord) -> str:
 
 def unchanged_sentence(boat: BoatRecord) -> str:
     """That nothing changed, and what a week of logs would have shown."""
+    days = "only day" if boat.days == 1 else f"{boat.days} days"
     seen = [f"{v.part} by {percent(v.share)}" for v in boat.visible]
     if not seen:
-        return f"Nothing changed on the {boat.days} days that it logged; they are too few to say what would have shown."
-    return (
-        f"Nothing changed on the {boat.days} days that it logged; a week would have shown a change of {listing(seen)}."
-    )
+        return f"Nothing changed on the {days} that it logged; that is too little to say what would have shown."
+    return f"Nothing changed on the {days} that it logged; a week would have shown a change of {listing(seen)}."
 
 
 def differs_sentence(boat: BoatRecord) -> str:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -102,6 +103,21 @@ def test_the_verb_writes_a_page_and_prints_facts(tmp_path: Path, monkeypatch: py
     page.write_text("mine")
     monkeypatch.chdir(tmp_path)
     refused("diary", tmp_path / "fleet", "--out", page, match="--force")
+
+
+def test_what_no_log_says_is_not_told(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(rehearsed, "MOST_REPEATS", 1)
+    fleet = made()
+    unknown = np.array([1.0, 1.0, 1.0, 1.0, np.nan])
+    logs = [replace(one, values=one.values * unknown, covariance=one.covariance * unknown) for one in fleet.estimates]
+    diary = diary_of(replace(fleet, estimates=tuple(logs)))
+    (change,) = diary.changed[0].changes
+    assert change.causes == (Cause.PROPELLER,)
+    assert "mass" not in {moved.parameter for moved in change.moved}
+    assert not any("mass" in boat_sentences(boat) for boat in diary.boats)
+    assert np.isnan(diary.parameters[4].mean.value)
+    (day,) = diary_of(replace(fleet, estimates=fleet.estimates[:1])).boats
+    assert boat_sentences(day).startswith("Nothing changed on the only day that it logged; that is too little")
 
 
 def test_a_fleet_that_says_nothing_is_refused():
