@@ -6,6 +6,7 @@ kept, which are all that least squares, its sandwich covariance and a bootstrap 
 adds to the products is told beside them (errors in variables; Carroll et al. 2006, chapter 5).
 """
 
+import gc
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -34,6 +35,8 @@ LEAST_FORCE = 1e-6
 """Force that stands for none [N, N m], so that an axis on which nothing happens has a weight, too."""
 _HULL = ("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr")
 """What fouling, damage and loads of a hull change."""
+_SWEPT = 8
+"""Pieces after which their memory is asked back: of so many it is some 10 MB, and to look takes less than one."""
 _WEAK = WeakSettings(copies=1)
 """One noisier copy: what noise adds to products is a sum over a whole log."""
 
@@ -151,7 +154,9 @@ def hull_factors(
         )
     every = (*symbols, *NUISANCES)
     blocks, noise, seconds = _Blocks(), np.zeros(()), 0.0
-    for piece in pieces:
+    for count, piece in enumerate(pieces, start=1):
+        if count % _SWEPT == 0:
+            gc.collect()  # a form and its columns know each other, and a verb looks for such circles seldom
         weak = WeakForm(piece, _WEAK)
         on = [active(motion, vehicle) for motion in piece]
         seconds += sum(float(rows.mean()) * m.duration for rows, m in zip(on, piece, strict=True))
@@ -163,12 +168,13 @@ def hull_factors(
             driven[own] = on[k][np.clip(np.round(centre).astype(int), 0, on[k].size - 1)]
         if not driven.any():
             continue
-        still = dict.fromkeys(NUISANCES, 0.0)
+        still: dict[str, float] = dict.fromkeys(NUISANCES, 0.0)
         rows, _ = _rows(weak, vehicle, every, still, driven)
         # The force is not linear in the current: columns are taken anew about the one that was found.
         rows, added = _rows(weak, vehicle, every, _current(rows, vehicle), driven)
         noise = noise + sum(np.einsum("tai,taj->aij", one, one) for one in added) / max(len(added), 1)
         blocks.add(weak.time[driven], rows)
+        weak.forget()
     if not blocks.known:
         raise RequestError(
             f"expected a boat that is driven, got no command for longer than {IDLE:g} s in all of the log; nothing is "

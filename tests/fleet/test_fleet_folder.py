@@ -3,6 +3,7 @@
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -143,3 +144,18 @@ def test_nothing_of_the_users_is_lost(fleet: Path, logs: Path, tmp_path: Path):
         built(logs, logs)
     with pytest.raises(undertow.RequestError, match="at least one log that can be read, got 1"):
         built(logs / "bo" / "broken.csv", tmp_path / "none")
+
+
+def test_a_cluster_gives_the_same_bytes(logs: Path, fleet: Path, tmp_path: Path):
+    from distributed import LocalCluster
+
+    made: Any = LocalCluster(n_workers=1, processes=False, protocol="tcp://", host="127.0.0.1", dashboard_address=":0")
+    with made as cluster:
+        built(logs, tmp_path / "fleet", Engine(scheduler=cluster.scheduler_address))
+    assert content(tmp_path / "fleet") == content(fleet)
+
+
+def test_a_scheduler_that_is_not_there_is_told(logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("undertow.fleet.workers._PATIENCE", "0.2s")
+    with pytest.raises(undertow.RequestError, match="expected one that answers, got none"):
+        built(logs, tmp_path / "fleet", Engine(scheduler="tcp://127.0.0.1:9"))

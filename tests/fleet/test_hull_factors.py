@@ -61,9 +61,9 @@ def test_pieces_and_logs_add_whoever_comes_first():
     together = estimated(hull_factors([[parts[0]], [parts[1]]], HULL, digest="a"))
     np.testing.assert_allclose(estimated(one + two).values, together.values, rtol=0.02)
     with pytest.raises(undertow.RequestError, match="each stretch of a log once"):
-        one + one
+        _ = one + one
     with pytest.raises(undertow.RequestError, match="the same settings"):
-        one + replace(other, settings={})
+        _ = one + replace(other, settings={})
 
 
 def test_a_long_log_has_no_more_blocks_and_loses_nothing():

@@ -19,6 +19,8 @@ LINE, LEFT, WIDTH, RIGHT, FOOT = 26, 120, 1060, 24, 34
 """Height of a boat, left edge, width of the strip and room at its right, height of its dates [px]."""
 _ROOM = 0.25
 """Share of the strip that the name of a change takes."""
+_DOT = "a1.7 1.7 0 1 0 3.4 0a1.7 1.7 0 1 0-3.4 0"
+"""A dot, from its left end."""
 WIDE, TALL, _LEFT = 330, 168, 46
 """Size of the drawing of a parameter, and the left edge of its axis [px]."""
 
@@ -90,8 +92,11 @@ def course(boat: BoatRecord, one: BoatParameter, fleet: FleetParameter) -> Html:
         parts.append(_box(edges[0], 26.0, edges[1] - edges[0], TALL - 52.0, "before", 0.2))
         parts.append(_path(f"M{along(_at(change.first)):.1f} 26V{TALL - 26}", "before", 1.6))
     bars = (f"M{along(d + 0.5):.1f} {up(b):.1f}V{up(t):.1f}" for d, b, t in zip(days, low, high, strict=True))
-    dots = (f"M{along(d + 0.5):.1f} {up(v):.1f}h.1" for d, v in zip(days, value, strict=True))
-    parts += [_path("".join(bars), "after", 1.1, 0.3), _path("".join(dots), "after", 3.6)]
+    dots = (f"M{along(d + 0.5) - 1.7:.1f} {up(v):.1f}{_DOT}" for d, v in zip(days, value, strict=True))
+    parts += [
+        _path("".join(bars), "after", 1.1, 0.3),
+        element("path", attributes={"d": "".join(dots), "fill": "var(--after)"}),
+    ]
     for place, anchor in ((first, "start"), (last, "end")):
         parts.append(_text(along(place) if anchor == "start" else WIDE - 8.0, TALL - 8.0, _plain_date(place), anchor))
     unit = unit_text(fleet.unit)
