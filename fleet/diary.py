@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from ..physics.effects import EFFECTS
-from ..physics.errors import RequestError
+from ..physics.errors import RequestError, expect
 from ..physics.frames import Array
 from ..reports.diary_facts import (
     Band,
@@ -47,9 +47,11 @@ def diary_of(fleet: Fleet, name: str = "fleet", settings: WatchSettings | None =
     Raises
     ------
     RequestError
-        when no log says anything of a parameter.
+        when no log says anything of a parameter, or something else than a fleet is given.
     """
     settings = settings or WatchSettings()
+    expect("diary_of: fleet", fleet, Fleet, "undertow.read_fleet(FOLDER) reads one")
+    expect("diary_of: settings", settings, WatchSettings, "undertow.WatchSettings(budget=...) makes them")
     boats = boat_days(fleet)
     if not boats:
         raise RequestError("diary: expected logs that say something of a hull, got none; look at the fleet's own list")

@@ -123,3 +123,5 @@ def test_what_no_log_says_is_not_told(monkeypatch: pytest.MonkeyPatch):
 def test_a_fleet_that_says_nothing_is_refused():
     with pytest.raises(RequestError, match="expected logs that say something of a hull, got none"):
         diary_of(Fleet(PARAMETERS, NOMINAL, ()))
+    with pytest.raises(RequestError, match="read_fleet"):
+        diary_of("fleet")  # type: ignore[arg-type]
