@@ -24,6 +24,7 @@ from .cli.compare_verb import compare
 from .cli.console import Verbs, check_here, open_streams, say, sending, telling
 from .cli.control_verb import control
 from .cli.demo_verb import demo
+from .cli.diary_verb import diary
 from .cli.discover_verb import discover
 from .cli.effects_verb import effects
 from .cli.examples import below
@@ -66,7 +67,7 @@ def options(
 
 
 FROM_LOGS = (demo, init, inspect, compare, check, ci, discover, fit, add, train, workbench)
-OF_FLEETS = (fleet, merge, cluster)
+OF_FLEETS = (fleet, diary, merge, cluster)
 for verb in (*FROM_LOGS, *OF_FLEETS, plan, explain, effects, simulate, control, report, export):
     more = {add: catalogue, simulate: amounts, control: amounts, export: formats}.get(verb)
     app.command(epilog=below(verb.__name__, *([more()] if more else [])))(telling(verb))

@@ -35,6 +35,7 @@ EXAMPLES = {
         "undertow fleet logs/ --vehicle boat.yaml --out fleet",
         "undertow fleet boats.csv s3://bucket/2026/ --vehicle boat.yaml --workers 4 --out fleet",
     ),
+    "diary": ("undertow diary fleet --out diary.html", "undertow diary fleet --false-alarms 0.2 --json"),
     "merge": ("undertow merge north south --out fleet",),
     "cluster": ("undertow cluster --workers 2",),
     "plan": (

@@ -58,7 +58,7 @@ def _anchor(chapter: Chapter) -> str:
     return f"chapter-{chapter.place}"
 
 
-def document(title: str, subject: str, sections: Sequence[Html], contents: Html = NOTHING) -> str:
+def document(title: str, subject: str, sections: Sequence[Html], contents: Html = NOTHING, *, verb: str = VERB) -> str:
     """A whole page: the style sheet in its head, the sign of undertow on top, the sections, and a mark at the end.
 
     A policy forbids it to load anything, and to run any script but its own.
@@ -74,4 +74,4 @@ def document(title: str, subject: str, sections: Sequence[Html], contents: Html 
     )
     body = element("body", contents, element("main", brand, *sections))
     text = "<!doctype html>\n" + render(element("html", head, body, attributes={"lang": "en"})) + "\n"
-    return at_end(VERB, text.encode("utf-8")).decode("utf-8")
+    return at_end(verb, text.encode("utf-8")).decode("utf-8")

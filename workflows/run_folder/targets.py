@@ -47,6 +47,7 @@ class Kind(Enum):
     EXPORTED = "export"
     TRACKS = "control"
     PAGE = "report"
+    DIARY = "diary"
     PDF = "report --pdf"
 
     def wrote(self, path: Path) -> bool:

@@ -1,0 +1,46 @@
+"""The verb `diary`: how the hulls of a fleet change over months, on one page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import failing_clearly, print_json, prose, say, tell_replaced
+from .options import ForceOption, JsonOption, SeedOption, earlier_files
+
+
+def diary(
+    fleet: Annotated[Path, typer.Argument(metavar="FLEET", help="Folder that `undertow fleet` made.")],
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Page to write; without one, sentences only.")] = None,
+    budget: Annotated[
+        float, typer.Option("--false-alarms", help="Most false alarms expected of a boat in a year, over everything.")
+    ] = 0.5,
+    seed: SeedOption = 0,
+    force: ForceOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Say how each hull of a fleet changes: what, since when, and how sure; and draw its days."""
+    with failing_clearly():
+        from ..fleet.diary import diary_of
+        from ..fleet.hull_changes import WatchSettings
+        from ..fleet.read_fleet import read_fleet
+        from ..physics.files import write_text
+        from ..reports.diary_words import boat_sentences, caution, first_told, verdict
+
+        settings = WatchSettings(budget, seed)
+        earlier = earlier_files((("--out", "diary", out),), (fleet,), force=force)
+        facts = diary_of(read_fleet(fleet), fleet.absolute().name, settings)
+        if out is not None:
+            from ..reports.page.diary_page import diary_page
+
+            write_text(out, diary_page(facts))
+        tell_replaced(earlier)
+        if as_json:
+            print_json(facts.to_dict())
+            return
+        prose(verdict(facts))
+        for boat in first_told(facts.boats):
+            prose(f"{boat.boat}: {boat_sentences(boat)}")
+        prose(caution(facts))
+        if out is not None:
+            say(f"{out}")

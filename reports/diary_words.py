@@ -1,0 +1,123 @@
+"""What a hull diary says in words: a sentence a boat, the same on the page and on the terminal."""
+
+from collections.abc import Sequence
+
+from ..physics.in_words import MINUS, NARROW, listing, number, percent
+from .diary_facts import BoatRecord, Cause, ChangeRecord, DiaryFacts, Moved
+
+PART = {Cause.FOULING: "drag ahead", Cause.CLEANING: "drag ahead", Cause.PAYLOAD: "mass", Cause.BATTERY: "thrust"}
+"""The part of a boat of which a cause is told."""
+PLAIN = {"X_u": "linear drag ahead", "X_uu": "quadratic drag ahead", "Y_v": "linear drag in sway"} | {
+    "Y_vv": "quadratic drag in sway", "N_r": "linear drag in yaw", "N_rr": "quadratic drag in yaw", "mass": "mass"
+}  # fmt: skip
+
+
+def plain(parameter: str) -> str:
+    """A parameter in words.
+
+    Examples
+    --------
+    >>> plain("thrusters.port.scale"), plain("X_uu"), plain("Y_vdot")
+    ('thrust of port', 'quadratic drag ahead', 'Y_vdot')
+    """
+    if parameter.endswith("scale"):
+        name = parameter.removesuffix("scale").strip("._").removeprefix("thrusters.")
+        return f"thrust of {name}" if name else "thrust"
+    return PLAIN.get(parameter, parameter)
+
+
+def causes_words(change: ChangeRecord) -> str:
+    """The causes of a change, with their thrusters; several where they explain it alike."""
+    return " or ".join(
+        f"{cause.value} ({listing([plain(t).removeprefix('thrust of ') for t in change.thrusters])})"
+        if cause is Cause.PROPELLER and change.thrusters
+        else cause.value
+        for cause in change.causes
+    )
+
+
+def telling(change: ChangeRecord) -> Moved:
+    """The parameter that tells a change best: of the part that its first cause concerns, else of all."""
+    cause = change.causes[0]
+    meant = [m for m in change.moved if m.part == PART.get(cause)]
+    if cause is Cause.PROPELLER:
+        meant = [m for m in change.moved if m.parameter in change.thrusters]
+    return max(meant or change.moved, key=lambda m: abs(m.share.value) / max(m.share.high - m.share.low, 1e-12))
+
+
+def change_sentence(change: ChangeRecord) -> str:
+    """What changed, by how much, when, and how sure that is."""
+    most = telling(change)
+    least, largest = sorted((abs(most.share.low), abs(most.share.high)))
+    more = "more" if most.share.value > 0.0 else "less"
+    what, size = plain(most.parameter), percent(abs(most.share.value))
+    span = f"{number(100.0 * least, 2)} to {number(100.0 * largest, 2)}{NARROW}%"
+    first = change.first if change.earliest == change.latest else (
+        f"{change.first} ({change.earliest} to {change.latest})"
+    )  # fmt: skip
+    known = f"known on {change.alarm}"
+    if change.goes_on:
+        went = f"{'grew' if more == 'more' else 'fell'} to {size} {more} ({span})"
+        told = f"{what} {went} in {round(change.days)} days, from about {first} on; {known}"
+    else:
+        told = f"{what} {size} {more} ({span}) from {first} on; {known}"
+    both = " The logs do not tell these apart." if len(change.causes) > 1 else ""
+    return f"{told[0].upper()}{told[1:]}.{both}"
+
+
+def unchanged_sentence(boat: BoatRecord) -> str:
+    """That nothing changed, and what a week of logs would have shown."""
+    days = "only day" if boat.days == 1 else f"{boat.days} days"
+    seen = [f"{v.part} by {percent(v.share)}" for v in boat.visible]
+    if not seen:
+        return f"Nothing changed on the {days} that it logged; that is too little to say what would have shown."
+    return f"Nothing changed on the {days} that it logged; a week would have shown a change of {listing(seen)}."
+
+
+def differs_sentence(boat: BoatRecord) -> str:
+    """In what a boat is not as the others; empty where it is."""
+    names = [plain(one.name) for one in boat.parameters if one.differs]
+    return f"It differs from the other boats in {listing(names)}." if names else ""
+
+
+def boat_sentences(boat: BoatRecord) -> str:
+    """All that the diary says of a boat, in a line."""
+    told = [f"{causes_words(c).capitalize()}. {change_sentence(c)}" for c in boat.changes] or [unchanged_sentence(boat)]
+    return " ".join([*told, differs_sentence(boat)]).strip()
+
+
+def verdict(diary: DiaryFacts) -> str:
+    """What the diary says of the fleet, in a sentence."""
+    count, boats = len(diary.changed), len(diary.boats)
+    whole = "One boat" if boats == 1 else f"{boats} boats"
+    if not count:
+        return f"{whole}, and nothing changed."
+    return f"{count} of {whole.lower()} changed." if boats > 1 else "The boat changed."
+
+
+def caution(diary: DiaryFacts) -> str:
+    """Under which budget alarms were raised, and how scatter was taken."""
+    wider = "" if diary.widening == 1.0 else (
+        f" Its variance is taken {number(diary.widening, 2)} times larger, as rehearsals with it asked for."
+    )  # fmt: skip
+    return (
+        f"Alarms are set so that at most {diary.budget:g} false ones come on a boat in a year, over all parameters "
+        f"together, with the scatter that this fleet's days have.{wider} Intervals are at 95{NARROW}%."
+    )
+
+
+def signed(share: float) -> str:
+    """A share with its sign, as a percentage.
+
+    Examples
+    --------
+    >>> signed(0.31), signed(-0.31)
+    ('+31\N{NO-BREAK SPACE}%', '−31\N{NO-BREAK SPACE}%')
+    """
+    return f"{'+' if share > 0 else ''}{percent(share, minus=MINUS)}"
+
+
+def first_told(boats: Sequence[BoatRecord]) -> list[BoatRecord]:
+    """Boats with changes first, the latest on top; then the others by name."""
+    changed = sorted((b for b in boats if b.changes), key=lambda b: b.changes[-1].alarm, reverse=True)
+    return [*changed, *(b for b in boats if not b.changes)]
